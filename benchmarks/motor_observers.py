@@ -12,8 +12,7 @@ from tierod.core.block import Block
 from tierod.core.graph.kernel import kernel
 from tierod.core.graph.trace import initial_memory
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.papers.motor_angle.observer_accuracy import parameters
-from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
+from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, parameters, to_and_fro
 from tierod.papers.motor_angle.printed_observers import RotorFrameObserver, extended_kalman, luenberger
 
 STEPS, PEER_STEPS = 20_000, 2_000

@@ -25,8 +25,9 @@ from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque, smoothing
+from tierod.monitors.driver_torque.design import design, process_noises
 from tierod.monitors.driver_torque.printed import PrintedObserver
-from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
+from tierod.monitors.driver_torque.tuning import ColumnTuning
 from tierod.papers.column.column_friction import ColumnFrictionObserver
 from tierod.papers.column.swept_bench import swept
 from tierod.vehicles import load

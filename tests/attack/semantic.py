@@ -65,7 +65,7 @@ CALLED: dict[str, tuple[str, ...]] = {
 }
 """What findings call a signal besides its name."""
 
-_REFERENCE = ("than currents and voltages tell", "that currents and voltages tell", "what currents and voltages tell")
+_REFERENCE = ("than currents and voltages give", "that currents and voltages give", "what currents and voltages give")
 """Phrases that mention signals as what others are held against: they name none of them."""
 
 

@@ -53,7 +53,7 @@ def test_it_writes_what_a_diagnosis_then_has_nothing_to_say_about(folder, capsys
     main(["diagnose", drive, "--monitor", "motor-angle", "--vehicle", str(found), "--json"])
     after = json.loads(capsys.readouterr().out)["findings"][0]
     assert not any("and not" in each for each in after["warnings"])
-    assert any("told to make" in each for each in after["warnings"])
+    assert any("commanded to make" in each for each in after["warnings"])
 
 
 def test_it_prints_a_table(folder, capsys):

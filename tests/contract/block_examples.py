@@ -31,9 +31,8 @@ from tierod.methods.filters.butterworth import Butterworth
 from tierod.methods.filters.each import Delay, InputHold
 from tierod.methods.filters.first_order import Differentiator, FirstOrderLowPass
 from tierod.methods.filters.jump_gate import JumpGate
-from tierod.methods.identification.innovations import Innovations
 from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
-from tierod.methods.identification.simulation import Simulation
+from tierod.methods.identification.simulation import Innovations, Simulation
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steered_vehicle import SteeredVehicle
@@ -58,6 +57,7 @@ from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
+from tierod.monitors.driver_torque.hands_filters import WheelAcceleration
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
@@ -73,16 +73,14 @@ from tierod.monitors.friction.signals import SteeringSample
 from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceParameters
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.harness.stuck_signals import StuckSignals
-from tierod.monitors.motor_angle.comparison import SensorComparison
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor
+from tierod.monitors.motor_angle.comparison import ResidualGate, SensorComparison
 from tierod.monitors.motor_angle.electrical import ElectricalChecks
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition
-from tierod.monitors.motor_angle.residual import ResidualGate
-from tierod.monitors.motor_angle.second_tests import Backwards, Increments, NotFollowing, Stuck
-from tierod.monitors.motor_angle.voltages import MotorVoltages
+from tierod.monitors.motor_angle.second_tests import Increments, NotFollowing, Stuck
+from tierod.monitors.motor_angle.signals import MotorVoltages
 from tierod.monitors.motor_angle.which_angle import WhichAngle
-from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.conventional import (
     ConventionalKalman,
@@ -90,14 +88,13 @@ from tierod.monitors.sideslip.conventional import (
     conventional_kalman,
     conventional_poles,
 )
+from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
 from tierod.papers.column.column_friction import ColumnFrictionObserver
-from tierod.papers.column.control.intervention import DriverIntervention, Noise
+from tierod.papers.column.control.intervention import DriverIntervention, Noise, SteeringController
 from tierod.papers.column.control.position_control import PositionControl
-from tierod.papers.column.control.steering_controller import SteeringController
 from tierod.papers.motor_angle.dq_motor import DqMotorParameters
-from tierod.papers.motor_angle.feedforward import FeedforwardAngle
-from tierod.papers.motor_angle.feedforward_load import FeedforwardWithLoad
+from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
 from tierod.papers.motor_angle.flux_observer import FluxObserver
 from tierod.papers.motor_angle.printed_kalman import PrintedJacobianFilter
 from tierod.papers.motor_angle.printed_observers import RotorFrameObserver, extended_kalman
@@ -182,7 +179,7 @@ def examples() -> dict[type, Callable[[], Any]]:
         ConventionalPoles: lambda: conventional_poles(BY_WIRE, DT),
         TwoStageKalman: lambda: two_stage_kalman(BY_WIRE, DT),
         TwoStagePoles: lambda: two_stage_poles(BY_WIRE, DT),
-        FromCarSignals: lambda: FromCarSignals.of_vehicle(two_stage_kalman(BY_WIRE, 1e-3), load("steer-by-wire")),
+        SideslipMonitor: lambda: SideslipMonitor.of_vehicle(two_stage_kalman(BY_WIRE, 1e-3), load("steer-by-wire")),
         RefinedFrictionMonitor: lambda: consistent(CAR),
         RollingVariance: lambda: RollingVariance(50, 40),
         LeakyKinematic: lambda: LeakyKinematic(DT, 1.5),
@@ -192,6 +189,7 @@ def examples() -> dict[type, Callable[[], Any]]:
             HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
             ColumnSigns(18.0, 1e-3),
         ),
+        WheelAcceleration: lambda: WheelAcceleration.at(1e-3),
         HandsMonitor: lambda: HandsMonitor.of_vehicle(load("column-bench"), 1e-3),
         VarianceFrictionMonitor: lambda: VarianceFrictionMonitor(
             load("midsize-eps").parameters_for(VarianceParameters), threshold=1000.0, gate=None
@@ -228,7 +226,6 @@ def examples() -> dict[type, Callable[[], Any]]:
         ElectricalChecks: lambda: ElectricalChecks(4.0),
         AnglePlausibility: lambda: AnglePlausibility(Superposition(22.5, 1.0, 140.0)),
         Increments: Increments,
-        Backwards: Backwards,
         Stuck: Stuck,
         NotFollowing: NotFollowing,
         WhichAngle: WhichAngle,

@@ -13,14 +13,9 @@ UNTYPED = frozenset(
     {
         "diagnosis",
         "experiments",
-        "methods.identification",
         "monitors.condition",
         "monitors.friction",
         "monitors.harness",
-        "monitors.motor_angle",
-        "monitors.sideslip",
-        "papers.column",
-        "papers.motor_angle",
         "papers.sideslip",
         "proving_ground",
     }

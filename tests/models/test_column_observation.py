@@ -9,9 +9,14 @@ from scipy.integrate import solve_ivp
 from tierod.core.block import units
 from tierod.core.errors import ParameterError
 from tierod.models.column_observation import linear_column, observed_column
-from tierod.models.steering_column import ColumnParameters, RubbingColumn, RubbingColumnParameters, SteeringColumn
+from tierod.models.steering_column import (
+    ColumnParameters,
+    ColumnWithFriction,
+    ColumnWithFrictionParameters,
+    SteeringColumn,
+)
 from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
-from tierod.papers.column.rubbing_observation import RubbingObservationParameters, with_dahl_friction
+from tierod.papers.column.column_friction import FrictionObservationParameters, with_dahl_friction
 from tierod.vehicles import load
 
 DT = 1e-3
@@ -52,16 +57,16 @@ def test_it_moves_as_the_column_does(known):
 
 
 def test_friction_by_dahl_agrees_with_the_continuous_law(known):
-    friction = RubbingColumnParameters(**vars(known), motor_friction=0.1, motor_friction_stiffness=2.0)
+    friction = ColumnWithFrictionParameters(**vars(known), motor_friction=0.1, motor_friction_stiffness=2.0)
     observed = observed_column(linear_column(SteeringColumn, known), DT, 1, 1)
     model = with_dahl_friction(observed.model)
-    p = RubbingObservationParameters(observed.parameters, 0.05, DT)
+    p = FrictionObservationParameters(observed.parameters, 0.05, DT)
     x = model.State(0.3, 5.0, 0.3, 0.05, 1.0, 0.05, 1.5, 0.02, -0.4, 0.1)
-    given = RubbingColumn.Input(0.4, 1.5, 0.02)
+    given = ColumnWithFriction.Input(0.4, 1.5, 0.02)
     start = [*x[:6], -0.4]
 
     def slope(t, y):
-        return RubbingColumn.derivative(RubbingColumn.State(*y), given, friction)
+        return ColumnWithFriction.derivative(ColumnWithFriction.State(*y), given, friction)
 
     exact = solve_ivp(slope, (0.0, 5 * DT), start, rtol=1e-10, atol=1e-12).y[:, -1]
     for _ in range(5):

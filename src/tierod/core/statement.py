@@ -30,8 +30,8 @@ class Statement(NamedTuple):
         kind: number of the kind of fault in the monitor's catalogue of kinds; 0 where there is none, or it is not
             identifiable
         magnitude: of the fault, or the estimate itself where the monitor estimates one quantity, in the unit that the
-            monitor declares for the kind; NaN where there is none
-        deviation: standard deviation of the magnitude, in its unit; NaN where there is none
+            monitor declares for the kind; 0 where there is none, since no block may hold a NaN constant
+        deviation: standard deviation of the magnitude, in its unit; 0 where there is none
         evidence: what the decision compares, over its threshold: 1 decides
     """
 

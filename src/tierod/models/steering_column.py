@@ -105,7 +105,7 @@ class SteeringColumn:
 
 
 @dataclass(frozen=True)
-class RubbingColumnParameters(ColumnParameters):
+class ColumnWithFrictionParameters(ColumnParameters):
     """A column with dry friction at the motor.
 
     Args:
@@ -117,7 +117,7 @@ class RubbingColumnParameters(ColumnParameters):
     motor_friction_stiffness: Annotated[float, "N*m/rad"]
 
 
-class RubbingColumn:
+class ColumnWithFriction:
     """The column with Dahl's friction at the motor.
 
     Validity: as `SteeringColumn`. The friction is smooth but for a kink where the motor reverses.
@@ -137,22 +137,22 @@ class RubbingColumn:
 
     Input = ColumnInput
     Output = ColumnOutput
-    Parameters = RubbingColumnParameters
+    Parameters = ColumnWithFrictionParameters
 
     @staticmethod
-    def derivative(x: State, u: ColumnInput, p: RubbingColumnParameters) -> State:
+    def derivative(x: State, u: ColumnInput, p: ColumnWithFrictionParameters) -> State:
         """Eqs (1) to (4), corrected."""
         resisting = u.disturbance_torque + p.motor_friction * x.normalised_friction
         column = SteeringColumn.derivative(_column(x), u._replace(disturbance_torque=resisting), p)
         angle = p.motor_friction / p.motor_friction_stiffness
         slope = dahl_slope(x.normalised_friction, sign(x.motor_speed), angle)
-        return RubbingColumn.State(*column, slope * x.motor_speed)
+        return ColumnWithFriction.State(*column, slope * x.motor_speed)
 
     @staticmethod
-    def output(x: State, u: ColumnInput, p: RubbingColumnParameters) -> ColumnOutput:
+    def output(x: State, u: ColumnInput, p: ColumnWithFrictionParameters) -> ColumnOutput:
         """Both angles and the torque of the bar."""
         return SteeringColumn.output(_column(x), u, p)
 
 
-def _column(x: RubbingColumn.State) -> SteeringColumn.State:
+def _column(x: ColumnWithFriction.State) -> SteeringColumn.State:
     return SteeringColumn.State(*x[:6])

@@ -6,7 +6,7 @@ import pytest
 from methods.analysis.column_sets import TORQUES, column
 from tierod.core.errors import ParameterError
 from tierod.methods.analysis.cramer_rao import cramer_rao
-from tierod.methods.analysis.extended import extended
+from tierod.methods.analysis.output_subsets import extended
 from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, sampled
 

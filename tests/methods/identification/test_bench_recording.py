@@ -8,7 +8,7 @@ from methods.identification.bench import FREE, LOCKED, RAMPS, SINES, TRUTH, chan
 from tierod.core.errors import InputError
 from tierod.core.recording import Recording
 from tierod.methods.identification.column_fit import FRICTION, search_of
-from tierod.methods.identification.suspects import refuse_slips
+from tierod.methods.identification.column_misfit import refuse_slips
 
 
 @pytest.mark.parametrize(("name", "locked"), [(FREE, False), (LOCKED, True), (RAMPS, True), (SINES, False)])

@@ -8,8 +8,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.methods.identification.column import identify_column, known_free
 from tierod.methods.identification.column_fit import ColumnFit
 from tierod.methods.identification.experiment import Estimate, Free
-from tierod.methods.identification.fit_quality import normalised_error, whiteness
-from tierod.methods.identification.identifiability import blind_directions, refusal
+from tierod.methods.identification.fit_quality import blind_directions, normalised_error, refusal, whiteness
 
 ROUGH = replace(TRUTH, motor_damping=1.3 * TRUTH.motor_damping, motor_friction=0.07, motor_friction_stiffness=1.4)
 
@@ -75,7 +74,9 @@ def test_friction_that_is_held_and_wrong_is_named():
 
 
 def test_a_locked_wheel_tells_nothing_of_the_wheel():
-    with pytest.raises(InputError, match="steering_wheel_damping cannot be told; record a sweep with the wheel free"):
+    with pytest.raises(
+        InputError, match="steering_wheel_damping is not identifiable; record a sweep with the wheel free"
+    ):
         identify_column(ROUGH, {LOCKED: recordings()[LOCKED]}, ("steering_wheel_damping",))
 
 

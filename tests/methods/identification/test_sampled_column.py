@@ -12,7 +12,7 @@ from tierod.core.graph import jacobian, scan
 from tierod.methods.identification.sampled_column import BenchInput, BenchParameters, RoundedColumn, SampledColumn
 from tierod.methods.identification.simulation import Simulation
 from tierod.models.linear import linearise
-from tierod.models.steering_column import ColumnInput, RubbingColumn, SteeringColumn
+from tierod.models.steering_column import ColumnInput, ColumnWithFriction, SteeringColumn
 from tierod.vehicles import load
 
 BENCH = load("column-bench").parameters_for(BenchParameters)
@@ -39,7 +39,9 @@ def test_with_friction_it_follows_a_fine_integration_of_the_continuous_model():
 
     def slope(now, state):
         given = torque[min(int(now * 1e3 + 1e-9), count - 1)]
-        return list(RubbingColumn.derivative(RubbingColumn.State(*state), ColumnInput(given, 0.0, 0.0), BENCH))
+        return list(
+            ColumnWithFriction.derivative(ColumnWithFriction.State(*state), ColumnInput(given, 0.0, 0.0), BENCH)
+        )
 
     fine = solve_ivp(slope, (0.0, (count - 1) * 1e-3), [0.0] * 7, t_eval=np.arange(count) * 1e-3, max_step=2e-4)
     ours = simulated(BENCH, torque)

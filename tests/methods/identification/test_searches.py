@@ -8,10 +8,10 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
+from tierod.methods.identification.column_misfit import misfit
 from tierod.methods.identification.experiment import Experiment, Free
-from tierod.methods.identification.held import misfit
-from tierod.methods.identification.innovations import Innovations
 from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
+from tierod.methods.identification.simulation import Innovations
 from tierod.papers.column.output_error import OutputError
 
 

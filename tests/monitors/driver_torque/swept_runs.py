@@ -4,8 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from tierod.papers.column.observer_runs import samples
-from tierod.papers.column.swept_bench import swept
+from tierod.papers.column.swept_bench import samples, swept
 
 
 @lru_cache(maxsize=8)

@@ -3,8 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod.monitors.driver_torque.hands_filters import FINE
-from tierod.monitors.driver_torque.sensor_noise import MARGIN, measured_noise
+from tierod.monitors.driver_torque.sensor_noise import FINE, MARGIN, measured_noise
 
 RATE = 1000.0
 

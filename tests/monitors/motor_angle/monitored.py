@@ -7,10 +7,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from tierod.core.graph import scan
+from tierod.core.graph import scan, trace
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.papers.motor_angle.fault_drives import RATE, drive
 from tierod.vehicles import load
@@ -18,6 +18,12 @@ from tierod.vehicles import load
 MONITOR = MotorAngleMonitor.of_vehicle(load("motor-bench"), 1.0 / RATE)
 SOUND = lru_cache(maxsize=8)(lambda seed=3, seconds=9.0: drive(seed, seconds))
 COLUMN = {name: column for column, name in enumerate(MotorAngleSample._fields)}
+
+
+def columns(block, count, **values):
+    """Samples of a block, (count, n): some of its signals by the last part of their name, all others missing."""
+    named = [values.get(name.rpartition(".")[-1], np.nan) for name in trace(block).sample]
+    return np.column_stack([np.broadcast_to(each, count) for each in named]).astype(float)
 
 
 def alarms_of(samples, monitor=MONITOR):

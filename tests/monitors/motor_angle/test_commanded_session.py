@@ -49,7 +49,7 @@ def finding(recording, vehicle="motor-bench"):
 @pytest.mark.parametrize(
     ("more", "variant", "told"),
     [
-        (COMMANDS, "commanded-voltage", "those that the inverter was told to make"),
+        (COMMANDS, "commanded-voltage", "those that the inverter was commanded to make"),
         (DUTY_CYCLES, "duty-cycles", "duty cycles times the supply"),
     ],
 )
@@ -57,7 +57,7 @@ def test_it_says_which_voltages_it_rests_on_and_what_the_inverter_takes(more, va
     found = finding(recorded(DRIVE.samples, *more))
     assert found.monitor == f"motor-angle, {variant}"
     assert found.status is Status.HEALTHY
-    assert "commanded voltages tell" in found.headline
+    assert "commanded voltages give" in found.headline
     assert told in found.warnings[0]
     assert found.evidence["inverter_voltage_loss_v"] == pytest.approx(0.83, abs=0.06)
     assert len(found.warnings) == 1
@@ -111,7 +111,7 @@ def test_what_could_be_recorded_in_place_of_voltages_is_told():
 
 
 def test_duty_cycles_without_a_supply_are_refused():
-    with pytest.raises(InputError, match="duty cycles tell a voltage with the supply_voltage only"):
+    with pytest.raises(InputError, match="duty cycles give a voltage with the supply_voltage only"):
         finding(recorded(DRIVE.samples, *DUTY_CYCLES[:3]))
 
 

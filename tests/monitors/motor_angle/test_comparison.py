@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from monitors.motor_angle.monitored import columns
+from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD, SensorComparison
-from tierod.monitors.motor_angle.residual import ResidualGate
+from tierod.monitors.motor_angle.comparison import ANGLE_DRIFT, ANGLE_THRESHOLD, ResidualGate, SensorComparison
 from tierod.monitors.motor_angle.second_tests import Increments
 
 STEP, POLES, FLUX, SPEED, SECONDS = 1e-3, 4.0, 0.0085, 30.0, 8.0
@@ -19,9 +20,16 @@ def samples(offset=0.0, gain=1.0, speed=SPEED):
     time = np.arange(round(SECONDS / STEP)) * STEP
     angle = speed * time
     wrong = np.where(time > 6.0, offset / POLES + (gain - 1.0) * speed * (time - 6.0), 0.0)
-    constant = np.ones(len(time))
-    return np.column_stack(
-        [POLES * wrong, angle + wrong, speed * constant, 0.001 * constant, FLUX * constant, 0.0 * constant, angle]
+    return columns(
+        BLOCK,
+        len(time),
+        angle_residual_electrical=POLES * wrong,
+        motor_angle_mechanical=angle + wrong,
+        motor_speed=speed,
+        motor_angle_standard_deviation=0.001,
+        motor_flux=FLUX,
+        standing=0.0,
+        motor_angle=angle,
     )
 
 
@@ -59,4 +67,51 @@ def test_a_gain_shows_in_what_both_gain():
 
 def test_a_sensor_that_stands_and_one_that_turns_back_are_told():
     assert first(scan(BLOCK, samples(gain=0.0)), "stuck_alarm") < 6.1
-    assert first(scan(BLOCK, samples(gain=-1.0)), "backwards_alarm") < 6.1
+    assert 6.02 < first(scan(BLOCK, samples(gain=-1.0)), "backwards_alarm") < 6.1
+
+
+GATE = ResidualGate(4.0, 0.0085, start=0.1)
+
+
+def counted(speed=20.0, deviation=0.005, flux=0.0085, standing=0.0, angle=1.0, samples=3000):
+    seen = {
+        "motor_angle_mechanical": angle,
+        "motor_speed": speed,
+        "motor_angle_standard_deviation": deviation,
+        "motor_flux": flux,
+        "standing": standing,
+    }
+    return scan(GATE, columns(GATE, samples, **seen))
+
+
+def test_it_counts_one_value_in_a_millisecond_after_start_and_hold():
+    found = counted()
+    first = int(np.argmax(found["counts"]))
+    assert first in range(1190, 1202)
+    assert found["counts"].sum() == pytest.approx((3000 - first) / 10, abs=1)
+
+
+@pytest.mark.parametrize(
+    "away", [{"speed": 9.9}, {"deviation": 0.04}, {"flux": 0.006}, {"standing": 1.0}, {"angle": np.nan}]
+)
+def test_nothing_counts_where_the_currents_tell_no_angle(away):
+    assert counted(**away)["counts"].sum() == 0.0
+
+
+def test_an_interruption_begins_the_hold_anew():
+    speed = np.full(3000, -20.0)
+    speed[2000] = 0.0
+    known = counted(speed=speed)["known"]
+    assert known[1999] == 1.0
+    assert known[2000:2190].max() == 0.0
+    assert known[2210:].min() == 1.0
+
+
+def test_readings_in_every_tenth_sample_count_all():
+    angle = np.where(np.arange(3000) % 10 == 3, 1.0, np.nan)
+    assert counted(angle=angle)["counts"].sum() == pytest.approx(180, abs=1)
+
+
+def test_a_gate_that_cannot_be_is_refused():
+    with pytest.raises(ParameterError, match="spacing"):
+        ResidualGate(4.0, 0.0085, spacing=0.0)

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from tierod.core.graph import scan
-from tierod.monitors.motor_angle.electrical import ElectricalAlarms, ElectricalChecks, ElectricalSample
+from tierod.monitors.motor_angle.electrical import ElectricalAlarms, ElectricalChecks
+from tierod.monitors.motor_angle.signals import MotorAngleSample
 
 TIME = np.arange(6000) / 1e4
 ANGLE = 40.0 * TIME
@@ -14,7 +15,7 @@ def sound():
     noise = lambda: 0.1 * random.normal(size=len(TIME))  # noqa: E731
     electrical = 4.0 * ANGLE
     phases = [10.0 * np.cos(electrical - shift) + noise() for shift in (0.0, 2.0 * np.pi / 3.0, 4.0 * np.pi / 3.0)]
-    values = dict.fromkeys(ElectricalSample._fields, np.full(len(TIME), np.nan))
+    values = dict.fromkeys(MotorAngleSample._fields, np.full(len(TIME), np.nan))
     values |= dict(zip(("motor_current_a", "motor_current_b", "motor_current_c"), phases, strict=True))
     values |= {
         "motor_angle_mechanical": ANGLE % (2.0 * np.pi),
@@ -28,7 +29,7 @@ def sound():
 
 
 def failing(values):
-    found = scan(ElectricalChecks(4.0), np.column_stack([values[name] for name in ElectricalSample._fields]))
+    found = scan(ElectricalChecks(4.0), np.column_stack([values[name] for name in MotorAngleSample._fields]))
     flags = {name: found[f"alarms.{name}"] for name in ElectricalAlarms._fields}
     return {name: int(np.argmax(flag)) for name, flag in flags.items() if flag.any()}
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from monitors.motor_angle.monitored import columns
 from tierod.core.graph import scan
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, PINION, WHEEL
@@ -15,12 +16,16 @@ LATE = TIME > 3.0
 
 def judged(motor=MOTOR_ANGLE, wheel=WHEEL_ANGLE, pinion=PINION_ANGLE, torque=TORQUE, speed=None, gain=None):
     """Sampled as in a car: the motor's angle every millisecond, the others every ten with their resolution."""
-    columns = [
-        np.where(np.arange(len(TIME)) % 10 == 0, motor, np.nan),
-        *(np.where(np.arange(len(TIME)) % 100 == 0, each, np.nan) for each in (np.round(wheel, 3), pinion, torque)),
-        np.full(len(TIME), np.nan) if speed is None else np.where(np.arange(len(TIME)) % 200 == 0, speed, np.nan),
-    ]
-    return scan(AnglePlausibility(Superposition(22.5, 1.0, 140.0), gain=gain), np.column_stack(columns))
+    block = AnglePlausibility(Superposition(22.5, 1.0, 140.0), gain=gain)
+    signals = {
+        "motor_angle_mechanical": np.where(np.arange(len(TIME)) % 10 == 0, motor, np.nan),
+        "steering_wheel_angle": np.where(np.arange(len(TIME)) % 100 == 0, np.round(wheel, 3), np.nan),
+        "pinion_angle": np.where(np.arange(len(TIME)) % 100 == 0, pinion, np.nan),
+        "driver_torque": np.where(np.arange(len(TIME)) % 100 == 0, torque, np.nan),
+    }
+    if speed is not None:
+        signals["vehicle_speed"] = np.where(np.arange(len(TIME)) % 200 == 0, speed, np.nan)
+    return scan(block, columns(block, len(TIME), **signals))
 
 
 def test_angles_that_fit_pass_with_any_zero_and_wrapped():
@@ -43,13 +48,13 @@ def test_the_wrong_one_is_named(name, angle, code, kind):
     found = judged(**{name: wrong})
     first = int(np.argmax(found["alarm"]))
     assert 3.0 < TIME[first] < 3.5
-    assert found["suspect"][first] == code
+    assert found["by_motion"][first] == code
 
 
 def test_where_none_stands_out_none_is_named():
     found = judged(wheel=WHEEL_ANGLE + 0.05 * np.maximum(TIME - 3.0, 0.0))
     assert found["alarm"].max() == 1.0
-    assert found["suspect"][int(np.argmax(found["alarm"]))] == NONE
+    assert found["by_motion"][int(np.argmax(found["alarm"]))] == NONE
 
 
 def test_angles_that_do_not_come_are_not_compared():

@@ -42,7 +42,7 @@ def test_an_offset_with_its_size_and_its_beginning():
     assert found.status is Status.FAULT
     assert found.since == pytest.approx(6.22, abs=0.02)
     assert found.estimate.value == pytest.approx(math.radians(5.0), abs=0.02)
-    assert "differs from the angle that currents and voltages tell" in found.headline
+    assert "differs from the angle that currents and voltages give" in found.headline
 
 
 def test_a_drive_too_slow_is_not_judged():

@@ -10,8 +10,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.sideslip.beside_truth import BesideTruth, beside_truth
 from tierod.monitors.sideslip.calibration import calibrated, with_parameters
-from tierod.monitors.sideslip.combined_tuning import CombinedTuning
-from tierod.monitors.sideslip.vehicle_tuning import THROUGH_A_COLUMN, tuning_of
+from tierod.monitors.sideslip.combined_tuning import THROUGH_A_COLUMN, CombinedTuning, tuning_of
 from tierod.vehicles import load
 
 CAR = load("ferrari-250lm")

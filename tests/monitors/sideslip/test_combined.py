@@ -13,8 +13,8 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.monitors.sideslip.combined import SMOOTHING, CombinedSideslip
+from tierod.monitors.sideslip.combined_estimate import CombinedSample
 from tierod.monitors.sideslip.combined_identifiability import identifiability
-from tierod.monitors.sideslip.combined_sample import CombinedSample
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
 from tierod.monitors.sideslip.decisions import limit_rule
 from tierod.proving_ground import Sensor, SensorSet, run
@@ -181,7 +181,7 @@ def test_at_the_start_nothing_is_told():
     found = identifiability(block, block.init())
     assert found.identified == ()
     assert found.left == pytest.approx(1.0)
-    assert str(found).startswith("The drive tells none of the unknowns.")
+    assert str(found).startswith("The drive identifies none of the unknowns.")
 
 
 @pytest.mark.parametrize("step", [0.0, -0.01, 0.1, math.nan])

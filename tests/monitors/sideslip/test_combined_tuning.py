@@ -7,8 +7,13 @@ import math
 import pytest
 
 from tierod.models.lateral_parameters import OF_STEERING
-from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
-from tierod.monitors.sideslip.vehicle_tuning import LATERAL_ACCELERATION, YAW_RATE, tuning_of
+from tierod.monitors.sideslip.combined_tuning import (
+    LATERAL_ACCELERATION,
+    YAW_RATE,
+    CombinedTuning,
+    Wandering,
+    tuning_of,
+)
 from tierod.vehicles import load
 
 

@@ -6,11 +6,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy.linalg import solve_discrete_are
 
 from tierod.core.errors import ParameterError
 from tierod.methods.estimators.pole_placement import discrete_poles
-from tierod.models.linear import LinearSystem
 from tierod.models.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 from tierod.monitors.sideslip.conventional import placed
 from tierod.monitors.sideslip.schedule import (
@@ -19,7 +17,6 @@ from tierod.monitors.sideslip.schedule import (
     Scheduling,
     error_radius,
     scheduled,
-    stationary_covariance,
 )
 from tierod.monitors.sideslip.two_stage import decoupled
 from tierod.vehicles import load
@@ -85,14 +82,3 @@ def test_the_interpolated_gain_is_stable_between_all_speeds_of_the_table(model, 
 def test_a_gain_that_is_not_stable_is_refused_with_the_speed():
     with pytest.raises(ParameterError, match="m/s"):
         scheduled(TWO, lambda _: np.full((2, 2), 50.0), lambda _: np.eye(2)[:1], (1e-6,) * 2, (1e-6, 1e-6))
-
-
-def test_the_covariance_of_an_optimal_gain_is_that_of_the_riccati_equation():
-    system = LinearSystem.of([[0.9, 0.1], [0.0, 0.8]], [[1.0, 0.0]])
-    process, reading = np.diag([0.1, 0.2]), np.array([[0.5]])
-    predicted = solve_discrete_are(system.A.T, system.C.T, process, reading)
-    innovation = system.C @ predicted @ system.C.T + reading
-    gain = predicted @ system.C.T / innovation
-    found = stationary_covariance(system, gain, (0.1, 0.2), (0.5,))
-    np.testing.assert_allclose(found.corrected, (np.eye(2) - gain @ system.C) @ predicted, atol=1e-9)
-    np.testing.assert_allclose(found.innovation, innovation, atol=1e-9)

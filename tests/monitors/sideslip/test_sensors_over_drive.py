@@ -32,7 +32,7 @@ def seen(offset=0.0, stand=0.0, yaw=1.0, speed=1.0, acceleration=1.0, bank=0.0, 
 def test_an_offset_is_told_standing_and_driving(stand):
     found = seen(offset=OFFSET, stand=stand, pieces=3).offset()
     assert found.value == pytest.approx(OFFSET, rel=0.05)
-    assert ("stands" in found.told_by) == (stand > 0.0)
+    assert ("stands" in found.shown_by) == (stand > 0.0)
 
 
 def test_neither_bank_nor_an_angle_that_is_off_is_taken_for_an_offset():

@@ -12,7 +12,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
-from tierod.monitors.sideslip.car_signals import FromCarSignals
+from tierod.monitors.sideslip.monitor import SideslipEstimate, SideslipMonitor
 from tierod.monitors.sideslip.session import TRACES
 from tierod.proving_ground import SensorSet, run
 from tierod.proving_ground.cars.catalogue import load as load_car
@@ -177,10 +177,10 @@ def test_torque_and_current_give_the_same_torque_at_the_road_wheels():
             return None
 
         def step(self, state, sample):
-            return state, sample
+            return state, SideslipEstimate(0.0, 0.0, sample, 0.0, 0.0, 0.0, 0.0)
 
-    block = FromCarSignals.of_vehicle(Told(), load("steer-by-wire"))
+    block = SideslipMonitor.of_vehicle(Told(), load("steer-by-wire"))
     nan = math.nan
-    of_torque = block.step(None, block.Sample(motor_torque=0.12, motor_current=nan))[1]
-    of_current = block.step(None, block.Sample(motor_torque=nan, motor_current=2.0))[1]
+    samples = block.Sample(motor_torque=0.12, motor_current=nan), block.Sample(motor_torque=nan, motor_current=2.0)
+    of_torque, of_current = (block.step(None, sample)[1].estimate.self_aligning_torque for sample in samples)
     assert of_torque == pytest.approx(of_current) == pytest.approx(17.0 * 3.0 * 75.0 * 0.7 * 0.12)

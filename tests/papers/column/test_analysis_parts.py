@@ -6,13 +6,13 @@ import pytest
 from tierod.core.claims import Claim, claims_document
 from tierod.core.content import Heading
 from tierod.experiments.effort import Effort
-from tierod.methods.analysis.observability_matrix import unscaled_rank
+from tierod.methods.analysis.observability import unscaled_rank
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import SteeringColumn
 from tierod.papers.column import frequency, observability, reduction
+from tierod.papers.column.observability import rational_rank
 from tierod.papers.column.parameter_sets import EIGENVALUES, member
-from tierod.papers.column.rational import rational_rank
 from tierod.report.study_page import StudyPage, render_study
 
 EXPECTED = {

@@ -6,11 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tierod.papers.column import figure_ten, tracking
-from tierod.papers.column.closed_loop import BEGIN, NOISE, SAMPLE_TIME, belief, holding, loop_of, run
+from tierod.papers.column import position_control, tracking
+from tierod.papers.column.closed_loop import (
+    BEGIN,
+    NOISE,
+    SAMPLE_TIME,
+    belief,
+    error,
+    followed,
+    holding,
+    loop_of,
+    run,
+    sine,
+)
 from tierod.papers.column.control.reference import Step, Sweep
-from tierod.papers.column.followed import error, followed, sine
-from tierod.papers.column.scatter import SCATTERED, scattered
+from tierod.papers.column.parameter_sets import SCATTERED, scattered
 from tierod.papers.column.takeover import taken
 from tierod.proving_ground.cars.column_bench import ColumnBench
 
@@ -116,7 +126,7 @@ def test_scatter_is_drawn_for_every_parameter_and_repeats():
 
 def test_differences_are_late_by_nothing():
     time = np.arange(0.0, 2.0, SAMPLE_TIME)
-    rate = figure_ten.differences(np.sin(6.0 * time))
+    rate = position_control.differences(np.sin(6.0 * time))
     np.testing.assert_allclose(rate[50:-50], 6.0 * np.cos(6.0 * time[50:-50]), atol=6e-3)
 
 

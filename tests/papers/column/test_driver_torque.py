@@ -13,9 +13,19 @@ from tierod.experiments.effort import Effort
 from tierod.methods.filters.each import Delay
 from tierod.monitors.driver_torque.starting import ColumnSample
 from tierod.papers.column.driver_torque import items
-from tierod.papers.column.observer_runs import SIGNALS, drive, errors, samples
 from tierod.papers.column.observer_sensitivity import SENSORS
-from tierod.papers.column.swept_bench import AMPLITUDE, HANDS, NOISE, demands, swept
+from tierod.papers.column.swept_bench import (
+    AMPLITUDE,
+    HANDS,
+    NOISE,
+    SIGNALS,
+    demands,
+    drive,
+    driven,
+    errors,
+    samples,
+    swept,
+)
 
 QUICK = Effort(quick=True)
 
@@ -82,11 +92,11 @@ def test_errors_take_the_lag_into_account():
         return changed
 
     block = LateBar(Delay(ColumnSample, 3))
-    found = errors(block, "ramps", QUICK, 3, with_hands)
+    found = errors(block, driven("ramps", QUICK), 3, with_hands)
     assert found.hand_torque == 0.0
     assert math.isnan(found.nis)
     assert math.isnan(found.disturbance_torque)
-    assert errors(block, "ramps", QUICK, 0, with_hands).hand_torque > 0.0
+    assert errors(block, driven("ramps", QUICK), 0, with_hands).hand_torque > 0.0
 
 
 @pytest.mark.slow

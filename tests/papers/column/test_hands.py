@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from tierod.core.claims import Claim, claims_document
+from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
+from tierod.monitors.driver_torque.hands import OFF, HandsMonitor
 from tierod.papers.column import hands, natural_drives
-from tierod.papers.column.handled_bench import STEP, _score, drawn, together
+from tierod.papers.column.handled_bench import STEP, HeldRecord, _score, design_thresholds, drawn, together
 from tierod.proving_ground.courses.bench_hands import BenchHands
+from tierod.vehicles import load
 
 COURSE = BenchHands(time=60.0, seed=8)
 
@@ -57,6 +61,19 @@ def test_benches_differ_from_the_vehicle_file_by_the_share():
 @pytest.mark.slow
 @pytest.mark.parametrize("part", [hands, natural_drives])
 def test_the_part_runs_quickly(part):
-    claims = [item for item in part.items(Effort(quick=True)) if isinstance(item, Claim)]
+    claims = [item for item in part.items(Effort(quick=True, processes=1)) if isinstance(item, Claim)]
     assert claims
     assert claims_document(claims)
+
+
+def test_a_monitor_is_designed_for_both_changes():
+    draw, time = np.random.default_rng(4), np.arange(0.0, 60.0, 1e-3)
+    held = (np.floor(time / 5.0) % 2.0).astype(float)
+    noise = draw.standard_normal((3, len(time)))
+    hand = held * 0.15 * np.convolve(noise[0], np.hanning(150) / 7.5, "same")
+    rate = lfilter([0.0, 1e-3 / 0.035], [1.0, -np.exp(-1e-3 * 0.2286 / 0.035)], hand)
+    samples = np.column_stack([np.cumsum(rate) * 1e-3 + 1e-4 * noise[1], 0.01 * noise[2]])
+    monitor = HandsMonitor.of_vehicle(load("column-bench"), 1e-3)
+    design = design_thresholds(monitor, [HeldRecord(samples, held)], 0.1)
+    assert all(each > 0.0 for each in design.thresholds)
+    assert np.any(scan(monitor, samples)["hands"] == OFF)

@@ -9,7 +9,7 @@ from tierod.papers.column.identified_bench import EXPERIMENTS, LAWS, bench, reco
 
 @pytest.mark.slow
 def test_a_quick_run_gives_tables_and_claims():
-    found = list(identification.items(Effort(quick=True)))
+    found = list(identification.items(Effort(quick=True, processes=1)))
     tables = [item.title for item in found if isinstance(item, Table)]
     assert len(tables) == 3
     claims = [item for item in found if isinstance(item, Claim)]

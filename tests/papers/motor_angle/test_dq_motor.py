@@ -6,8 +6,7 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.models.linear import linearise
 from tierod.models.stator_frame_motor import SampledMotorParameters, StatorFrameMotor
-from tierod.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, LoadedDqMotor
-from tierod.papers.motor_angle.q_axis_motor import q_axis_motor, with_load
+from tierod.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, LoadedDqMotor, q_axis_motor, with_load
 from tierod.physics.clarke_park import RotorVector, direction, inverse_park
 from tierod.vehicles import load
 

@@ -8,8 +8,7 @@ from monitors.motor_angle.steady_motor import FLUX, INDUCTANCE, load_torque, ste
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.papers.motor_angle.feedforward import FeedforwardAngle
-from tierod.papers.motor_angle.feedforward_load import FeedforwardWithLoad
+from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
 from tierod.vehicles import load
 
 P = load("motor-bench").parameters_for(SampledMotorParameters)

@@ -4,9 +4,8 @@ import pytest
 from tierod.core.claims import Claim
 from tierod.core.content import Chart
 from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle.car_drives import CAR, car_drive
-from tierod.papers.motor_angle.figures import FAST, HELD, PRINTED, items
-from tierod.papers.motor_angle.observer_accuracy import methods
+from tierod.papers.motor_angle.figures import CAR, FAST, HELD, PRINTED, car_drive, items
+from tierod.papers.motor_angle.observer_drives import methods
 
 
 def test_the_sections_are_what_they_are_called():

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.papers.motor_angle.dq_motor import DqMotorParameters
-from tierod.papers.motor_angle.printed_linear import LinearSpeed
-from tierod.papers.motor_angle.q_axis_motor import q_axis_motor, with_load
-from tierod.papers.motor_angle.reduced_observer import (
+from tierod.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
+from tierod.papers.motor_angle.luenberger import (
+    LinearSpeed,
     full_observer,
     printed_reduced_observer,
     reduced_observer,

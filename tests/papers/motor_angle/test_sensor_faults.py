@@ -89,7 +89,7 @@ def test_a_trial_and_a_whole_drive_with_the_same_fault_tell_the_same():
 
 def test_processes_change_nothing():
     trials = [Trial(11, 60.0), Trial(12, 60.0)]
-    assert found_in(trials, 2) == found_in(trials, 1)
+    assert found_in(trials, Effort(processes=2)) == found_in(trials, Effort(processes=1))
 
 
 def test_a_stuck_sensor_is_found_from_any_instant():

@@ -6,9 +6,8 @@ import pytest
 from tierod.core.claims import Claim
 from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle.observer_accuracy import parameters
-from tierod.papers.motor_angle.standing import HELD, MOVING, held_drive, items, standing
-from tierod.papers.motor_angle.wrong_beginning import settled, settling
+from tierod.papers.motor_angle.observer_drives import parameters
+from tierod.papers.motor_angle.standing import HELD, MOVING, held_drive, items, settled, settling, standing
 
 DRIVE = held_drive(1)
 

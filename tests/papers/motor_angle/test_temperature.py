@@ -9,8 +9,8 @@ from tierod.papers.motor_angle.temperature import COLD, HOT, RAMP, ZERO, alarmed
 def test_a_hot_motor_is_learnt():
     found = judged("hot", HOT, [to_and_fro(900, 10.0, ZERO + HOT)])
     assert found.resistance == pytest.approx(1.39, abs=0.01)
-    assert found.told_resistance == pytest.approx(found.resistance, rel=0.05)
-    assert found.told_flux == pytest.approx(found.flux, rel=0.02)
+    assert found.learnt_resistance == pytest.approx(found.resistance, rel=0.05)
+    assert found.learnt_flux == pytest.approx(found.flux, rel=0.02)
     assert found.rms < 0.006
     assert found.alarms == 0
 
@@ -19,7 +19,7 @@ def test_a_ramp_warms_the_motor_through_the_whole_range():
     seen = ramp(900, COLD, HOT)
     found = judged("ramp", HOT, [seen])
     assert seen.time[-1] == pytest.approx(RAMP, abs=0.01)
-    assert found.told_resistance == pytest.approx(1.39, rel=0.05)
+    assert found.learnt_resistance == pytest.approx(1.39, rel=0.05)
     assert not alarmed(seen)
 
 

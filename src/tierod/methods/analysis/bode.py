@@ -8,8 +8,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from tierod.core.content import Band, Chart, Lines, Panel
-from tierod.methods.analysis.frequency_response import decibels, frequency_response, phase
-from tierod.methods.analysis.measured_response import MeasuredResponse
+from tierod.methods.analysis.frequency_response import MeasuredResponse, decibels, frequency_response, phase
 from tierod.models.linear import LinearSystem
 
 FREQUENCY = np.geomspace(0.5, 300.0, 400)

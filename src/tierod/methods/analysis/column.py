@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tierod.methods.analysis.extended import extended
 from tierod.methods.analysis.fitness import require_fit
 from tierod.methods.analysis.frequency_response import frequency_response
-from tierod.methods.analysis.output_subsets import Sampling, Shown, output_subsets, shown_by
+from tierod.methods.analysis.output_subsets import Sampling, Shown, extended, output_subsets, shown_by
 from tierod.methods.analysis.reduction import Reduction, balanced_reduction, modal_reduction
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem
@@ -20,7 +19,7 @@ from tierod.models.steering_column import ColumnParameters, SteeringColumn
 from tierod.models.two_inertia_column import SPRINGS, TwoInertiaColumn, without_gear
 
 UNKNOWN_TORQUES = ("hand_torque", "disturbance_torque")
-"""Inputs that nobody measures, which an observer carries as states."""
+"""Unmeasured inputs, which an observer carries as states."""
 
 SAMPLING = Sampling(
     {"steering_wheel_angle": math.radians(0.05), "motor_angle_mechanical": math.radians(0.2), "driver_torque": 0.02},

@@ -1,15 +1,67 @@
-"""Whether a filter's errors are as large as it says: NIS, whiteness, NEES, over a whole run or chunk by chunk."""
+"""Whether a filter's errors are as large as its covariance: NIS, whiteness, NEES, of a run or chunk by chunk."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.methods.analysis.chi_square import CONFIDENCE, chi_square_quantile, mean_band, normalised_error_squared
+from tierod.core.graph import Result
+
+CONFIDENCE = 0.95  # of every band; the share that textbooks and reviewers expect
+
+
+def chi_square_quantile(probability: float, degrees: float) -> float:
+    """Quantile of the chi-square distribution; of one degree, that of a squared normal variable."""
+    if degrees == 1:
+        from statistics import NormalDist
+
+        return NormalDist().inv_cdf(0.5 * (1.0 + probability)) ** 2
+
+    from scipy.special import gammaincinv
+
+    return float(2.0 * gammaincinv(degrees / 2.0, probability))
+
+
+def mean_band(degrees: int, count: int | None = None) -> tuple[float, float]:
+    """95 % band of a chi-square sum with this many degrees, per degree (or per `count`)."""
+    if not degrees:
+        return (math.nan, math.nan)
+    low, high = (1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0
+    per = degrees if count is None else count
+    return (chi_square_quantile(low, degrees) / per, chi_square_quantile(high, degrees) / per)
+
+
+def normalised_error_squared(error: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """e' P^-1 e of every sample, (n,); NaN where an error or a covariance is not finite or not positive.
+
+    Args:
+        error: estimate minus truth, (n, states)
+        covariance: packed covariance (n, states (states + 1) / 2), or variances (n, states)
+    """
+    error, covariance = np.asarray(error, float), np.asarray(covariance, float)
+    if error.ndim != 2 or covariance.ndim != 2 or len(error) != len(covariance):
+        raise InputError(f"error has the shape {error.shape} and covariance {covariance.shape}; expected (n, ...) both")
+    n = error.shape[1]
+    if covariance.shape[1] == n:
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where((covariance > 0.0).all(axis=1), (error**2 / covariance).sum(axis=1), np.nan)
+    if covariance.shape[1] != n * (n + 1) // 2:
+        raise InputError(
+            f"covariance has {covariance.shape[1]} columns for {n} states; expected {n} variances or "
+            f"{n * (n + 1) // 2} packed entries"
+        )
+    full = np.empty((len(error), n, n))
+    rows, columns = np.triu_indices(n)
+    full[:, rows, columns] = full[:, columns, rows] = covariance
+    result = np.full(len(error), np.nan)
+    good = np.isfinite(full).all(axis=(1, 2)) & np.isfinite(error).all(axis=1)
+    good[good] &= np.linalg.eigvalsh(full[good])[:, 0] > 0.0
+    solved = np.linalg.solve(full[good], error[good][:, :, None])[:, :, 0]
+    result[good] = (error[good] * solved).sum(axis=1)
+    return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +76,6 @@ class Consistency:
         whiteness: largest autocorrelation of the normalised innovations over lags and outputs
         whiteness_band: its 95 % limit for white innovations
         lags: autocorrelation, (outputs, lags)
-        nees: mean normalised estimation error squared per state, where the truth was given
-        error_degrees: samples times states that `nees` rests on
     """
 
     samples: int
@@ -35,18 +85,11 @@ class Consistency:
     whiteness: float
     whiteness_band: float
     lags: np.ndarray
-    nees: float
-    error_degrees: int
 
     @property
     def nis_band(self) -> tuple[float, float]:
         """95 % band for `nis` of a consistent filter."""
         return mean_band(self.measurements)
-
-    @property
-    def nees_band(self) -> tuple[float, float]:
-        """95 % band for `nees`, as if errors of different samples were independent: they are not, it is wider."""
-        return mean_band(self.error_degrees)
 
     @property
     def consistent(self) -> bool | None:
@@ -74,11 +117,16 @@ class ConsistencyAccumulator:
         self.lag_count = lags
         self.samples = self.measurements = self.above = 0
         self.nis_sum = 0.0
-        self.error_sum, self.error_degrees = 0.0, 0
         self._tail: np.ndarray | None = None
         self._square = self._count = self._pairs = self._products = np.zeros(0)
 
-    def add(self, nis: np.ndarray, present: np.ndarray, innovation: Any = None, variance: Any = None) -> None:
+    def add(
+        self,
+        nis: np.ndarray,
+        present: np.ndarray,
+        innovation: np.ndarray | None = None,
+        variance: np.ndarray | None = None,
+    ) -> None:
         """One more chunk of a filter's estimate.
 
         Args:
@@ -101,22 +149,6 @@ class ConsistencyAccumulator:
         if innovation is not None and variance is not None:
             self._add_innovations(np.asarray(innovation, float), np.asarray(variance, float), len(nis))
 
-    def add_error(self, error: np.ndarray, covariance: np.ndarray) -> None:
-        """One more chunk of errors against a known truth.
-
-        Args:
-            error: estimate minus truth, (n, states)
-            covariance: packed covariance (n, states (states + 1) / 2), or variances (n, states), which neglects
-                correlation between the errors of different states
-
-        Raises:
-            InputError: shapes that do not fit together
-        """
-        squares = normalised_error_squared(error, covariance)
-        used = np.isfinite(squares)
-        self.error_sum += float(squares[used].sum())
-        self.error_degrees += int(used.sum()) * np.shape(error)[1]
-
     def result(self) -> Consistency:
         """The figures so far."""
         lags = self._autocorrelation()
@@ -130,8 +162,6 @@ class ConsistencyAccumulator:
             float(np.abs(lags[seen]).max()) if seen.any() else math.nan,
             _whiteness_limit(pairs),
             lags,
-            self.error_sum / self.error_degrees if self.error_degrees else math.nan,
-            self.error_degrees,
         )
 
     def _add_innovations(self, innovation: np.ndarray, variance: np.ndarray, length: int) -> None:
@@ -181,7 +211,7 @@ def _whiteness_limit(pairs: np.ndarray) -> float:
     return NormalDist().inv_cdf(1.0 - (1.0 - CONFIDENCE) / (2.0 * len(pairs))) / math.sqrt(pairs.min())
 
 
-def consistency(result: Any, lags: int = 20) -> Consistency:
+def consistency(result: Result, lags: int = 20) -> Consistency:
     """Consistency of a whole run of a filter.
 
     Args:

@@ -19,7 +19,7 @@ class Bound:
     """Least standard deviations.
 
     Args:
-        names: of the states, or of whatever else was estimated
+        names: of the states
         start: of the state at the first sample, in its own units, (n,); infinite where the outputs do not show it
         end: of the state at the last sample, (n,)
         condition: largest over smallest singular value of the sensitivities, each column of length 1
@@ -63,16 +63,16 @@ def cramer_rao(
     steps = system if discrete else sampled(system, sample_time)
     weights = np.array([noise[name] for name in system.outputs])
     rows, onwards = _sensitivities(steps.A, steps.C / weights[:, None], int(duration / sample_time + 1e-9))
-    return bound(rows, system.states, onwards)
+    return _bound(rows, system.states, onwards)
 
 
-def bound(sensitivities: np.ndarray, names: tuple[str, ...], onwards: np.ndarray | None = None) -> Bound:
-    """The bound from the sensitivities of all samples to what is estimated.
+def _bound(sensitivities: np.ndarray, names: tuple[str, ...], onwards: np.ndarray) -> Bound:
+    """The bound from the sensitivities of all samples to the state at the start.
 
     Args:
-        sensitivities: derivative of every sample, over its standard deviation, by every unknown, (samples, unknowns)
-        names: of the unknowns
-        onwards: derivative of the unknowns at the end by those at the start; the identity where not given
+        sensitivities: derivative of every sample, over its standard deviation, by every state, (samples, states)
+        names: of the states
+        onwards: derivative of the state at the end by that at the start, (states, states)
     """
     n = len(names)
     sizes = np.linalg.norm(sensitivities, axis=0)
@@ -85,7 +85,7 @@ def bound(sensitivities: np.ndarray, names: tuple[str, ...], onwards: np.ndarray
     return Bound(
         names,
         _spread(directions, values, shown),
-        _spread(directions if onwards is None else onwards @ directions, values, shown),
+        _spread(onwards @ directions, values, shown),
         condition,
     )
 

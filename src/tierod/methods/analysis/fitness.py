@@ -80,14 +80,14 @@ def _require_stable(
     fastest = float(np.abs(values).max())
     worst = int(np.argmax(np.where(np.abs(values) < SPLIT * fastest, np.minimum(values.real, 0.0), values.real)))
     growth = float(values[worst].real)
-    told = f"eigenvalue {_number(values[worst])} 1/s in {_where(vectors[:, worst], system)}"
+    mode = f"eigenvalue {_number(values[worst])} 1/s in {_where(vectors[:, worst], system)}"
     if growth > _ZERO * fastest and abs(values[worst]) >= SPLIT * fastest:
         raise ParameterError(
-            f"{what} is unstable: {told}; check the signs of its stiffnesses and dampings, and that no inertia is "
+            f"{what} is unstable: {mode}; check the signs of its stiffnesses and dampings, and that no inertia is "
             "zero or below"
         )
     if not marginal and growth >= -_ZERO * fastest:
-        raise ParameterError(f"{what} does not come to rest: {told}; give it damping or a spring to the housing there")
+        raise ParameterError(f"{what} does not come to rest: {mode}; give it damping or a spring to the housing there")
 
 
 def _require_slow(
@@ -116,7 +116,7 @@ def _require_slow(
 
 def _growth(method: str, step: complex) -> float:
     """How much one step multiplies a mode, its eigenvalue times the step given."""
-    return abs(METHODS[method](lambda x: step * x, 1.0 + 0.0j, 1.0))
+    return float(abs(METHODS[method](lambda x: step * x, 1.0 + 0.0j, 1.0)))
 
 
 def _longest(method: str, value: complex) -> float:

@@ -1,14 +1,14 @@
-"""Frequency response of a linear system."""
+"""Frequency response of a linear system, and of two measured signals with coherence and confidence band (Welch)."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from tierod.core.errors import ParameterError, nearest
+from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.models.linear import LinearSystem
 from tierod.models.modes import balance
 
@@ -40,7 +40,9 @@ class FrequencyResponse:
         return self.gain[:, self.outputs.index(output), self.inputs.index(input)]
 
 
-def frequency_response(system: LinearSystem, frequency: Any, sample_time: float | None = None) -> FrequencyResponse:
+def frequency_response(
+    system: LinearSystem, frequency: ArrayLike, sample_time: float | None = None
+) -> FrequencyResponse:
     """C (j 2 pi f - A)^-1 B + D at every frequency, by one solution each, in balanced states.
 
     Args:
@@ -71,7 +73,7 @@ def frequency_response(system: LinearSystem, frequency: Any, sample_time: float 
 
 def decibels(gain: np.ndarray) -> np.ndarray:
     """20 log10 of the size [dB]."""
-    return 20.0 * np.log10(np.abs(gain))
+    return np.asarray(20.0 * np.log10(np.abs(gain)))
 
 
 def phase(gain: np.ndarray) -> np.ndarray:
@@ -82,10 +84,147 @@ def phase(gain: np.ndarray) -> np.ndarray:
     return turned
 
 
-def largest_difference(one: LinearSystem, other: LinearSystem, frequency: Any) -> float:
+def largest_difference(one: LinearSystem, other: LinearSystem, frequency: ArrayLike) -> float:
     """The largest gain of the difference of two systems with the same inputs and outputs, over the frequencies.
 
     The gain is the largest singular value, in the units of inputs and outputs as they are.
     """
     first, second = (frequency_response(system, frequency).gain for system in (one, other))
     return float(np.linalg.svd(first - second, compute_uv=False)[:, 0].max())
+
+
+CONFIDENCE = 1.96
+"""Standard deviations to each side of the gain: 95 % of a normal spread."""
+
+FEWEST = 4
+"""Pieces of a recording that a frequency response needs."""
+
+_ALONE = 0.95
+_OVERLAP = 1.0 + 2.0 / 36.0
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredResponse:
+    """Gain from one signal to another, as measured.
+
+    Args:
+        frequency: [Hz], (frequencies,)
+        gain: complex, output over input; NaN where the input has no power
+        coherence: share of the output's power that follows the input linearly, 0 to 1
+        relative_deviation: standard deviation of the size over the size, and of the phase [rad]; NaN where the input
+            has no power
+    """
+
+    frequency: np.ndarray
+    gain: np.ndarray
+    coherence: np.ndarray
+    relative_deviation: np.ndarray
+
+    def band(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper end of the size with 95 % confidence."""
+        size, spread = np.abs(self.gain), np.minimum(CONFIDENCE * self.relative_deviation, 0.999)
+        return size * (1.0 - spread), size * (1.0 + spread)
+
+    def usable(self, coherence: float = 0.5) -> np.ndarray:
+        """Where the coherence is at least this and the scatter is known."""
+        return np.asarray(np.isfinite(self.relative_deviation) & (self.coherence >= coherence))
+
+    def between(self, low: float, high: float) -> MeasuredResponse:
+        """The part at frequencies from low to high [Hz]."""
+        chosen = (self.frequency >= low) & (self.frequency <= high)
+        parts = (self.frequency, self.gain, self.coherence, self.relative_deviation)
+        return MeasuredResponse(*(values[chosen] for values in parts))
+
+
+def measured_response(
+    given: np.ndarray, found: np.ndarray, rate: float, piece: float = 4.0, bands: float = 24.0
+) -> MeasuredResponse:
+    """The gain from one signal to another: cross spectrum over spectrum of the input (H1), averaged over pieces.
+
+    Noise of the output does not bias it; noise of the input, and control that feeds the output back to it, do. A piece
+    must be longer than the slowest vibration of interest rings.
+
+    Args:
+        given: input, evenly sampled; pieces with a missing sample (NaN) are left out
+        found: output, likewise
+        rate: [Hz]
+        piece: length of the pieces, which overlap by half [s]; the frequencies are 1 / piece apart at least
+        bands: per octave, over which neighbouring frequencies are averaged too; inf for none of that
+
+    Raises:
+        InputError: signals of different length, or too short for a few pieces
+        ParameterError: a rate or piece that is not above zero
+
+    Source: P. D. Welch, 1967; J. S. Bendat, A. G. Piersol, Random Data, 4th ed., section 9.2, for noise alike in all
+    pieces; J. G. MacKinnon, H. White, 1985, for the other scatter.
+    """
+    if not 0.0 < rate < np.inf or not 0.0 < piece < np.inf:
+        raise ParameterError(f"rate is {rate} Hz and piece {piece} s; expected both above zero")
+    given, found = np.asarray(given, float), np.asarray(found, float)
+    if given.shape != found.shape or given.ndim != 1:
+        raise InputError(f"a frequency response needs two signals of one length, not {given.shape} and {found.shape}")
+    length = max(round(piece * rate), 8)
+    inputs, outputs = (_spectra(signal, length) for signal in (given, found))
+    whole = np.isfinite(inputs).all(axis=1) & np.isfinite(outputs).all(axis=1)
+    if np.count_nonzero(whole) < FEWEST:
+        raise InputError(
+            f"{np.count_nonzero(whole)} whole pieces of {piece:g} s are too few for a frequency response; "
+            f"expected {FEWEST} or more, that is {0.5 * piece * (FEWEST + 1):g} s without a gap"
+        )
+    frequency = np.fft.rfftfreq(length, 1.0 / rate)[1:]
+    starts = _band_starts(frequency, bands)
+    inputs, outputs = inputs[whole][:, 1:], outputs[whole][:, 1:]
+    power, other = (_sums(np.abs(spectra) ** 2, starts) for spectra in (inputs, outputs))
+    cross = _sums(inputs.conj() * outputs, starts)
+    driven = (power > 1e-12 * power.max()) & (other > 0.0)
+    power, other = np.where(driven, power, 1.0), np.where(driven, other, 1.0)
+    counts = np.diff(np.append(starts, len(frequency)))
+    return MeasuredResponse(
+        np.add.reduceat(frequency, starts) / counts,
+        np.where(driven, cross / power, np.nan),
+        np.where(driven, np.minimum(np.abs(cross) ** 2 / (power * other), 1.0), 0.0),
+        np.where(driven, _relative_deviation(inputs, outputs, cross / power, power, starts), np.nan),
+    )
+
+
+def _band_starts(frequency: np.ndarray, bands: float) -> np.ndarray:
+    """First index of every band."""
+    if not bands > 0.0:
+        raise ParameterError(f"bands is {bands}; expected a number per octave above zero")
+    number = np.arange(len(frequency)) if np.isinf(bands) else np.floor(bands * np.log2(frequency / frequency[0]))
+    return np.flatnonzero(np.diff(number, prepend=-1))
+
+
+def _sums(values: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """Over all pieces and the frequencies of each band."""
+    return np.add.reduceat(values.sum(axis=0), starts)
+
+
+def _relative_deviation(
+    inputs: np.ndarray, outputs: np.ndarray, gain: np.ndarray, power: np.ndarray, starts: np.ndarray
+) -> np.ndarray:
+    """The scatter of a gain over its size.
+
+    The larger of two: that of noise alike in all pieces, and that of the residuals of those pieces that hold
+    the input, each as if its piece had been left out. The second sees what comes with the input, such as friction, but
+    needs more than one piece with input.
+    """
+    lengths = np.diff(np.append(starts, inputs.shape[1]))
+    residuals = outputs - np.repeat(gain, lengths) * inputs
+    share = np.add.reduceat(np.abs(inputs) ** 2, starts, axis=1) / power
+    pulls = np.add.reduceat(inputs.conj() * residuals, starts, axis=1) / (1.0 - np.minimum(share, _ALONE))
+    near, next_but_one = (1.0 - np.minimum(step / lengths, 1.0) for step in (1, 2))
+    alike = _sums(np.abs(residuals) ** 2, starts) / (len(inputs) * lengths - 1.0)
+    alike = alike * (1.0 + 2.0 * near * (2.0 / 3.0) ** 2 + 2.0 * next_but_one / 36.0) * power
+    with_input = np.where(share.max(axis=0) < _ALONE, (np.abs(pulls) ** 2).sum(axis=0), 0.0)
+    size = np.where(np.abs(gain) > 0.0, np.abs(gain), np.inf)
+    return np.asarray(np.sqrt(0.5 * _OVERLAP * np.maximum(alike, with_input)) / (power * size))
+
+
+def _spectra(signal: np.ndarray, length: int) -> np.ndarray:
+    """Spectrum of every piece, without its mean, under a Hann window, (pieces, frequencies)."""
+    if len(signal) < length:
+        return np.zeros((0, length // 2 + 1))
+    pieces = np.lib.stride_tricks.sliding_window_view(signal, length)[:: length // 2]
+    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(length) / length)
+    return np.fft.rfft((pieces - pieces.mean(axis=1, keepdims=True)) * window, axis=1)

@@ -6,7 +6,6 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from tierod.core.content import Table
 from tierod.methods.analysis.observability import Observability, observability
@@ -21,7 +20,7 @@ DIMENSIONS = (2, 2, 4, 4)
 """States of the system behind each of `OUTPUTS`."""
 
 TYPICAL = (0.02, 0.2)
-"""Sizes of sideslip angle [rad] and yaw rate [rad/s] on a road, against which the margin is told."""
+"""Sizes of sideslip angle [rad] and yaw rate [rad/s] on a road, relative to which the margin is given."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ def systems(p: SteeredVehicle.Parameters, speed: float) -> tuple[LinearSystem, .
 
 def _only(system: LinearSystem, output: int) -> LinearSystem:
     """The system with one of its outputs."""
-    chosen: Any = [output]
+    chosen = [output]
     return dataclasses.replace(system, C=system.C[chosen], D=system.D[chosen], outputs=(system.outputs[output],))
 
 

@@ -1,15 +1,15 @@
-"""What the outputs of a linear system, or of any model at a point, show of its state."""
+"""What the outputs of a linear system show of its state: by staircase, PBH test and observability matrix."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from tierod.core.block import Tree
 from tierod.core.errors import ParameterError
-from tierod.models.linear import LinearSystem, linearise
+from tierod.models.linear import LinearSystem
 from tierod.models.modes import TOLERANCE, Mode, describe, modes, scaled
 
 
@@ -48,7 +48,9 @@ class Observability:
         return f"rank {self.rank} of {n} (tolerance {self.tolerance:g}): the outputs do not show {directions}"
 
 
-def observability(system: LinearSystem, tolerance: float = TOLERANCE, state_scale: Any = None) -> Observability:
+def observability(
+    system: LinearSystem, tolerance: float = TOLERANCE, state_scale: ArrayLike | None = None
+) -> Observability:
     """Rank of (A, C), singular values, hidden directions and PBH margins.
 
     A is shifted by its mean eigenvalue and scaled to size 1, states are balanced, outputs are scaled to size 1: none of
@@ -86,13 +88,6 @@ def observability(system: LinearSystem, tolerance: float = TOLERANCE, state_scal
     )
 
 
-def observability_of(
-    model: Any, parameters: Any, state: Tree, inputs: Tree, tolerance: float = TOLERANCE, state_scale: Any = None
-) -> Observability:
-    """`observability` of any model, linearised at a point; arguments as there and in `linearise`."""
-    return observability(linearise(model, parameters, state, inputs), tolerance, state_scale)
-
-
 def _readable(basis: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Columns that span the same space in the states' own units, each with entries that the others have not."""
     from scipy.linalg import qr
@@ -103,7 +98,7 @@ def _readable(basis: np.ndarray, scale: np.ndarray) -> np.ndarray:
     pivots = np.sort(qr(basis.T, pivoting=True)[2][:count])
     columns = basis @ np.linalg.inv(basis[pivots])
     columns = np.where(np.abs(columns) > TOLERANCE, columns, 0.0) * scale[:, None]
-    return columns / np.abs(columns).max(axis=0)
+    return np.asarray(columns / np.abs(columns).max(axis=0))
 
 
 def _staircase(A: np.ndarray, C: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
@@ -122,3 +117,93 @@ def _staircase(A: np.ndarray, C: np.ndarray, tolerance: float) -> tuple[np.ndarr
         new = rows[keep] @ A
     padded = np.sort(np.array(values))[::-1][:n]
     return seen[:n], np.pad(padded, (0, n - len(padded)))
+
+
+PBH_TOLERANCE = 1e-7
+"""Size, of the scaled system, below which an eigenvector counts as hidden: rounding moves a double one by 1e-8."""
+
+CLUSTER = 1e-4
+"""Eigenvalues nearer to each other than this share of the system's size count as one: rounding splits a triple one by
+so much; their mean it leaves alone."""
+
+
+def pbh_rank(system: LinearSystem) -> int:
+    """States less the hidden eigenvectors: rank of [A - eigenvalue I; C], its defects summed over all eigenvalues.
+
+    Validity: it is the number of states if and only if all are shown. Otherwise it bounds the rank from above: of an
+    eigenvalue that is there several times the test sees eigenvectors alone, not those that lead to them.
+
+    Source: M. L. J. Hautus, 1969.
+    """
+    A, C, *_ = scaled(system)
+    n = len(A)
+    hidden = 0
+    for eigenvalue in _distinct(np.linalg.eigvals(A)):
+        pencil = np.vstack([A - eigenvalue * np.eye(n), C])
+        hidden += int(np.count_nonzero(np.linalg.svd(pencil, compute_uv=False) < PBH_TOLERANCE))
+    return n - hidden
+
+
+def _distinct(eigenvalues: np.ndarray) -> list[complex]:
+    """The means of eigenvalues that lie together."""
+    left, means = list(eigenvalues), []
+    while left:
+        together = [value for value in left if abs(value - left[0]) < CLUSTER]
+        means.append(complex(np.mean(together)))
+        left = [value for value in left if abs(value - left[0]) >= CLUSTER]
+    return means
+
+
+class Rank(NamedTuple):
+    """Rank of a matrix, and what decided it.
+
+    Args:
+        rank: singular values above the tolerance
+        tolerance: absolute
+        singular_values: largest first
+    """
+
+    rank: int
+    tolerance: float
+    singular_values: np.ndarray
+
+    @property
+    def margin(self) -> float:
+        """The singular value nearest to the tolerance over it, logarithmically: near 1, rounding decides the rank."""
+        values = self.singular_values[self.singular_values > 0.0]
+        if not len(values) or self.tolerance == 0.0:
+            return float("inf")
+        ratios = values / self.tolerance
+        return float(ratios[np.argmin(np.abs(np.log(ratios)))])
+
+
+def default_rank(matrix: np.ndarray) -> Rank:
+    """Rank to the default tolerance of MATLAB's `rank`: the longer side times the spacing of numbers at the largest
+    singular value."""
+    values = np.linalg.svd(matrix, compute_uv=False) if matrix.size else np.zeros(0)
+    tolerance = float(max(matrix.shape) * np.spacing(values[0])) if len(values) else 0.0
+    return Rank(int(np.count_nonzero(values > tolerance)), tolerance, values)
+
+
+def observability_matrix(A: np.ndarray, C: np.ndarray) -> np.ndarray:
+    """[C; CA; ...; CA^(n-1)], each block from the one before it, as MATLAB's `obsv` does."""
+    blocks = [C]
+    for _ in range(len(A) - 1):
+        blocks.append(blocks[-1] @ A)
+    return np.vstack(blocks)
+
+
+def unscaled_rank(system: LinearSystem) -> Rank:
+    """Rank of the observability matrix in the units of the system, `rank(obsv(A, C))` of MATLAB.
+
+    Validity: powers of A grow with the fastest eigenvalue. Where fast and slow modes lie three decades apart, six
+    states are enough to push the slow ones below rounding: the rank then says less about the system than about its
+    units. `observability` and `scaled_rank` do not depend on them.
+    """
+    return default_rank(observability_matrix(system.A, system.C))
+
+
+def scaled_rank(system: LinearSystem) -> Rank:
+    """The same rank with states balanced, outputs of size 1, and A without its mean eigenvalue and of size 1."""
+    form = scaled(system)
+    return default_rank(observability_matrix(form.A, form.C))

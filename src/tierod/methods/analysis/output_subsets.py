@@ -10,14 +10,35 @@ from itertools import combinations
 import numpy as np
 
 from tierod.core.errors import ParameterError
+from tierod.methods.analysis.balancing import gramian_condition, observability_gramian
 from tierod.methods.analysis.cramer_rao import Bound, cramer_rao
-from tierod.methods.analysis.gramian import gramian_condition, observability_gramian
-from tierod.methods.analysis.observability import Observability, observability
-from tierod.methods.analysis.observability_matrix import Rank, scaled_rank, unscaled_rank
-from tierod.methods.analysis.pbh import pbh_rank
-from tierod.models.disturbances import with_outputs
+from tierod.methods.analysis.observability import (
+    Observability,
+    Rank,
+    observability,
+    pbh_rank,
+    scaled_rank,
+    unscaled_rank,
+)
+from tierod.models.disturbances import with_disturbance_states, with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.modes import TOLERANCE
+
+
+def extended(system: LinearSystem, disturbances: Sequence[str]) -> LinearSystem:
+    """The system with some of its inputs as states that stay as they are, in this order at the end.
+
+    Args:
+        system: continuous
+        disturbances: names of inputs
+
+    Raises:
+        ParameterError: no such input
+
+    Source: Raffone, eq (8), where the torques of driver and disturbance become states.
+    """
+    return with_disturbance_states(system, dict.fromkeys(disturbances, 1))
+
 
 MATRICES = ("unscaled matrix", "sampled matrix", "scaled matrix")
 """Methods that take the rank of an observability matrix."""
@@ -90,24 +111,24 @@ def disagreements(rows: Sequence[Shown], label: Callable[[tuple[str, ...]], str]
     def choices(some: Sequence[Shown]) -> str:
         return "every choice" if len(some) == len(rows) else "; ".join(label(row.outputs) for row in some)
 
-    told = []
+    sentences = []
     for method in MATRICES:
         other = [row for row in rows if row.ranks[method] != row.exact.rank]
         if other:
-            told.append(f"The {method} says otherwise for {choices(other)}. {_why(other, method)}")
+            sentences.append(f"The {method} says otherwise for {choices(other)}. {_why(other, method)}")
     other = [row for row in rows if row.pbh != row.exact.rank]
     if other:
-        told.append(
+        sentences.append(
             f"The PBH test says otherwise for {choices(other)}: of an eigenvalue that is there several times it sees "
-            "the eigenvectors, not what leads to them, so that it tells whether all is shown, and only bounds how much."
+            "the eigenvectors, not what leads to them, so that it decides whether all is shown, and bounds how much."
         )
     lucky = [row for row in rows if row.by_chance]
     if lucky:
-        told.append(
+        sentences.append(
             f"The rank of the unscaled matrix is rounding's choice for {choices(lucky)}: a singular value lies within "
             "a decade of the tolerance."
         )
-    return told
+    return sentences
 
 
 def _why(rows: Sequence[Shown], method: str) -> str:

@@ -39,7 +39,7 @@ class Reduction:
     error_bound: float | None
 
     def physical(self, *names: str, of: LinearSystem) -> LinearSystem:
-        """The reduced system with states of the full one added to its outputs, so that an observer tells them.
+        """The reduced system with states of the full one added to its outputs, so that an observer estimates them.
 
         Args:
             names: states of the full system

@@ -41,7 +41,7 @@ class BenchRecording:
     Args:
         experiment: for the sampled column
         time: of the grid [s]
-        deviation: noise of every output, as neighbouring samples tell it
+        deviation: noise of every output, from neighbouring samples
         remarks: what was noticed
     """
 
@@ -159,11 +159,11 @@ def _require_known(name: str, measured: np.ndarray) -> None:
 def bridged(values: np.ndarray) -> np.ndarray:
     """Values without gaps, straight over them."""
     index, known = np.arange(len(values)), np.isfinite(values)
-    return np.interp(index, index[known], values[known])
+    return np.asarray(np.interp(index, index[known], values[known]))
 
 
 def _rounded(name: str, channel: str, values: np.ndarray, friction: float) -> str:
-    """What is told of a motor torque that was recorded in coarse steps."""
+    """Remark on a motor torque that was recorded in coarse steps; empty without."""
     levels = np.unique(values)
     step = float(np.min(np.diff(levels))) if len(levels) > 1 else 0.0
     if len(levels) < _LEVELS or step < _COARSE * friction:
@@ -175,7 +175,7 @@ def _rounded(name: str, channel: str, values: np.ndarray, friction: float) -> st
 
 
 def _cut_off(name: str, channel: str, values: np.ndarray) -> str:
-    """Take out samples at which a channel stays at its extreme; what is told of it."""
+    """Take out samples at which a channel stays at its extreme, and give a remark on it."""
     cut = np.zeros(len(values), bool)
     if np.nanmax(values) > np.nanmin(values):
         for extreme in (np.nanmax(values), np.nanmin(values)):
@@ -223,7 +223,7 @@ def _experiment(
     deviation: Sequence[float],
     p: BenchParameters,
 ) -> Experiment:
-    """With the first state as the first samples tell it, and how well they do."""
+    """With the first state, and its variance, from the first samples."""
     first = np.arange(_FIRST) - 0.5 * (_FIRST - 1)
     known = np.column_stack([bridged(values)[:_FIRST] for values in measured.T])
     slopes = first @ known / (first @ first) / step

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,12 +24,84 @@ from tierod.methods.identification.column_fit import (
     known_free,
     search_of,
 )
-from tierod.methods.identification.column_result import ColumnIdentification, LeftOut, Shown
-from tierod.methods.identification.fit_quality import normalised_error, whiteness
+from tierod.methods.identification.column_misfit import refuse_slips
+from tierod.methods.identification.experiment import Estimate, Found
+from tierod.methods.identification.fit_quality import Whiteness, normalised_error, whiteness
 from tierod.methods.identification.sampled_column import BenchParameters, SampledColumn
 from tierod.methods.identification.simulation import Simulation
-from tierod.methods.identification.suspects import refuse_slips
 from tierod.physics.friction import dahl_update
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """An experiment left out of the fit.
+
+    Args:
+        name: of the experiment
+        values: of the parameters from all others, by name
+        errors: simulated against measured output of the experiment, normalised, by output
+    """
+
+    name: str
+    values: Mapping[str, float]
+    errors: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """An experiment with its simulation, for charts.
+
+    Args:
+        name: of the experiment
+        locked: whether its wheel was
+        time: [s]
+        motor_torque: [N m]
+        measured, simulated: outputs, (n, outputs)
+        residuals: standardised innovations, (n, outputs)
+        friction: at the motor as simulated [N m]
+        errors: simulated against measured output, normalised, by output
+    """
+
+    name: str
+    locked: bool
+    time: np.ndarray
+    motor_torque: np.ndarray
+    measured: np.ndarray
+    simulated: np.ndarray
+    residuals: np.ndarray
+    friction: np.ndarray
+    errors: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnIdentification:
+    """What was found of a column.
+
+    Args:
+        found: parameters, in the order of the vehicle file
+        estimate: of the likelihood; its free parameters and what the bench adds
+        left_out: one entry per experiment
+        shown: every experiment with its simulation
+        whiteness: of the innovations, by output
+        remarks: what was noticed
+        explained: whether the model explains the recordings
+    """
+
+    found: tuple[Found, ...]
+    estimate: Estimate
+    left_out: tuple[LeftOut, ...]
+    shown: tuple[Shown, ...]
+    whiteness: Mapping[str, Whiteness]
+    remarks: tuple[str, ...]
+    explained: bool = True
+
+    @property
+    def doubt(self) -> str:
+        """Why the values may not be used; empty where they may."""
+        if not self.explained:
+            return "the model does not explain these recordings"
+        return "" if self.estimate.converged else "the search did not come to an end"
+
 
 _PARTS = 3
 """Into which a single recording is cut, so that each can be left out."""
@@ -47,7 +119,7 @@ def identify_column(
     """Parameters of a column from recordings of a bench.
 
     The wheel's side comes from a regression with instruments, which needs no model of motor and friction; all else from
-    maximum likelihood with a torque at the motor that nobody recorded.
+    maximum likelihood with an unrecorded torque at the motor.
 
     Args:
         parameters: of the column, where the search starts
@@ -58,7 +130,7 @@ def identify_column(
 
     Raises:
         ParameterError: a free parameter that there is not
-        InputError: recordings that cannot be used, or do not tell a parameter
+        InputError: recordings that cannot be used, or do not identify a parameter
     """
     wanted = tuple(free) or DEFAULT_FREE
     _refuse_unknown(wanted)
@@ -68,7 +140,7 @@ def identify_column(
     rows, remarks = _parted(whole_rows, parameters), [remark for each in whole_rows for remark in each.remarks]
     untold = [name for name in wanted if name in WHEEL_SIDE] if all(each.locked for each in rows) else []
     if untold and free:
-        raise InputError(f"with the wheel locked {' and '.join(untold)} cannot be told; record {CURES[untold[0]]}")
+        raise InputError(f"with the wheel locked {' and '.join(untold)} is not identifiable; record {CURES[untold[0]]}")
     if untold:
         remarks.append(f"{' and '.join(untold)} stays as it is: the wheel was locked; record {CURES[untold[0]]}")
         wanted = _unlocked(wanted)

@@ -9,14 +9,13 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.methods.identification.bench_recording import BenchRecording, bridged
-from tierod.methods.identification.column_result import Found
-from tierod.methods.identification.experiment import INTERVAL, Estimate, Experiment, Free
-from tierod.methods.identification.held import Misfit, misfit
-from tierod.methods.identification.identifiability import blind_directions, refusal
+from tierod.methods.identification.column_misfit import Misfit, misfit
+from tierod.methods.identification.experiment import Estimate, Experiment, Found, Free
+from tierod.methods.identification.fit_quality import blind_directions, refusal
 from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
 from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.methods.identification.wheel_side import WheelMotion, wheel_side
-from tierod.models.steering_column import RubbingColumnParameters
+from tierod.models.steering_column import ColumnWithFrictionParameters
 
 DEFAULT_FREE = ("steering_wheel_damping", "motor_damping", "motor_friction", "motor_friction_stiffness")
 """Raffone, section 2.2: damping of wheel and motor, and Dahl's friction."""
@@ -32,22 +31,22 @@ _NUISANCES = (
 )
 """What a bench adds, known before within these standard deviations, and estimated beside the parameters."""
 TORQUE_DEVIATION = 0.01
-"""Torque at the motor that nobody recorded [N m] per sample, where the search for it starts: noise of a good drive."""
+"""Unrecorded torque at the motor [N m] per sample, where the search for it starts: noise of a good drive."""
 _STARTS = tuple((friction, stiffness) for friction in (-1.4, -0.7, 0.7) for stiffness in (-1.1, 0.0, 1.1))
 """Further starts: friction from a quarter to twice the vehicle file's, its stiffness from a third to three times."""
 MOST_UNKNOWN = 0.2
-"""Torque that nobody recorded, over that recorded, from which the model does not explain a recording: another law of
+"""Unrecorded torque, over that recorded, from which the model does not explain a recording: another law of
 friction makes a tenth, hands on the wheel more than half."""
 LEAST_SHARE = 0.3
-"""Torque of the motor's damping, over the torque that nobody recorded, below which the damping counts as not told: what
+"""Torque of the motor's damping, over the unrecorded torque, below which the damping counts as not identified: what
 is unknown is never quite white, and what of it goes with the speed would pass for damping."""
 LONGEST_GAP, SHORTEST_STRETCH = 0.01, 1.0
 """Gap over which a signal of the wheel is taken as straight, a third of what smooths it [s]; stretch between longer
 gaps that is used [s], some times the 0.36 s that the smoothing takes."""
 
 CURES = {
-    "steering_wheel_inertia": "a sweep with the wheel free and nobody touching it",
-    "steering_wheel_damping": "a sweep with the wheel free and nobody touching it",
+    "steering_wheel_inertia": "a sweep with the wheel free and no hands on it",
+    "steering_wheel_damping": "a sweep with the wheel free and no hands on it",
     "torsion_bar_stiffness": "a sweep with the wheel free beside one with the wheel locked",
     "gear_stiffness": "a sweep up to 150 Hz",
     "gear_inertia": "a sweep up to 150 Hz",
@@ -64,7 +63,7 @@ Progress = Callable[[float], None]
 
 def known_free() -> tuple[str, ...]:
     """Names of the parameters that can be looked for."""
-    return tuple(each.name for each in fields(RubbingColumnParameters) if each.name not in DESIGN)
+    return tuple(each.name for each in fields(ColumnWithFrictionParameters) if each.name not in DESIGN)
 
 
 def search_of(
@@ -126,14 +125,13 @@ class Fitted:
         """The parameters that were looked for; deviations are those of the vehicle file."""
         rows = []
         for name in (each for each in known_free() if each in self.wanted):
-            before = getattr(self.base, name)
+            before = getattr(self.base, name), deviations.get(name)
             if name in self.wheel:
-                value, deviation = self.wheel[name]
-                low, high, method = value - INTERVAL * deviation, value + INTERVAL * deviation, "instruments"
+                rows.append(Found.normal(name, before, *self.wheel[name], "instruments"))
             else:
+                ends = self.estimate.interval(name)
                 value, deviation = self.estimate[name], self.estimate.deviation(name)
-                (low, high), method = self.estimate.interval(name), "likelihood"
-            rows.append(Found(name, before, deviations.get(name), value, deviation, low, high, method))
+                rows.append(Found(name, *before, value, deviation, *ends, "likelihood"))
         return rows
 
 
@@ -150,7 +148,7 @@ class ColumnFit:
         """Fit, from far away or from near an earlier fit.
 
         Raises:
-            InputError: a parameter that the recordings do not tell
+            InputError: a parameter that the recordings do not identify
         """
         wheel, remarks = self._wheel(rows)
         base = replace(self.parameters, **{name: value for name, (value, _) in wheel.items()})
@@ -170,7 +168,7 @@ class ColumnFit:
         return Fitted(self.parameters, self.wanted, wheel, estimate, tuple(remarks))
 
     def _wheel(self, rows: Sequence[BenchRecording]) -> tuple[dict[str, tuple[float, float]], list[str]]:
-        """Value and deviation of what the wheel's side tells, and what was noticed there."""
+        """Value and deviation of what the wheel's side identifies, and remarks on it."""
         motions = [each for row in rows if not row.locked for each in _motions(row, self.parameters.motor_ratio)]
         if not motions:
             return {}, []
@@ -195,7 +193,7 @@ class ColumnFit:
 
 
 def _untold(estimate: Estimate, names: Sequence[str], rows: Sequence[BenchRecording]) -> str:
-    """What the recordings do not tell, and what to record instead; empty where they tell all."""
+    """What the recordings do not identify, and what to record instead; empty where they identify all."""
     blind = blind_directions(estimate, names)
     if blind:
         return refusal(blind, [row.experiment.name for row in rows], CURES)
@@ -205,13 +203,13 @@ def _untold(estimate: Estimate, names: Sequence[str], rows: Sequence[BenchRecord
 def _does_not_fit(wrong: Misfit) -> str:
     return (
         f"{wrong.name}, held at {wrong.held:.3g} as the vehicle file says, does not fit: near {wrong.likelier:.2g} the "
-        "recordings would be far likelier, and until then they tell nothing else; add it to --free, or correct the "
+        "recordings would be far likelier, and until then they identify nothing else; add it to --free, or correct the "
         "vehicle file"
     )
 
 
 def _slow(estimate: Estimate, rows: Sequence[BenchRecording]) -> str:
-    """What is told of a damping whose torque is lost in what nobody recorded."""
+    """Refusal of a damping whose torque is lost in the unrecorded one; empty without."""
     smooth = np.full(10, 0.1)
     turned = [
         np.diff(np.convolve(bridged(row.experiment.measured[:, 1]), smooth, "valid")) / row.sample_time for row in rows
@@ -223,7 +221,7 @@ def _slow(estimate: Estimate, rows: Sequence[BenchRecording]) -> str:
         return ""
     return (
         f"this does not excite motor_damping ({', '.join(row.experiment.name for row in rows)}): at {speed:.2g} "
-        f"rad/s on average it makes {torque:.2g} N·m, beside {unknown:.2g} N·m that nobody recorded (noise, "
+        f"rad/s on average it makes {torque:.2g} N·m, beside {unknown:.2g} N·m unrecorded (noise, "
         f"rounding, cogging); record {CURES['motor_damping']} besides, or leave it out of --free"
     )
 
@@ -246,7 +244,7 @@ def _driving(experiments: Sequence[Experiment]) -> float:
 
 
 def is_unexplained(estimate: Estimate, experiments: Sequence[Experiment]) -> bool:
-    """Whether so large a torque moved the column that nobody recorded that the model says little of it."""
+    """Whether the unrecorded torque is so large that the model does not explain the recordings."""
     return estimate.input_deviation[0] > MOST_UNKNOWN * _driving(experiments)
 
 
@@ -261,7 +259,7 @@ def _bench_remarks(estimate: Estimate, experiments: Sequence[Experiment]) -> lis
     driving, unknown = _driving(experiments), estimate.input_deviation[0]
     if is_unexplained(estimate, experiments):
         remarks.append(
-            f"a torque of {unknown:.2g} N·m at the motor that nobody recorded moves the column beside the recorded "
+            f"a torque of {unknown:.2g} N·m at the motor that was not recorded moves the column beside the recorded "
             f"{driving:.2g} N·m: the model explains these recordings badly; check channels, vehicle file and time base"
         )
     if not estimate.converged:

@@ -5,14 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from tierod.core.errors import ParameterError, nearest
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+P = TypeVar("P", bound="DataclassInstance")
+"""Parameters of a model, a dataclass."""
+
 INTERVAL = 1.959964
 """Standard deviations to either side that hold 95 % of a normal distribution."""
+UNKNOWN_BEFORE: tuple[float, float | None] = (math.nan, None)
+"""Value and deviation of a parameter that the vehicle file lacks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +83,7 @@ class Free:
         return value if self.positive else 1.0
 
 
-def with_values(parameters: Any, free: Sequence[Free], place: np.ndarray, setting: Mapping[str, float]) -> Any:
+def with_values(parameters: P, free: Sequence[Free], place: np.ndarray, setting: Mapping[str, float]) -> P:
     """Parameters of a model at a place of the search, for one experiment."""
     found = {each.name: each.value(float(x)) for each, x in zip(free, place, strict=True)}
     return replace(parameters, **setting, **found)
@@ -142,8 +150,43 @@ class Estimate:
     def correlation(self) -> np.ndarray:
         """Of the parameters."""
         spread = np.sqrt(np.diag(self.covariance))
-        return self.covariance / np.outer(spread, spread)
+        return np.asarray(self.covariance / np.outer(spread, spread))
 
-    def parameters(self, base: Any, setting: Mapping[str, float] | None = None) -> Any:
+    def parameters(self, base: P, setting: Mapping[str, float] | None = None) -> P:
         """The model's parameters with what was found."""
         return replace(base, **dict(setting or {}), **dict(zip(self.names, self.values, strict=True)))
+
+
+@dataclass(frozen=True)
+class Found:
+    """A parameter before and after.
+
+    Args:
+        name: as in a vehicle file
+        before, before_deviation: of the vehicle file; the value is NaN, and the deviation None, where it says none
+        value, deviation: found
+        low, high: ends of the 95 % interval
+        method: "instruments" or "likelihood"
+    """
+
+    name: str
+    before: float
+    before_deviation: float | None
+    value: float
+    deviation: float
+    low: float
+    high: float
+    method: str
+
+    @classmethod
+    def normal(
+        cls, name: str, before: tuple[float, float | None], value: float, deviation: float, method: str
+    ) -> Found:
+        """With the interval of a normal distribution; `before` is value and deviation of the vehicle file."""
+        half = INTERVAL * deviation
+        return cls(name, *before, value, deviation, value - half, value + half, method)
+
+    @property
+    def change(self) -> float:
+        """Of the value, over that before; NaN where that was zero."""
+        return self.value / self.before - 1.0 if self.before else math.nan

@@ -1,20 +1,21 @@
-"""How well a model fits: simulated against measured, and whether what is left over is white."""
+"""How well a model fits, and which parameters the recordings do not identify."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from tierod.methods.identification.experiment import INTERVAL
+from tierod.methods.identification.experiment import INTERVAL, Estimate
+from tierod.models.modes import describe
 
 LAGS = 25
 """Of the correlation of residuals with themselves."""
 
 
 LEAST = 100
-"""Third differences of neighbours that tell a noise, within a tenth."""
+"""Third differences of neighbours that give the deviation of a noise within a tenth."""
 
 
 class Whiteness(NamedTuple):
@@ -61,3 +62,71 @@ def whiteness(residuals: Sequence[np.ndarray]) -> Whiteness:
     found = [sum(float(np.nansum(e[lag:] * e[:-lag])) for e in residuals) / power for lag in range(1, LAGS + 1)]
     bound = INTERVAL / np.sqrt(count)
     return Whiteness(float(max(found, key=abs)), float(np.mean(np.abs(found) > bound)))
+
+
+UNKNOWN = 0.25
+"""Standard deviation, relative to the value, from which a parameter counts as not identified; half of that is a factor
+of two between the ends of the interval."""
+
+
+class Blind(NamedTuple):
+    """A direction of the free parameters that the experiments do not identify.
+
+    Args:
+        deviation: standard deviation along it, in parts of the values
+        direction: in words: "0.71 motor_friction - 0.7 motor_damping"
+        names: parameters that take part in it
+    """
+
+    deviation: float
+    direction: str
+    names: tuple[str, ...]
+
+
+def profiled(information: np.ndarray, count: int) -> np.ndarray:
+    """Information on the first coordinates when all others are unknown (Schur complement)."""
+    own, cross, rest = information[:count, :count], information[:count, count:], information[count:, count:]
+    return own - cross @ np.linalg.pinv(rest, hermitian=True) @ cross.T if len(rest) else own
+
+
+def blind_directions(estimate: Estimate, names: Sequence[str], unknown: float = UNKNOWN) -> list[Blind]:
+    """Directions of little information, the worst first.
+
+    All named parameters have to be positive, so that the coordinates of the search are logarithms and the singular
+    values are of scaled parameters.
+
+    Args:
+        estimate: with its information
+        names: of the parameters that matter; the others may be anything
+        unknown: standard deviation from which a direction counts, in parts of the values
+    """
+    order = [estimate.index(name) for name in names]
+    rest = [k for k in range(len(estimate.information)) if k not in order]
+    whole = [*order, *rest]
+    values, directions = np.linalg.eigh(profiled(estimate.information[np.ix_(whole, whole)], len(order)))
+    found = []
+    for value, direction in zip(values, directions.T, strict=True):
+        deviation = 1.0 / np.sqrt(max(value, 1e-12))
+        if deviation > unknown:
+            parts = [k for k in np.argsort(-np.abs(direction)) if abs(direction[k]) > 0.3]
+            found.append(Blind(float(deviation), describe(direction, tuple(names)), tuple(names[k] for k in parts)))
+    return found
+
+
+def refusal(blind: Sequence[Blind], experiments: Sequence[str], cures: Mapping[str, str]) -> str:
+    """The sentence that says what the experiments do not excite, and what to record instead.
+
+    Args:
+        blind: at least one direction
+        experiments: their names
+        cures: what excites each parameter
+    """
+    worst = blind[0]
+    which = "this recording does" if len(experiments) == 1 else "these recordings do"
+    what = worst.names[0] if len(worst.names) == 1 else f"{', '.join(worst.names[:-1])} and {worst.names[-1]} apart"
+    spread = "not at all" if worst.deviation > 10.0 else f"only within {100.0 * worst.deviation:.0f} %"
+    cure = "; ".join(dict.fromkeys(cures[name] for name in worst.names if name in cures))
+    return (
+        f"{which} not excite {what} ({', '.join(experiments)}): the direction {worst.direction} is identified "
+        f"{spread}; record {cure or 'a test that excites them'} instead, or leave it out of --free"
+    )

@@ -12,9 +12,16 @@ import numpy as np
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Estimate
 from tierod.core.recording import Recording
-from tierod.methods.identification.closed_loop import Loop, closed_loops
+from tierod.methods.identification.lock_to_lock import (
+    Loop,
+    Motion,
+    WorkBalance,
+    closed_loops,
+    half_width,
+    slope,
+    work_balance,
+)
 from tierod.methods.identification.pre_sliding import PreSliding, pre_sliding
-from tierod.methods.identification.work_balance import Motion, WorkBalance, half_width, slope, work_balance
 from tierod.models.steering_wheel import BelowBarParameters
 from tierod.physics.steering_ratio import torsion_bar_twist
 from tierod.vehicles import Vehicle
@@ -36,7 +43,7 @@ class HysteresisFriction:
         damping_deviation: standard deviation of the damping used [N m s/rad]
         mean_rate: rate at which the damping acted [rad/s]
         loops: the balance of each loop
-        pre_sliding: angle over which friction builds up after a reversal, None where it cannot be told
+        pre_sliding: angle over which friction builds up after a reversal, None where it is not observable
         angle, torque: the loops for plotting, of the column below the torsion bar [rad], [N m]; inertia and viscous
             torque taken off
         profile_angle, profile_friction: half width of the loop over the angle [rad], [N m]; NaN where not passed

@@ -1,4 +1,4 @@
-"""Whether the torques of a steering carry the hysteresis of dry friction, where its size cannot be told."""
+"""Whether the torques of a steering carry the hysteresis of dry friction, where its magnitude is not observable."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SMALLEST_SHARE = 0.1
 
 @dataclass(frozen=True)
 class HysteresisPresence:
-    """How well the torques tell the build-up of friction, against chance.
+    """How well the torques explain the build-up of friction, against chance.
 
     Args:
         share: of the build-up's variance that other causes leave, explained by both torques together []
@@ -45,7 +45,7 @@ class HysteresisPresenceTest:
 
     Needs neither calibrated torques nor much of a drive: only the sign pattern of hysteresis is asked for. Angle, rate
     and lateral acceleration are allowed to explain what they can first, so that elasticity and damping do not pass for
-    hysteresis. Driver and motor overcome friction together, in a ratio that need not be known; each alone tells little
+    hysteresis. Driver and motor overcome friction together, in a ratio that need not be known; each alone shows little
     of it, since the assist makes the one a function of the other.
 
     Args:
@@ -54,7 +54,7 @@ class HysteresisPresenceTest:
         shifts: copies of the build-up shifted around the recording; the largest of n is passed by chance once in n + 1
         smallest_shift: share of the recording below which a shift is none []; strokes are much shorter than a tenth of
             a minute
-        shortest: recording that is needed [s]; with less there are too few strokes to tell
+        shortest: recording that is needed [s]; with less there are too few strokes
 
     Source: own; a permutation test on the regression that Dahl's law of friction suggests (AIAA J. 14, 1976, 1675).
     """
@@ -113,7 +113,7 @@ class HysteresisPresenceTest:
 
 
 def _without(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
-    return values - basis @ (basis.T @ values)
+    return np.asarray(values - basis @ (basis.T @ values))
 
 
 def _basis(columns: np.ndarray) -> np.ndarray:

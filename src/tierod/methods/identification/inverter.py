@@ -4,26 +4,174 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from tierod.core.errors import ParameterError, nearest
+from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.recording import Recording
-from tierod.methods.identification.column_result import Found
-from tierod.methods.identification.experiment import INTERVAL
-from tierod.methods.identification.inverter_knee import InverterFit, identify_inverter
-from tierod.methods.identification.motor_recording import motor_recording
+from tierod.methods.identification.experiment import INTERVAL, UNKNOWN_BEFORE, Found
+from tierod.methods.identification.motor_recording import MotorRecording, motor_recording
 from tierod.methods.identification.motor_slips import refuse_slips
+from tierod.physics.clarke_park import StatorVector
+from tierod.physics.inverter import phase_signs
+
+WINDOW = 2e-3
+"""Over which the voltage is balanced [s]: longer than the noise of a current lasts, short beside a turn."""
+BLOCK = 50
+"""Windows whose residuals may hang together: a tenth of a second."""
+KNEES = (0.02, 50.0)
+"""Ends of the search [A]."""
+_STEP = 1e-3
+"""Of the logarithm of the knee, for its derivative."""
+
+
+class InverterFit(NamedTuple):
+    """Least squares of a motor behind an inverter.
+
+    Args:
+        loss: of a phase far above the knee [V]
+        loss_deviation: standard deviation [V]
+        knee: [A]
+        knee_deviation: standard deviation of its logarithm
+        resistance, inductance, flux: of the motor [ohm], [H], [V s]
+        unexplained: root mean square of what is left over, share of the command's
+        without: the same with the command taken for the voltage
+    """
+
+    loss: float
+    loss_deviation: float
+    knee: float
+    knee_deviation: float
+    resistance: float
+    inductance: float
+    flux: float
+    unexplained: float
+    without: float
+
+
+@dataclass(frozen=True)
+class _Windows:
+    """Columns of the balance without the loss, its right side, and what the loss is made from."""
+
+    fixed: np.ndarray
+    command: np.ndarray
+    parts: tuple[tuple[np.ndarray, int, float], ...]
+
+    def signs(self, knee: float) -> np.ndarray:
+        """Integral of the phase currents' signs over every window [s]."""
+        found = []
+        for current, length, step in self.parts:
+            signs = phase_signs(StatorVector(current.real, current.imag), knee)
+            found.append(step * _sums(signs.alpha + 1j * signs.beta, length))
+        return np.concatenate(found)
+
+
+def identify_inverter(recordings: Sequence[MotorRecording], pole_pairs: float) -> InverterFit:
+    """Loss and knee from currents, commanded voltages and the motor's angle.
+
+    The balance of the voltage over short windows is linear in everything but the knee: for each knee the rest follows,
+    and the knee is the one that leaves least. Deviations hold with residuals that hang together over `BLOCK` windows.
+
+    Args:
+        recordings: with commands in place of voltages, of one motor
+        pole_pairs: electrical turns per turn of the shaft
+
+    Raises:
+        InputError: the recordings are too short
+
+    Source: lost_voltage of `tierod.physics.inverter` in Reinelt et al., eqs (17), (18), integrated over a window.
+    """
+    from scipy.optimize import minimize_scalar
+
+    windows = _windows(recordings, pole_pairs)
+    low, high = np.log(KNEES)
+    grid = np.linspace(low, high, 40)
+    left = [_solved(windows, float(np.exp(at)))[1] for at in grid]
+    best = int(np.argmin(left))
+    between = (grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)])
+    found = minimize_scalar(lambda at: _solved(windows, float(np.exp(at)))[1], bounds=between, method="bounded")
+    knee = float(np.exp(found.x))
+    values, power = _solved(windows, knee)
+    deviations = _deviations(windows, knee, values)
+    whole = float(np.sum(np.abs(windows.command) ** 2))
+    _, bare = _least(windows.fixed, windows.command)
+    return InverterFit(
+        float(values[4]),
+        float(deviations[4]),
+        knee,
+        float(deviations[5]),
+        float(values[0]),
+        float(values[1]),
+        float(np.hypot(values[2], values[3])),
+        float(np.sqrt(power / whole)),
+        float(np.sqrt(bare / whole)),
+    )
+
+
+def _windows(recordings: Sequence[MotorRecording], pole_pairs: float) -> _Windows:
+    fixed, command, parts = [], [], []
+    for seen in recordings:
+        length = max(round(WINDOW / seen.step), 1)
+        count = (len(seen.time) - 1) // length
+        edges = length * np.arange(count + 1)
+        current = 0.5 * (seen.current[1:] + seen.current[:-1])[: count * length]
+        rotor = np.exp(1j * pole_pairs * seen.angle[edges])
+        turned = np.diff(rotor)
+        columns = [seen.step * _sums(current, length), np.diff(seen.current[edges]), turned, 1j * turned]
+        fixed.append(np.column_stack(columns))
+        command.append(seen.step * _sums(seen.voltage[1:][: count * length], length))
+        parts.append((current, length, seen.step))
+    if not sum(map(len, command)):
+        raise InputError("the recordings are too short to find an inverter's knee; record ten seconds of turning")
+    return _Windows(np.vstack(fixed), np.concatenate(command), tuple(parts))
+
+
+def _sums(values: np.ndarray, length: int) -> np.ndarray:
+    return np.asarray(values.reshape(-1, length).sum(axis=1))
+
+
+def _least(columns: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, float]:
+    """Real coefficients and the sum of squares that they leave; rows with something missing left out."""
+    rows, side = _real(columns, right)
+    values, *_ = np.linalg.lstsq(rows, side, rcond=None)
+    return values, float(np.sum((side - rows @ values) ** 2))
+
+
+def _real(columns: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    whole = np.isfinite(columns).all(axis=1) & np.isfinite(right)
+    kept, side = columns[whole], right[whole]
+    return np.stack([kept.real, kept.imag], axis=1).reshape(-1, columns.shape[1]), np.stack(
+        [side.real, side.imag], axis=1
+    ).ravel()
+
+
+def _solved(windows: _Windows, knee: float) -> tuple[np.ndarray, float]:
+    return _least(np.column_stack([windows.fixed, windows.signs(knee)]), windows.command)
+
+
+def _deviations(windows: _Windows, knee: float, values: np.ndarray) -> np.ndarray:
+    """Standard deviations of all coefficients and of the logarithm of the knee, from residuals in blocks."""
+    bend = (windows.signs(knee * np.exp(_STEP)) - windows.signs(knee * np.exp(-_STEP))) / (2.0 * _STEP)
+    columns = np.column_stack([windows.fixed, windows.signs(knee), values[4] * bend])
+    rows, side = _real(columns, windows.command)
+    left = side - rows[:, :5] @ values
+    inverse = np.linalg.pinv(rows.T @ rows)
+    scores = rows * left[:, None]
+    starts = np.arange(0, len(scores), 2 * BLOCK)
+    blocks = np.add.reduceat(scores, starts, axis=0)
+    return np.sqrt(np.diag(inverse @ (blocks.T @ blocks) @ inverse))
+
 
 NAMES = ("inverter_voltage_loss", "inverter_knee_current")
 """Parameters of a vehicle file."""
 
 SEEN = 4.0
-"""Standard deviations from which a loss is told from none."""
+"""Standard deviations from which a loss counts as one."""
 WORTH = 0.95
 """Share of what is left without a loss, above which none is seen: a knee above all currents is a resistance."""
 VAGUE = 0.3
-"""Standard deviation of the knee's logarithm from which it is not told."""
+"""Standard deviation of the knee's logarithm from which it is not identified."""
 UNEXPLAINED = 0.1
 """Share of the command that a motor and such an inverter may leave: a sound bench leaves 0.01 to 0.02."""
 
@@ -51,7 +199,7 @@ class InverterIdentification:
         if fit.unexplained > UNEXPLAINED:
             return f"motor and inverter leave {100.0 * fit.unexplained:.0f} % of the commands unexplained"
         if fit.knee_deviation > VAGUE:
-            return "the currents do not tell the knee; record small currents of all phases while the motor turns"
+            return "the currents do not identify the knee; record small currents of all phases while the motor turns"
         return ""
 
 
@@ -84,18 +232,13 @@ def identified_inverter(
         for each in seen:
             refuse_slips(each, pole_pairs, expected)
     fit = identify_inverter(seen, pole_pairs)
-    deviations = (fit.loss_deviation, fit.knee * fit.knee_deviation)
-    spread = INTERVAL * fit.knee_deviation
-    ends = (
-        (fit.loss - INTERVAL * fit.loss_deviation, fit.loss + INTERVAL * fit.loss_deviation),
-        (fit.knee * float(np.exp(-spread)), fit.knee * float(np.exp(spread))),
+    known = [(before or {}).get(name, UNKNOWN_BEFORE) for name in NAMES]
+    low, high = (fit.knee * float(np.exp(sign * INTERVAL * fit.knee_deviation)) for sign in (-1.0, 1.0))
+    both = (
+        Found.normal(NAMES[0], known[0], fit.loss, fit.loss_deviation, "least squares"),
+        Found(NAMES[1], *known[1], fit.knee, fit.knee * fit.knee_deviation, low, high, "least squares"),
     )
-    told = zip(NAMES, (fit.loss, fit.knee), deviations, ends, strict=True)
-    found = tuple(
-        Found(name, *(before or {}).get(name, (float("nan"), None)), value, deviation, *interval, "least squares")
-        for name, value, deviation, interval in told
-        if not free or name in free
-    )
+    found = tuple(each for each in both if not free or each.name in free)
     remark = (
         f"with the loss {100.0 * fit.unexplained:.2g} % of the commands are left over, without it "
         f"{100.0 * fit.without:.2g} %"

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Tree
 from tierod.core.graph import scan
+from tierod.core.model import Model
 from tierod.methods.identification.experiment import Estimate, Experiment, Free, with_values
-from tierod.methods.identification.innovations import Innovations
-from tierod.methods.identification.long_run import sandwich
+from tierod.methods.identification.regression import sandwich
+from tierod.methods.identification.simulation import Innovations
 
-Progress = Any
+Progress = Callable[[float], None]
 """Called with the share that is done."""
 
 
@@ -56,7 +58,7 @@ class End(NamedTuple):
 class MaximumLikelihood:
     """Parameters of a discrete model, and the noise of its inputs and outputs, from experiments.
 
-    Noise of an input (a torque that nobody recorded) drives the model; a simulation alone does not know it and drifts
+    Noise of an input (an unrecorded torque) drives the model; a simulation alone does not know it and drifts
     away, which least squares of simulated against measured output take for wrong parameters. Where the input is exact
     its noise is found to be nil, and the estimate becomes that of least squares (`OutputError`).
 
@@ -79,12 +81,12 @@ class MaximumLikelihood:
     Source: L. Ljung, System Identification (1999), sections 7.4 and 10.2; Fisher scoring after Levenberg, Marquardt.
     """
 
-    model: Any
-    parameters: Any
+    model: Model
+    parameters: Tree
     free: tuple[Free, ...]
     input_deviation: tuple[float, ...]
     output_deviation: tuple[float, ...]
-    tangent: Any = None
+    tangent: Model | None = None
     widened: tuple[float, ...] = (5.0, 1.5)
     most_steps: int = 30
     starts: tuple[tuple[float, ...], ...] = ()

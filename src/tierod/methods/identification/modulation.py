@@ -58,7 +58,7 @@ class Modulation:
     @property
     def _steps(self) -> np.ndarray:
         weight = np.sin(np.pi * (np.arange(self.length) + 0.5) / self.length) ** 4
-        return weight / weight.sum()
+        return np.asarray(weight / weight.sum())
 
     @property
     def _places(self) -> np.ndarray:

@@ -3,40 +3,86 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.recording import Recording
-from tierod.methods.identification.column_result import Found
-from tierod.methods.identification.experiment import INTERVAL
-from tierod.methods.identification.identifiability import UNKNOWN
+from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
+from tierod.methods.identification.fit_quality import UNKNOWN
 from tierod.methods.identification.motor_electrical import Electrical, Value, identify_electrical
-from tierod.methods.identification.motor_mechanical import Mechanical, identify_mechanical
+from tierod.methods.identification.motor_mechanical import Mechanical, identify_mechanical, torque_ratio
 from tierod.methods.identification.motor_recording import MotorRecording, motor_recording
-from tierod.methods.identification.motor_result import MotorIdentification, Untold
 from tierod.methods.identification.motor_slips import in_time, refuse_slips
-from tierod.methods.identification.motor_torque import torque_ratio
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.physics.pm_motor import COPPER, NEODYMIUM, REFERENCE_TEMPERATURE, flux_at
 
+UNEXPLAINED = 0.25
+"""Share of the voltage from which a motor does not explain it: a sound bench leaves below 0.03."""
+
+
+class Untold(NamedTuple):
+    """A parameter that the recordings do not identify.
+
+    Args:
+        name: as in a vehicle file
+        why: what is lacking
+        cure: what to drive
+    """
+
+    name: str
+    why: str
+    cure: str
+
+
+@dataclass(frozen=True, eq=False)
+class MotorIdentification:
+    """What was found of a motor.
+
+    Args:
+        found: parameters, resistance and flux at 20 degrees
+        untold: parameters that the recordings do not identify
+        electrical: parameters from currents and voltages, as warm as the motor was
+        mechanical: parameters from torque and angle; None where the shaft did not turn, or the flux is not known
+        torque_ratio: measured torque over that of flux and current; None where no torque was recorded
+        remarks: what was noticed
+    """
+
+    found: tuple[Found, ...]
+    untold: tuple[Untold, ...]
+    electrical: Electrical
+    mechanical: Mechanical | None
+    torque_ratio: Value | None
+    remarks: tuple[str, ...]
+
+    @property
+    def doubt(self) -> str:
+        """Why the values may not be used; empty where they may."""
+        if not self.found:
+            return "these recordings identify no parameter of the motor"
+        if self.electrical.unexplained > UNEXPLAINED:
+            return f"a motor leaves {100.0 * self.electrical.unexplained:.0f} % of these voltages unexplained"
+        return ""
+
+
 ROOM = 15.0
-"""Standard deviation of a temperature that nobody recorded, about 20 degrees [K]."""
+"""Standard deviation of an unrecorded temperature, about 20 degrees [K]."""
 SENSOR = 1.0
 """Standard deviation of a recorded temperature of the winding [K]."""
 MAGNETS = 5.0
 """Standard deviation of the magnets' temperature about that of the winding at the start of a recording [K]."""
 _TURNED = 1.0
-"""Angle through which the shaft must have gone for anything to be told of its motion [rad]."""
+"""Angle through which the shaft must have gone for its motion to be identified [rad]."""
 _ZERO = 0.02
-"""Electrical angle of the sensor's zero that is told [rad]; a degree and more."""
+"""Electrical angle of the sensor's zero from which it is remarked [rad]; a degree and more."""
 _TORQUE = 0.03
-"""Difference of measured torque and that of flux and current that is told, in parts."""
+"""Difference of measured torque and that of flux and current from which it is remarked, in parts."""
 _PHASE_SUM = 0.2
-"""Sum of the phase currents that is told, over a phase's root mean square: the noise of usual sensors makes 0.1."""
+"""Sum of the phase currents from which it is remarked, over a phase's root mean square: noise of sensors makes 0.1."""
 _CLEAN = 0.05
-"""Share of the voltage beyond which what is left over is told: sound recordings leave 0.01 to 0.03."""
+"""Share of the voltage beyond which the residual is remarked: fault-free recordings leave 0.01 to 0.03."""
 _ALIKE, _WARMTH = 1.15, 1.5
 """Factors within which two scales are one, and a winding from -40 to 120 degrees stays of its resistance at 20."""
 
@@ -55,7 +101,7 @@ CURES = {
 Progress = Callable[[float], None]
 
 
-class _Told(NamedTuple):
+class _Estimate(NamedTuple):
     """A number for a vehicle file."""
 
     name: str
@@ -74,34 +120,32 @@ def identify_motor(
     """Parameters of a permanent-magnet motor from recordings of a drive or a bench.
 
     Args:
-        parameters: of the motor, by which it is judged what a recording tells; the number of pole pairs is taken as is
+        parameters: of the motor, by which it is judged what a recording identifies; the pole pairs are taken as is
         recordings: by name
-        free: parameters that are wanted; all that the recordings tell where none is named
+        free: parameters that are wanted; all that the recordings identify where none is named
         before: value and standard deviation in the vehicle file, by name, for the table
         progress: called with the share that is done
 
     Raises:
         ParameterError: a parameter that there is not
-        InputError: recordings that cannot be used, or do not tell a parameter that is wanted
+        InputError: recordings that cannot be used, or do not identify a parameter that is wanted
     """
     for name in free:
         if name not in CURES:
             raise ParameterError(f"'{name}' cannot be looked for{nearest(name, CURES)}")
     pole_pairs = parameters.motor_pole_pairs
     expected = (parameters.motor_resistance, parameters.motor_inductance, parameters.motor_flux)
-    seen = [motor_recording(name, each, pole_pairs) for name, each in recordings.items()]
-    for each in seen:
-        refuse_slips(each, pole_pairs, expected)
-    timed = [in_time(each, pole_pairs, expected) for each in seen]
-    seen = [each for each, _ in timed]
+    seen, moved = _in_time(recordings, pole_pairs, expected)
     progress(0.3)
     electrical = identify_electrical(seen, pole_pairs, expected)
     progress(0.6)
     mechanical = _mechanical(seen, electrical, pole_pairs)
-    told = [*_electrical_values(electrical, seen), *(_mechanical_values(mechanical) if mechanical else ())]
-    good = [each for each in told if _is_told(each, electrical, parameters, before or {})]
+    estimates = [*_electrical_values(electrical, seen), *(_mechanical_values(mechanical) if mechanical else ())]
+    good = [each for each in estimates if _is_identified(each, electrical, parameters, before or {})]
     untold = tuple(
-        _untold(name, electrical, mechanical) for name in _expected_names(told) if name not in {g.name for g in good}
+        _untold(name, electrical, mechanical)
+        for name in _expected_names(estimates)
+        if name not in {g.name for g in good}
     )
     missing = [each for each in untold if each.name in free]
     if missing:
@@ -112,17 +156,32 @@ def identify_motor(
     ratio = torque_ratio(seen, electrical, pole_pairs)
     progress(1.0)
     return MotorIdentification(
-        tuple(_found(each, before or {}) for each in good if not free or each.name in free),
+        tuple(
+            Found.normal(each.name, (before or {}).get(each.name, UNKNOWN_BEFORE), *each[1:])
+            for each in good
+            if not free or each.name in free
+        ),
         untold,
         electrical,
         mechanical,
         ratio,
         (
-            *filter(None, (words for _, words in timed)),
+            *moved,
             *_doubts(seen, electrical, parameters),
             *_remarks(seen, electrical, mechanical, ratio),
         ),
     )
+
+
+def _in_time(
+    recordings: Mapping[str, Recording], pole_pairs: float, expected: tuple[float, float, float]
+) -> tuple[list[MotorRecording], list[str]]:
+    """The recordings without slips, their voltages moved to the steps they belong to, and remarks on those moved."""
+    seen = [motor_recording(name, each, pole_pairs) for name, each in recordings.items()]
+    for each in seen:
+        refuse_slips(each, pole_pairs, expected)
+    timed = [in_time(each, pole_pairs, expected) for each in seen]
+    return [each for each, _ in timed], [words for _, words in timed if words]
 
 
 def _mechanical(seen: Sequence[MotorRecording], electrical: Electrical, pole_pairs: float) -> Mechanical | None:
@@ -132,18 +191,18 @@ def _mechanical(seen: Sequence[MotorRecording], electrical: Electrical, pole_pai
     return identify_mechanical(seen, electrical, pole_pairs)
 
 
-def _electrical_values(electrical: Electrical, seen: Sequence[MotorRecording]) -> Iterator[_Told]:
+def _electrical_values(electrical: Electrical, seen: Sequence[MotorRecording]) -> Iterator[_Estimate]:
     """At 20 degrees; as unsure as the temperature besides."""
     method = "currents and voltages"
     winding = SENSOR if electrical.warm else ROOM
     value, deviation = electrical.resistance
-    yield _Told("motor_resistance", value, float(np.hypot(deviation, COPPER * winding * value)), method)
-    yield _Told("motor_inductance", *electrical.inductance, method)
+    yield _Estimate("motor_resistance", value, float(np.hypot(deviation, COPPER * winding * value)), method)
+    yield _Estimate("motor_inductance", *electrical.inductance, method)
     if electrical.inductance_q is not None:
         along, across = electrical.inductance, electrical.inductance_q
         ratio = across.value / along.value
         spread = abs(ratio) * float(np.hypot(across.deviation / across.value, along.deviation / along.value))
-        yield _Told("motor_saliency", ratio, spread, method)
+        yield _Estimate("motor_saliency", ratio, spread, method)
     value, deviation = electrical.flux
     magnets, unsure = REFERENCE_TEMPERATURE, ROOM
     if electrical.warm:
@@ -152,19 +211,19 @@ def _electrical_values(electrical: Electrical, seen: Sequence[MotorRecording]) -
         unsure = float(np.hypot(MAGNETS, max(np.ptp(each) for each in courses)))
     factor = 1.0 / float(flux_at(magnets, 1.0))
     spread = float(np.hypot(deviation, NEODYMIUM * unsure * value)) * factor
-    yield _Told("motor_flux", value * factor, spread, method)
+    yield _Estimate("motor_flux", value * factor, spread, method)
 
 
-def _mechanical_values(mechanical: Mechanical) -> Iterator[_Told]:
+def _mechanical_values(mechanical: Mechanical) -> Iterator[_Estimate]:
     method = "torque and angle"
-    yield _Told("motor_inertia", *mechanical.inertia, method)
-    yield _Told("motor_damping", *mechanical.damping, method)
-    yield _Told("motor_friction", *mechanical.friction, method)
-    yield _Told("motor_friction_stiffness", *mechanical.stiffness, method)
+    yield _Estimate("motor_inertia", *mechanical.inertia, method)
+    yield _Estimate("motor_damping", *mechanical.damping, method)
+    yield _Estimate("motor_friction", *mechanical.friction, method)
+    yield _Estimate("motor_friction_stiffness", *mechanical.stiffness, method)
 
 
-def _is_told(
-    each: _Told,
+def _is_identified(
+    each: _Estimate,
     electrical: Electrical,
     parameters: MotorParameters,
     before: Mapping[str, tuple[float, float | None]],
@@ -177,14 +236,14 @@ def _is_told(
     return bool(each.value > 0.0 and each.deviation < UNKNOWN * size)
 
 
-def _expected_names(told: Sequence[_Told]) -> list[str]:
+def _expected_names(estimates: Sequence[_Estimate]) -> list[str]:
     """All parameters but saliency, which most motors lack."""
-    return [name for name in CURES if name != "motor_saliency" or name in {each.name for each in told}]
+    return [name for name in CURES if name != "motor_saliency" or name in {each.name for each in estimates}]
 
 
 def _untold(name: str, electrical: Electrical, mechanical: Mechanical | None) -> Untold:
     if name in _LACKING and mechanical is None:
-        return Untold(name, "the shaft did not turn, or the flux is not told", "the motor turning to and fro")
+        return Untold(name, "the shaft did not turn, or the flux is not known", "the motor turning to and fro")
     why = _LACKING.get(name, "currents, or the speed, change too little")
     others = [each for each in electrical.blind if each != name]
     if name in electrical.blind and others and mechanical is None:
@@ -198,15 +257,7 @@ _LACKING = {
     "motor_friction": "the shaft does not go to and fro over the same angles, so that a load may hide it",
     "motor_friction_stiffness": "there are too few reversals",
 }
-"""Why a parameter of the shaft is not told."""
-
-
-def _found(each: _Told, before: Mapping[str, tuple[float, float | None]]) -> Found:
-    value, deviation = before.get(each.name, (float("nan"), None))
-    half = INTERVAL * each.deviation
-    return Found(
-        each.name, value, deviation, each.value, each.deviation, each.value - half, each.value + half, each.method
-    )
+"""Why a parameter of the shaft is not identified."""
 
 
 def _doubts(seen: Sequence[MotorRecording], electrical: Electrical, parameters: MotorParameters) -> Iterator[str]:
@@ -219,7 +270,7 @@ def _doubts(seen: Sequence[MotorRecording], electrical: Electrical, parameters: 
             )
     if electrical.unexplained > _CLEAN:
         yield (
-            f"{100.0 * electrical.unexplained:.0f} % of the voltage is left over, and sound recordings leave 1 to 3 %: "
+            f"{100.0 * electrical.unexplained:.0f} % of the voltage is left over, good recordings leave 1 to 3 %: "
             "a saturated or wrong measurement moves the values by more than their standard deviations"
         )
     if {"motor_resistance", "motor_inductance", "motor_flux"} & set(electrical.blind):

@@ -8,13 +8,127 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.methods.identification.identifiability import UNKNOWN
-from tierod.methods.identification.motor_equation import Equation, equation
+from tierod.methods.identification.fit_quality import UNKNOWN, white_noise
+from tierod.methods.identification.modulation import Modulation
 from tierod.methods.identification.motor_recording import MotorRecording
-from tierod.methods.identification.motor_regression import Fit, Rows, regress
+from tierod.methods.identification.regression import Fit, Rows, regress
+from tierod.physics.pm_motor import resistance_at
+
+_TURN = 1.5
+"""Electrical angle that the rotor may turn within a window [rad]: more would average the turning voltages away."""
+_LENGTHS = (12, 64)
+"""Least and greatest length of a window, in samples."""
+_QUIET = 2e-4
+"""Share of noise in the power of a regressor that biases its coefficient by no more than that."""
+_ALIKE_PAST = 0.8
+"""Correlation of a regressor with its past from which that is the instrument, as noise need not be white then."""
+
+
+class Equation(NamedTuple):
+    """One recording over its windows, complex, in the stator's axes, without means.
+
+    Args:
+        columns: voltage per resistance (R), per inductance along (D) and across (Q) the flux, per flux along (F) and
+            across (B) the zero of the angle sensor
+        instruments: the same with noise of their own
+        voltage: mean [V]
+        arc: change of the mean current in a step, per flux over inductance
+        settling: likewise, per resistance over inductance
+    """
+
+    columns: dict[str, np.ndarray]
+    instruments: dict[str, np.ndarray]
+    voltage: np.ndarray
+    arc: np.ndarray
+    settling: np.ndarray
+
+
+def equation(seen: MotorRecording, pole_pairs: float, warm: bool) -> Equation:
+    """The voltage's equation of a recording.
+
+    Args:
+        seen: the recording
+        pole_pairs: electrical turns per turn of the shaft
+        warm: whether the resistance is that at 20 degrees, by the recorded temperature
+    """
+    angle = pole_pairs * seen.angle
+    turning = float(np.nanpercentile(np.abs(np.diff(angle)), 95.0))
+    length = int(np.clip(_TURN / max(turning, 1e-9), *_LENGTHS))
+    window = Modulation(length, max(length // 4, 1), seen.step)
+    rotor = np.exp(1j * angle)
+    own = seen.current / rotor
+    mean = 0.5 * (seen.current[1:] + seen.current[:-1])
+    rise = np.ones(len(seen.time))
+    if warm and seen.temperature is not None:
+        rise = resistance_at(seen.temperature, 1.0)
+    columns = {
+        "R": window.between(rise[1:] * mean),
+        "D": window.growth(own.real * rotor),
+        "Q": window.growth(1j * own.imag * rotor),
+        "F": window.growth(rotor),
+        "B": window.growth(1j * rotor),
+    }
+    # The mean current of a step differs from that of both ends by a twelfth of its second derivative: the magnets turn
+    # on an arc, times flux over inductance, and the current settles, times resistance over inductance.
+    arc = window.between(-(np.diff(angle) ** 2) / 12.0 * rise[1:] * np.exp(0.5j * (angle[1:] + angle[:-1])))
+    settling = window.between(seen.step / 12.0 * rise[1:] ** 2 * np.diff(seen.current))
+    voltage, middle = window.between(seen.voltage[1:]), window.mean(angle)
+    earlier = length // window.stride + 2
+    turn = np.exp(1j * (middle[earlier:] - middle[:-earlier]))
+    instruments = _instruments(columns, turn, _quiet(columns, window, seen, pole_pairs))
+    columns = {name: values[earlier:] for name, values in columns.items()}
+    voltage, arc, settling = voltage[earlier:], arc[earlier:], settling[earlier:]
+    known = np.isfinite(voltage + sum(columns.values()) + sum(instruments.values()))
+
+    def kept(values: np.ndarray) -> np.ndarray:
+        # Without its mean: an offset of voltage or current stands in the stator's axes.
+        return np.asarray(values[known] - values[known].mean())
+
+    return Equation(
+        {name: kept(each) for name, each in columns.items()},
+        {name: kept(each) for name, each in instruments.items()},
+        kept(voltage),
+        kept(arc),
+        kept(settling),
+    )
+
+
+def _instruments(columns: dict[str, np.ndarray], turn: np.ndarray, quiet: dict[str, bool]) -> dict[str, np.ndarray]:
+    """Every column as it was earlier, turned on; itself where it is quiet and is hardly correlated with its past."""
+    found, earlier = {}, len(next(iter(columns.values()))) - len(turn)
+    for name, values in columns.items():
+        past = values[:-earlier] * turn
+        alike = _likeness(values[earlier:], past)
+        found[name] = values[earlier:] if quiet[name] and alike < _ALIKE_PAST else past
+    return found
+
+
+def _likeness(values: np.ndarray, others: np.ndarray) -> float:
+    """Correlation of two complex signals; missing samples are left out."""
+    known = np.isfinite(values + others)
+    first, second = values[known], others[known]
+    size = float(np.linalg.norm(first) * np.linalg.norm(second))
+    return float(np.real(np.vdot(first, second))) / size if size else 0.0
+
+
+def _quiet(
+    columns: dict[str, np.ndarray], window: Modulation, seen: MotorRecording, pole_pairs: float
+) -> dict[str, bool]:
+    """Columns in which noise has so small a share that they are their own instruments."""
+    current = max(white_noise(seen.current.real), white_noise(seen.current.imag))
+    mean, growth = window.gain
+    # Between slow readings of the angle there is a line: its noise has to come from the readings themselves.
+    step = seen.angle_step or seen.step
+    readings = Modulation(max(round(window.length * seen.step / step), 2), 1, step)
+    noise = white_noise(seen.angle) if seen.angle_noise is None else seen.angle_noise
+    turning = pole_pairs * noise * readings.gain[1]
+    noises = {"R": np.sqrt(2.0) * mean * current, "D": growth * current, "Q": growth * current}
+    noises |= {"F": turning, "B": turning}
+    return {name: bool(noises[name] ** 2 < _QUIET * np.nanvar(each)) for name, each in columns.items()}
+
 
 _SURE, _ALIKE = 4.0, 0.02
-"""Standard deviations, and share of the value, by which the inductances must differ to be told apart."""
+"""Standard deviations, and share of the value, by which the inductances must differ to count as two."""
 _PLAIN, _APART = ("R", "DQ", "F", "B"), ("R", "D", "Q", "F", "B")
 """Coefficients: resistance, inductance along and across the flux or one, flux along and beside the sensor's zero."""
 _NAMES = ("motor_resistance", "motor_inductance", "motor_saliency", "motor_flux")
@@ -29,16 +143,16 @@ class Value(NamedTuple):
 
 @dataclass(frozen=True)
 class Electrical:
-    """What currents and voltages tell.
+    """Parameters from currents and voltages.
 
     Args:
         resistance: of a phase [ohm]; at 20 degrees where the temperature was recorded
-        inductance: of a phase [H]; along the flux where they are told apart
-        inductance_q: across the flux [H], or None where they are not told apart
+        inductance: of a phase [H]; along the flux where they are two
+        inductance_q: across the flux [H], or None where they are one
         flux: linkage of the magnets, as warm as they were [V s]
         zero: electrical angle of the flux where the sensor says zero [rad]
-        along: whether current along the flux tells its inductance
-        blind: names of parameters that these recordings do not tell, or not apart
+        along: whether current along the flux identifies its inductance
+        blind: names of parameters that these recordings do not identify, or not separate
         unexplained: root mean square of what is left over of that of the voltage
         voltage: root mean square of the voltage, without its mean [V]
         warm: whether the resistance is that at 20 degrees
@@ -64,7 +178,7 @@ def identify_electrical(
     The voltage's equation in the stator's axes is linear in all of them and needs no Park transform: the mean voltage
     over a step is the resistance times the mean current and what the flux gained. Windows slide along it.
     Instruments are the windows one length earlier, turned on with the rotor: their noise is another one even in a
-    closed loop. Where the past tells too little, as of a step, a regressor without noise worth mention is its own.
+    closed loop. Where the past is hardly correlated, as of a step, a regressor without noise worth mention is its own.
 
     Args:
         recordings: of one motor
@@ -144,11 +258,11 @@ def _fitted(parts: Sequence[Equation], kinds: Sequence[str], expected: tuple[flo
         for part in parts
     ]
     straight = regress(rows)
-    told = straight.deviations < UNKNOWN * _sizes(kinds, expected)
+    known = straight.deviations < UNKNOWN * _sizes(kinds, expected)
     if "DQ" in kinds and not np.isfinite(straight.deviations[1]):
         rows = [row._replace(target=row.target - expected[1] * row.regressors[:, 1]) for row in rows]
         straight = regress(rows)
-    values = dict(zip(kinds, straight.values, strict=True)) if np.all(told[[0, 1, kinds.index("F")]]) else {}
+    values = dict(zip(kinds, straight.values, strict=True)) if np.all(known[[0, 1, kinds.index("F")]]) else {}
     inductance = values.get(kinds[1], expected[1]) if kinds[1] != "F" else expected[1]
     arc, settling = values.get("F", expected[2]) / inductance, values.get("R", expected[0]) / inductance
     bent = regress(rows, [_only_first(arc * part.arc + settling * part.settling, len(kinds)) for part in parts])

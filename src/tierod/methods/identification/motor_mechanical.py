@@ -1,4 +1,4 @@
-"""Inertia, damping and dry friction of a motor from its torque and its angle."""
+"""Inertia, damping and dry friction of a motor from torque and angle; measured torque over that of the currents."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from tierod.methods.identification.modulation import Modulation
 from tierod.methods.identification.motor_electrical import Electrical, Value
 from tierod.methods.identification.motor_recording import MotorRecording
-from tierod.methods.identification.motor_regression import Rows, regress
+from tierod.methods.identification.regression import Rows, regress
 from tierod.physics.friction import dahl_update
 from tierod.physics.pm_motor import torque_constant
 
@@ -48,7 +48,7 @@ class Course(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Mechanical:
-    """What torque and angle tell.
+    """Parameters of the shaft from torque and angle.
 
     Args:
         inertia: of the rotor and what it carries [kg m^2]
@@ -79,7 +79,7 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
 
     Args:
         recordings: of one motor
-        electrical: as its currents and voltages tell
+        electrical: parameters from its currents and voltages
         pole_pairs: electrical turns per turn of the shaft
 
     Source: Reinelt et al., eq (14) with 3/2 c_M and dry friction; P. Dahl, Aerospace Corp. TOR-0158 (1968).
@@ -156,7 +156,7 @@ class _Shaft:
         self.known = np.isfinite(self.target + sum(self.moving))
 
     def _slower(self, values: np.ndarray) -> np.ndarray:
-        return values[: self._many * self._count].reshape(self._count, self._many).mean(axis=1)
+        return np.asarray(values[: self._many * self._count].reshape(self._count, self._many).mean(axis=1))
 
     def _loads(self, most: int) -> list[np.ndarray]:
         low, high = float(np.nanmin(self.angle)), float(np.nanmax(self.angle))
@@ -208,3 +208,31 @@ def _left(shafts: Sequence[_Shaft], reach: float) -> float:
     target = np.concatenate([each.target for each in rows])
     values = np.linalg.lstsq(columns, target, rcond=1e-10)[0]
     return float(np.sum((target - columns @ values) ** 2))
+
+
+def torque_ratio(seen: Sequence[MotorRecording], electrical: Electrical, pole_pairs: float) -> Value | None:
+    """Measured torque of the motor over that of flux and current, at the instants of the former; None without either.
+
+    Args:
+        seen: recordings of one motor
+        electrical: parameters from its currents and voltages
+        pole_pairs: electrical turns per turn of the shaft
+    """
+    if "motor_flux" in electrical.blind:
+        return None
+    rows = []
+    for each in seen:
+        if each.torque is None:
+            continue
+        time, measured = each.torque
+        across = (each.current * np.exp(-1j * (pole_pairs * each.angle + electrical.zero.value))).imag
+        expected = np.interp(time, each.time, torque_constant(pole_pairs, electrical.flux.value) * across)
+        known = np.isfinite(expected + measured)
+        columns = np.column_stack([expected, np.ones_like(expected)])[known]
+        if np.ptp(columns[:, 0]) > 0.0:
+            rows.append(Rows(measured[known], columns, columns))
+    if not rows:
+        return None
+    fit = regress(rows)
+    unsure = electrical.flux.deviation / electrical.flux.value
+    return Value(float(fit.values[0]), float(np.hypot(fit.deviations[0], unsure * fit.values[0])))

@@ -14,9 +14,9 @@ from tierod.methods.identification.fit_quality import white_noise
 SHORTEST = 0.2
 """Least duration [s]."""
 FASTEST = 0.5
-"""Electrical angle that the rotor may turn from sample to sample [rad]: more cannot be told from turning back."""
+"""Electrical angle that the rotor may turn from sample to sample [rad]: more looks like turning back."""
 _FEW = 50
-"""Samples of a torque that tell nothing."""
+"""Samples of a torque that are too few."""
 _FEWEST = 200
 """Samples that a regression over windows needs at least."""
 _MISSING = 0.2
@@ -69,7 +69,7 @@ def motor_recording(name: str, recording: Recording, pole_pairs: float, commande
         name: for messages
         recording: with currents and voltages in the stator's axes or of the phases, and the motor's angle
         pole_pairs: electrical turns per turn of the shaft
-        commanded: whether its voltages are those that the inverter was told to make
+        commanded: whether its voltages are those that the inverter was commanded to make
 
     Raises:
         InputError: channels are missing or constant, too slow, or the recording is too short
@@ -144,7 +144,7 @@ def _common(name: str, recording: Recording, channels: tuple[str, ...]) -> tuple
 def _vector(recording: Recording, channels: tuple[str, ...], grid: np.ndarray, step: float) -> np.ndarray:
     aligned = recording.align(channels, 1.0 / step, "hold", 0.6 * step, float(grid[0]), float(grid[-1]) + 0.5 * step)
     alpha, beta = aligned.values[: len(grid)].T
-    return alpha + 1j * beta
+    return np.asarray(alpha + 1j * beta)
 
 
 def _phase_sum(recording: Recording) -> float:
@@ -173,7 +173,7 @@ def _interpolated(recording: Recording, name: str, grid: np.ndarray) -> np.ndarr
     known = np.isfinite(channel.values)
     if known.mean() < 1.0 - _MISSING or known.sum() < 2:
         return None
-    return np.interp(grid, channel.time[known], channel.values[known])
+    return np.asarray(np.interp(grid, channel.time[known], channel.values[known]))
 
 
 def _require(name: str, current: np.ndarray, voltage: np.ndarray, angle: np.ndarray, pole_pairs: float) -> None:

@@ -68,7 +68,7 @@ def refuse_slips(seen: MotorRecording, pole_pairs: float, expected: tuple[float,
 def in_time(
     seen: MotorRecording, pole_pairs: float, expected: tuple[float, float, float]
 ) -> tuple[MotorRecording, str]:
-    """The recording with its voltages moved to the steps that they belong to, and what is to be told of it.
+    """The recording with its voltages moved to the steps that they belong to, and a remark; empty where they stay.
 
     Args:
         seen: the recording

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import rebuild
+from tierod.core.block import Scalar, rebuild
 from tierod.core.graph.maths import exp, sqrt
 from tierod.methods.estimators.linear_algebra import dot, plus, times
 from tierod.models.steering_column import (
     ColumnInput,
     ColumnOutput,
-    RubbingColumn,
-    RubbingColumnParameters,
+    ColumnWithFriction,
+    ColumnWithFrictionParameters,
     SteeringColumn,
 )
 from tierod.physics.friction import dahl_mean, dahl_update
@@ -26,17 +26,17 @@ _STROKES = 3
 0.07 % of a noiseless bench, twice its standard deviation after 25 s; with three by a tenth of that."""
 
 _MOTOR_ANGLE = 4
-_Path = Callable[[Any], Any]
+_Path = Callable[[Scalar], Scalar]
 
 
 class BenchInput(NamedTuple):
-    """What drives a column on a bench: the torque that its motor is told to give."""
+    """What drives a column on a bench: the torque that its motor is commanded to give."""
 
     motor_torque: Annotated[float, "N*m"]
 
 
 @dataclass(frozen=True)
-class BenchParameters(RubbingColumnParameters):
+class BenchParameters(ColumnWithFrictionParameters):
     """A column with dry friction at the motor, and what a bench adds to it.
 
     Args:
@@ -65,16 +65,16 @@ class SampledColumn:
     of a sample is Dahl's mean over the path of the motor, foreseen with the friction of its start; where the motor
     reverses within it the path is taken as its net turn, short of it by about a thousandth of Dahl's angle.
 
-    Source: Raffone, eqs (1) to (4), corrected as `SteeringColumn` and `RubbingColumn` say.
+    Source: Raffone, eqs (1) to (4), corrected as `SteeringColumn` and `ColumnWithFriction` say.
     """
 
-    State = RubbingColumn.State
+    State = ColumnWithFriction.State
     Input = BenchInput
     Output = ColumnOutput
     Parameters = BenchParameters
 
     @staticmethod
-    def transition(x: RubbingColumn.State, u: BenchInput, p: BenchParameters) -> RubbingColumn.State:
+    def transition(x: ColumnWithFriction.State, u: BenchInput, p: BenchParameters) -> ColumnWithFriction.State:
         """One sample on, the motor's torque constant over it."""
         angle = _dahl_angle(p)
         step = replace(p, sample_time=p.sample_time / _STROKES)
@@ -89,11 +89,11 @@ class SampledColumn:
         return x
 
     @staticmethod
-    def output(x: RubbingColumn.State, u: BenchInput, p: BenchParameters) -> ColumnOutput:
+    def output(x: ColumnWithFriction.State, u: BenchInput, p: BenchParameters) -> ColumnOutput:
         """Both angles and the torque of the bar, as recorded."""
         none = ColumnInput(0.0, 0.0, 0.0)
-        told = SteeringColumn.output(SteeringColumn.State(*x[:6]), none, p)
-        return told._replace(driver_torque=told.driver_torque + p.driver_torque_offset)
+        output = SteeringColumn.output(SteeringColumn.State(*x[:6]), none, p)
+        return output._replace(driver_torque=output.driver_torque + p.driver_torque_offset)
 
 
 class RoundedColumn(SampledColumn):
@@ -105,11 +105,11 @@ class RoundedColumn(SampledColumn):
     """
 
     @staticmethod
-    def transition(x: RubbingColumn.State, u: BenchInput, p: BenchParameters) -> RubbingColumn.State:
+    def transition(x: ColumnWithFriction.State, u: BenchInput, p: BenchParameters) -> ColumnWithFriction.State:
         """One sample on, the length of the friction's path rounded."""
         share, angle = x.normalised_friction, _dahl_angle(p)
 
-        def after(turned: Any) -> Any:
+        def after(turned: Scalar) -> Scalar:
             length = sqrt(turned * turned + p.rounding * p.rounding)
             direction = turned / length
             return direction + (share - direction) * exp((p.rounding - length) / angle)
@@ -117,11 +117,13 @@ class RoundedColumn(SampledColumn):
         return _advanced(x, u, p, lambda turned: 0.5 * (share + after(turned)), after)
 
 
-def _dahl_angle(p: BenchParameters) -> Any:
+def _dahl_angle(p: BenchParameters) -> Scalar:
     return p.motor_friction / p.motor_friction_stiffness
 
 
-def _advanced(x: Any, u: Any, p: BenchParameters, mean: _Path, after: _Path) -> RubbingColumn.State:
+def _advanced(
+    x: ColumnWithFriction.State, u: BenchInput, p: BenchParameters, mean: _Path, after: _Path
+) -> ColumnWithFriction.State:
     rows, gains = _sampled(p)
     driving = p.motor_torque_gain * u.motor_torque + p.motor_torque_offset
     free = tuple(plus(dot(row, x[:6]), gain * driving) for row, gain in zip(rows, gains, strict=True))
@@ -131,7 +133,7 @@ def _advanced(x: Any, u: Any, p: BenchParameters, mean: _Path, after: _Path) -> 
     return rebuild(x, [*ahead, after(ahead[_MOTOR_ANGLE] - x.motor_angle)])
 
 
-def _sampled(p: BenchParameters) -> tuple[list[list[Any]], list[Any]]:
+def _sampled(p: BenchParameters) -> tuple[list[list[Scalar]], list[Scalar]]:
     """Transition of rates and angles over one sample, and what a torque at the motor adds to each."""
     zero = SteeringColumn.State(*[0.0] * 6)
     units = [rebuild(zero, [float(i == j) for i in range(6)]) for j in range(6)]
@@ -147,11 +149,11 @@ def _sampled(p: BenchParameters) -> tuple[list[list[Any]], list[Any]]:
     return [row[:6] for row in whole[:6]], [row[6] for row in whole[:6]]
 
 
-def _columns(matrix: list[list[Any]]) -> list[list[Any]]:
+def _columns(matrix: list[list[Scalar]]) -> list[list[Scalar]]:
     return [list(column) for column in zip(*matrix, strict=True)]
 
 
-def _slope(x: SteeringColumn.State, motor_torque: float, p: BenchParameters) -> list[Any]:
+def _slope(x: SteeringColumn.State, motor_torque: float, p: BenchParameters) -> list[Scalar]:
     slope = SteeringColumn.derivative(x, ColumnInput(motor_torque, 0.0, 0.0), p)
     wheel, motion = times(slope.steering_wheel_rate, p.wheel_freedom), slope.steering_wheel_angle
     return [wheel, slope.motor_speed, slope.gear_rate, times(motion, p.wheel_freedom), *slope[4:]]

@@ -1,18 +1,21 @@
-"""A model simulated together with its sensitivities: derivatives of every output by parameters and first state."""
+"""A model along a recording: simulated with its sensitivities, or filtered for the likelihood of every sample."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from tierod.core.block import Tree, leaves, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, leaves, rebuild, skeleton
 from tierod.core.graph.derivatives import jacobian
-from tierod.core.graph.maths import where
-from tierod.methods.estimators.kernels import usable
-from tierod.methods.estimators.linear_algebra import dot, plus
+from tierod.core.graph.maths import log, present, sqrt, where
+from tierod.core.model import Model
+from tierod.methods.estimators.kernels import correct_in_turn, predict_covariance, usable
+from tierod.methods.estimators.linear_algebra import Vector, dot, from_diagonal, plus
+from tierod.methods.estimators.shapes import Belief, leaf_values, sample_class
 
-Rows = tuple[tuple[Any, ...], ...]
+Rows = tuple[tuple[Scalar, ...], ...]
 
 
 class Moving(NamedTuple):
@@ -44,8 +47,8 @@ class Simulation:
         free_states: places of entries of the first state by which is derived, after the parameters
     """
 
-    model: Any
-    parameters: Any
+    model: Model
+    parameters: Tree
     initial: Tree
     free: tuple[str, ...] = ()
     free_states: tuple[int, ...] = ()
@@ -53,7 +56,8 @@ class Simulation:
     @property
     def Sample(self) -> type:
         """NamedTuple class of the model's inputs."""
-        return self.model.Input
+        kind: type = self.model.Input
+        return kind
 
     def init(self) -> Moving:
         """The first state."""
@@ -62,24 +66,24 @@ class Simulation:
         rows = tuple((*none, *(float(k == entry) for entry in self.free_states)) for k in range(len(values)))
         return Moving(rebuild(skeleton(self.model.State), values), rows)
 
-    def step(self, state: Moving, sample: Any) -> tuple[Moving, Simulated]:
+    def step(self, state: Moving, sample: Tree) -> tuple[Moving, Simulated]:
         """One sample on; the output belongs to the instant of the sample."""
         output = self.model.output(state.mean, sample, self.parameters)
         ahead = self.model.transition(state.mean, sample, self.parameters)
-        told = self._derived(self.model.output, state, sample)
+        sensitivities = self._derived(self.model.output, state, sample)
         moved = self._derived(self.model.transition, state, sample)
         whole = usable([leaf for _, leaf in leaves(sample)])
         if whole is True:
-            return Moving(ahead, moved), Simulated(output, told)
+            return Moving(ahead, moved), Simulated(output, sensitivities)
         after = Moving(ahead, moved)
         held = [where(whole, a, b) for (_, a), (_, b) in zip(leaves(after), leaves(state), strict=True)]
-        return rebuild(state, held), Simulated(output, told)
+        return rebuild(state, held), Simulated(output, sensitivities)
 
-    def _derived(self, function: Any, state: Moving, sample: Any) -> Rows:
+    def _derived(self, function: Callable[[Tree, Tree, Tree], Tree], state: Moving, sample: Tree) -> Rows:
         """Derivatives of a function of state and parameters by what is free."""
         at = (state.mean, tuple(getattr(self.parameters, name) for name in self.free))
 
-        def of(point: Any) -> Tree:
+        def of(point: Tree) -> Tree:
             values = dict(zip(self.free, point[1], strict=True))
             return function(point[0], sample, dataclasses.replace(self.parameters, **values))
 
@@ -89,3 +93,83 @@ class Simulation:
             direct = [*row[count:], *[0.0] * len(self.free_states)]
             rows.append(tuple(plus(dot(row[:count], way), own) for way, own in zip(through, direct, strict=True)))
         return tuple(rows)
+
+
+class Surprise(NamedTuple):
+    """What the measurements of a sample were against what was expected of each.
+
+    Args:
+        standardised: measured minus expected from the past and the outputs before it, over its standard deviation
+        logarithm: natural logarithm of that standard deviation; 0 where the output is missing
+    """
+
+    standardised: Tree
+    logarithm: Tree
+
+
+@dataclass(frozen=True)
+class Innovations:
+    """Extended Kalman filter that gives the terms of the likelihood of a recording.
+
+    The likelihood of a sample is that of its outputs one after the other, each given those before it; then it holds
+    with outputs that are correlated, and a missing one (NaN) leaves no term. A missing input holds the state.
+
+    Args:
+        model: discrete model
+        parameters: of the model; its floats are tuning
+        initial_mean, initial_variance: of the state before the first sample
+        input_variance: of every input, per sample: what drives the model and is not recorded
+        measurement_variance: of every output
+        tangent: model whose Jacobians the covariance takes; the model itself where None. One with its kinks rounded
+            makes the likelihood smooth over the parameters
+
+    Source: F. C. Schweppe, IEEE TIT 11 (1965) 61; L. Ljung, System Identification (1999), section 7.4.
+    """
+
+    model: Model
+    parameters: Tree
+    initial_mean: Tree
+    initial_variance: Tree
+    input_variance: Tree
+    measurement_variance: Tree
+    tangent: Model | None = None
+
+    @property
+    def Sample(self) -> type:
+        """NamedTuple class with `input` and `measured`."""
+        return sample_class(self.model, ())
+
+    def init(self) -> Belief:
+        """The belief that the first sample corrects."""
+        mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
+        return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
+
+    def step(self, state: Belief, sample: Tree) -> tuple[Belief, Surprise]:
+        """Correct with the sample's measurements, then go one sample on with its inputs."""
+        mean, covariance, surprise = self._corrected(state, sample)
+        tangent = self.tangent or self.model
+        rows = jacobian(lambda x: tangent.transition(x, sample.input, self.parameters), mean)
+        gain = jacobian(lambda u: self.model.transition(mean, u, self.parameters), sample.input)
+        none = (0.0,) * len(leaf_values(mean))
+        ahead = predict_covariance(rows, covariance, none, gain, leaf_values(self.input_variance))
+        moved, whole = self.model.transition(mean, sample.input, self.parameters), usable(leaf_values(sample.input))
+        held = tuple(where(whole, a, b) for a, b in zip(leaf_values(moved), leaf_values(mean), strict=True))
+        spread = tuple(where(whole, a, b) for a, b in zip(ahead, covariance, strict=True))
+        return Belief(rebuild(mean, held), spread), surprise
+
+    def _corrected(self, state: Belief, sample: Tree) -> tuple[Tree, Vector, Surprise]:
+        def output(x: Tree) -> Tree:
+            return self.model.output(x, sample.input, self.parameters)
+
+        rows, expected = jacobian(output, state.mean), leaf_values(output(state.mean))
+        innovations = [value - mean for value, mean in zip(leaf_values(sample.measured), expected, strict=True)]
+        done = correct_in_turn(state.covariance, rows, innovations, leaf_values(self.measurement_variance))
+        (shift, covariance, _, _), residuals, spreads = done
+        standardised, logarithms = [], []
+        for residual, spread in zip(residuals, spreads, strict=True):
+            there = present(residual)
+            standardised.append(where(there, residual, 0.0) / sqrt(spread))
+            logarithms.append(where(there, 0.5 * log(spread), 0.0))
+        mean = rebuild(state.mean, [plus(a, b) for a, b in zip(leaf_values(state.mean), shift, strict=True)])
+        outputs = skeleton(self.model.Output)
+        return mean, covariance, Surprise(rebuild(outputs, standardised), rebuild(outputs, logarithms))

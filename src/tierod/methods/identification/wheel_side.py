@@ -1,18 +1,18 @@
-"""Inertia and damping of a steering wheel that nobody holds, from its angle and the torque in the torsion bar."""
+"""Inertia and damping of a steering wheel with hands off, from its angle and the torque in the torsion bar."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tierod.methods.identification.fit_quality import white_noise
-from tierod.methods.identification.instruments import instrumental
+from tierod.methods.identification.regression import instrumental
 
 SMOOTHING = 0.03
-"""Standard deviation of the smoothing in time [s]: it lets motion up to about 5 Hz pass, which tells inertia from
+"""Standard deviation of the smoothing in time [s]: it lets motion up to about 5 Hz pass, which separates inertia from
 damping, and holds the noise of a second derivative down: that falls with its power of -2.5. With 0.05 degrees of noise
 the inertia of 16 s of motion scatters by 0.3 % at 8 ms and by 0.04 % from 24 ms on."""
 
@@ -60,13 +60,13 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
     coefficients towards zero; the motor turns with the wheel, but its angle has noise of its own.
 
     Args:
-        recordings: with a wheel that nobody touches
+        recordings: with hands off the wheel
         inertia: [kg m^2] where it is known; looked for where None
 
     Raises:
         InputError: the wheel hardly moves
 
-    The standard deviations are the larger of two: that of residuals of any colour, which a few slow swings tell badly,
+    The standard deviations are the larger of two: that of residuals of any colour, vague after a few slow swings,
     and that of the white noise of both sensors, carried through the smoothing.
 
     Source: Raffone, eq (1) with T_driver = 0.
@@ -88,8 +88,9 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
         instruments.append(np.column_stack([*seen, constant]))
     found = instrumental(targets, regressors, instruments)
     both = inertia is None
-    moments = found.values[1] if both else inertia
-    white = sum(_noise(each, z, moments, found.values[0]) for each, z in zip(recordings, instruments, strict=True))
+    moments = float(found.values[1]) if inertia is None else inertia
+    noises = [_noise(each, z, moments, found.values[0]) for each, z in zip(recordings, instruments, strict=True)]
+    white = np.sum(noises, axis=0)
     sensors = found.inverse @ white @ found.inverse.T
     spread = np.sqrt(np.maximum(np.diag(found.covariance), np.diag(sensors)))
     return WheelSide(
@@ -102,7 +103,7 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
     )
 
 
-def _noise(motion: WheelMotion, instruments: np.ndarray, inertia: Any, damping: Any) -> np.ndarray:
+def _noise(motion: WheelMotion, instruments: np.ndarray, inertia: float, damping: float) -> np.ndarray:
     """Covariance of instruments times residual, from the white noise of angle and torque."""
     curve, first, second = (weight[::-1] for weight in _weights(motion.sample_time))
     torque = np.array([np.convolve(z, curve) for z in instruments.T]) * white_noise(motion.bar_torque)

@@ -18,7 +18,7 @@ LONGEST = 3600.0
 """Time that is kept [s]: memory stays bounded."""
 
 FEWEST = 250
-"""Samples below which nothing is said."""
+"""Samples below which nothing is stated."""
 
 SMOOTHING = 0.2
 """Time that is averaged before gains and delays are compared [s]: a tenth of a second is still seen, noise is not."""
@@ -39,7 +39,7 @@ NEARLY = 4.0
 """Corrections that leave no more than this multiple of the least variance cannot be distinguished."""
 
 FOLLOWS = 0.7
-"""Share of the greatest correlation with the contradiction from which a signal is suspected, too."""
+"""Share of the greatest correlation with the contradiction from which a signal may be the wrong one, too."""
 
 UNLIKE = 4.0
 """Ratio of the angles' variances beyond which one of them hardly moves, and it may be either that is wrong."""

@@ -14,12 +14,12 @@ from tierod.monitors.driver_torque.hands import THRESHOLDS
 from tierod.monitors.harness.decision import Decision, Demonstrated
 
 INERTIA_SPREAD, STIFFNESS_SPREAD, RATIO_SPREAD, MOTOR_INERTIA_SPREAD = 0.026, 0.064, 0.005, 0.104
-"""By what a sound car differs from its vehicle file, one standard deviation as a share: the wheel's inertia as it is
-weighed and learnt; bars scatter, or have a gear in series; gains of angle sensors, for a design value; the motor's
-inertia, which a sweep to 30 Hz makes 1.2 times as large."""
+"""By what a fault-free car differs from its vehicle file, one standard deviation as a share: the wheel's inertia as
+it is weighed and learnt; bars scatter, or have a gear in series; gains of angle sensors, for a design value; the
+motor's inertia, which a sweep to 30 Hz makes 1.2 times as large."""
 
 OFFSET_SPREAD: Annotated[float, "N*m"] = 0.026
-"""Of an offset of the torque beyond what was learnt, which hands may feign: a sixth of the torque that tells them."""
+"""Of an offset of the torque beyond what was learnt, which hands may imitate: a sixth of the torque that shows them."""
 
 LAG_SPREAD: Annotated[float, "s"] = 5e-4
 """Of a signal's lag: one of 1 ms costs a sixth of the accuracy, and at low rates a sample may be held for longer."""
@@ -48,7 +48,7 @@ COLUMN, INNOVATIONS = "column as the vehicle file says", "innovations as expecte
 
 @dataclass(frozen=True)
 class FitRules:
-    """The rules that tell whether vehicle file and recording fit each other.
+    """The rules that decide whether vehicle file and recording fit each other.
 
     Args:
         either: for a distance with a sign
@@ -114,7 +114,7 @@ DECISIONS = (
     Decision(
         name=COLUMN,
         distance="wheel's and motor's inertia, stiffness, ratio, offset and lag of a signal, each less what is "
-        "expected, in standard deviations of sound cars",
+        "expected, in standard deviations of fault-free cars",
         rule=FIT_DESIGN.block(),
         place="rules.either",
         mean_time_between_false_alarms=1e4,

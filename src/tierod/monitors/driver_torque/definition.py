@@ -2,50 +2,48 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from typing import Any
 
+from tierod.core.block import Block
 from tierod.core.errors import ParameterError
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.decisions import DECISIONS
 from tierod.monitors.driver_torque.delayed import DELAY, DelayedHandTorque
+from tierod.monitors.driver_torque.design import gear_is_too_fast
+from tierod.monitors.driver_torque.drive import TRUTH
 from tierod.monitors.driver_torque.hands import HandsMonitor
-from tierod.monitors.driver_torque.hands_filters import FINE, SensorNoise
-from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor, tuning_at
+from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
-from tierod.monitors.driver_torque.session import TRUTH, DriverTorqueSession
+from tierod.monitors.driver_torque.sensor_noise import FINE, PRODUCTION, SensorNoise
+from tierod.monitors.driver_torque.session import DriverTorqueSession
 from tierod.monitors.driver_torque.signs import ColumnSigns
-from tierod.monitors.driver_torque.vehicle_column import gear_is_too_fast, usual_tuning
+from tierod.monitors.driver_torque.tuning import tuning_at, usual_tuning
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Session, Variant
 from tierod.vehicles import Vehicle
 
 PAPER = "Raffone, Observers of an electric power steering column"
 
-PRODUCTION = SensorNoise(angle=math.radians(0.04), torque=0.05)
-"""Noise of the sensors of production cars, as their bus brings it."""
-
 FAST = 500.0
 """From this rate on sensors are taken as those of a test bench [Hz]; buses of cars are slower."""
 
-_BARE = ("hand_torque_deviation", "disturbance_torque_deviation", "nis")
+_BARE = ("statement.deviation", "disturbance_torque_deviation", "nis")
 _DELAYED = ("disturbance_torque", "disturbance_torque_deviation", "nis")
 
 PRINTED = ("mechanical", "balanced", "full")
-LATER = f"The torque is told {1e3 * DELAY:.0f} ms after it acted; truth and error are those of the time when it acted."
+LATER = f"The torque is given {1e3 * DELAY:.0f} ms after it acted; truth and error are those of the time when it acted."
 NO_GEAR = (
     "The gear's vibration is too fast for {rate:g} samples per second, so it is left out: bar and gear are one spring, "
     "and gear and motor one inertia."
 )
 
 Opener = Callable[[Vehicle, float, Baseline | None], Session]
-Observer = Callable[[Vehicle, float, SensorNoise, bool], Any]
+Observer = Callable[[Vehicle, float, SensorNoise, bool], Block]
 """An observer for a vehicle, a rate [Hz], the noise of its sensors, with the motor's angle or without it."""
 
 
-def _opener(name: str, observer: Observer, untold: tuple[str, ...] = (), delay: float = 0.0) -> Opener:
+def _opener(name: str, observer: Observer, lacking: tuple[str, ...] = (), delay: float = 0.0) -> Opener:
     def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
         if not vehicle.calibrated:
             raise ParameterError(
@@ -65,7 +63,7 @@ def _opener(name: str, observer: Observer, untold: tuple[str, ...] = (), delay: 
             remark = f"{remark} {NO_GEAR.format(rate=rate)}".lstrip()
         usual = FINE if rate >= FAST else PRODUCTION
         return DriverTorqueSession(
-            build, usual, vehicle, rate, f"driver-torque, {name}", untold, round(delay * rate), remark
+            build, usual, vehicle, rate, f"driver-torque, {name}", lacking, round(delay * rate), remark
         )
 
     return open_
@@ -134,7 +132,7 @@ _VARIANTS = (
 DRIVER_TORQUE = Monitor(
     name="driver-torque",
     title="Torque of the driver's hands",
-    summary="Estimates the torque that the driver's hands put on the wheel, and tells whether they are on it.",
+    summary="Estimates the torque that the driver's hands put on the wheel, and decides whether they are on it.",
     source=PAPER,
     required=("steering_wheel_angle", "driver_torque"),
     optional=("motor_torque", "motor_target_torque", "motor_angle_mechanical", TRUTH),

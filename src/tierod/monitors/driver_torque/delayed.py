@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, sqrt, where
 from tierod.methods.estimators.fixed_lag import FixedLag
 from tierod.models.column_observation import MotorTorque
+from tierod.monitors.driver_torque.design import Column, column_of_vehicle, design, process_noises
 from tierod.monitors.driver_torque.observer import UNKNOWN, resting_state
 from tierod.monitors.driver_torque.starting import ColumnSample, Starting, StartState
-from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
-from tierod.monitors.driver_torque.vehicle_column import column_of_vehicle, usual_tuning
+from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
 from tierod.vehicles import Vehicle
 
 DELAY = 0.02
@@ -41,15 +42,15 @@ def smoothing(tuning: ColumnTuning) -> ColumnTuning:
 class DelayedEstimate(NamedTuple):
     """Torque of the hands as it was before the lag, its standard deviation, and whether it can be used."""
 
-    hand_torque: Annotated[float, "N*m"]
-    hand_torque_deviation: Annotated[float, "N*m"]
-    ready: Annotated[float, ""]
+    hand_torque: Annotated[Scalar, "N*m"]
+    hand_torque_deviation: Annotated[Scalar, "N*m"]
+    ready: Annotated[Scalar, ""]
 
 
 class DelayedState(NamedTuple):
     """Memory of the smoother, and of the gaps in its samples."""
 
-    smoother: Any
+    smoother: Tree
     start: StartState
 
 
@@ -88,7 +89,7 @@ class DelayedHandTorque:
 
     @classmethod
     def of_parameters(
-        cls, parameters: Any, sample_time: float = 1e-3, delay: float = DELAY, tuning: ColumnTuning | None = None
+        cls, parameters: Column, sample_time: float = 1e-3, delay: float = DELAY, tuning: ColumnTuning | None = None
     ) -> DelayedHandTorque:
         """The smoother of a column.
 

@@ -1,12 +1,70 @@
-"""What is collected over a drive of the driver's hands and of the column."""
+"""What is collected over a drive: torque of the hands, when they were off the wheel, and figures of the column."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from typing import Annotated, NamedTuple
 
-from tierod.monitors.driver_torque.contradicting import Contradiction
-from tierod.monitors.driver_torque.geometry import ColumnGeometry
-from tierod.monitors.driver_torque.stretches import Stretch
+import numpy as np
+
+from tierod.core.findings import Status
+from tierod.core.graph import Result
+from tierod.core.statement import code_of
+from tierod.methods.analysis.consistency import Consistency, ConsistencyAccumulator
+from tierod.monitors.driver_torque.column_regression import BelowBarOverDrive, ColumnGeometry, GeometryOverDrive
+from tierod.monitors.driver_torque.contradicting import Contradiction, ContradictionOverDrive
+from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
+from tierod.monitors.driver_torque.signs import SignVerdict, wrong_signs
+from tierod.vehicles import Vehicle
+
+TRUTH = "truth_hand_torque"
+"""Channel of a virtual car with the true torque of the hands."""
+
+SIGNED = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque", "motor_torque")
+"""Signals whose sign is judged."""
+
+MOSTLY = 0.5
+"""A sign is wrong where it seemed so for more than this share of the time in which signs could be judged."""
+
+
+class Stretch(NamedTuple):
+    """Hands off the wheel: since when [s], and for how long [s]."""
+
+    start: float
+    duration: float
+
+
+class Stretches:
+    """Stretches without hands over the pieces of a recording.
+
+    Args:
+        sample_time: between two samples [s]
+    """
+
+    def __init__(self, sample_time: float):
+        self._sample_time = sample_time
+        self._ended: list[Stretch] = []
+        self._begun: float | None = None
+        self._last = 0.0
+
+    def add(self, time: np.ndarray, hands: np.ndarray) -> None:
+        """The next piece: time [s] and codes of the state, (n,) each."""
+        off = hands == OFF
+        changes = np.flatnonzero(np.diff(off, prepend=self._begun is not None))
+        for at in changes.tolist():
+            if off[at]:
+                self._begun = float(time[at])
+            elif self._begun is not None:
+                self._ended.append(Stretch(self._begun, float(time[at]) - self._begun))
+                self._begun = None
+        self._last = float(time[-1])
+
+    def found(self) -> list[Stretch]:
+        """All stretches, the one that lasts until the end among them."""
+        if self._begun is None:
+            return self._ended
+        return [*self._ended, Stretch(self._begun, self._last + self._sample_time - self._begun)]
 
 
 class Drive(NamedTuple):
@@ -14,18 +72,18 @@ class Drive(NamedTuple):
 
     Args:
         ready, off, on, uncertain: time for which the torque was known, and of these of each state
-        hand_rms, hand_deviation: of the hands' torque, and what the observer says of its own error
+        hand_rms, hand_deviation: of the hands' torque, and of its error as the observer estimates it
         peak, peak_deviation: greatest torque of the hands
         error: of the torque against the truth of a simulation; NaN where there is none
         torque_span, angle_span: least to greatest of bar and wheel
         nis: mean per measurement; NaN where the observer gives none
         sample_time: between two samples
         inertia_error, torque_offset: as learnt without hands
-        geometry: what angles and torque say of the column
+        geometry: of the column, from angles and torque
         motor_inertia: with the gear's at the motor's shaft, as torques and acceleration show it; None where they do not
         turned: a sentence for every signal whose sign is wrong
         stretches: without hands
-        contradiction: what of the bar's three signals contradicts the others; None where they do not say
+        contradiction: what of the bar's three signals contradicts the others; None where they do not show it
         motor: signal that the motor's torque was taken from; empty where there was none
     """
 
@@ -50,3 +108,100 @@ class Drive(NamedTuple):
     stretches: tuple[Stretch, ...]
     contradiction: Contradiction | None = None
     motor: str = ""
+
+
+class DriveFigures:
+    """Figures over the pieces of a recording.
+
+    Args:
+        vehicle: whose column it is
+        rate: of the samples [Hz]
+        nis: whether the observer has one
+    """
+
+    def __init__(self, vehicle: Vehicle, rate: float, nis: bool) -> None:
+        ratio, stiffness = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
+        self._rate, self._stretches = rate, Stretches(1.0 / rate)
+        self._geometry, self._below = GeometryOverDrive(rate), BelowBarOverDrive(ratio, rate)
+        self._contradiction = ContradictionOverDrive(ratio, stiffness, rate)
+        self._consistency = ConsistencyAccumulator() if nis else None
+        self.seen = self.ready = self.compared = 0
+        self.hand = self.variance = self.error = self.peak = self.peak_deviation = 0.0
+        self.states = dict.fromkeys((OFF, UNCERTAIN, ON), 0)
+        self.spans = {name: [math.inf, -math.inf] for name in ("driver_torque", "steering_wheel_angle")}
+        self.inertia_error = self.torque_offset = 0.0
+        self.judged, self.turned, self.motor = 0, dict.fromkeys(SIGNED, 0), "motor_target_torque"
+        self.powered = False
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """The next piece: time [s], signals and outputs by name, (n,) each."""
+        hand, deviation = result["statement.magnitude"], result["statement.deviation"]
+        ready = (result["statement.status"] == code_of(Status.HEALTHY)) & np.isfinite(hand)
+        bar = signals["steering_wheel_angle"], signals["motor_angle_mechanical"], signals["driver_torque"]
+        self._stretches.add(time, result["hands"])
+        self._geometry.add(*bar)
+        self._contradiction.add(*bar)
+        given, wanted = signals["motor_torque"], signals["motor_target_torque"]
+        self._below.add(np.where(np.isfinite(given), given, wanted), *bar[1:])
+        if self._consistency is not None:
+            self._consistency.add(result["nis"][ready], result["present"][ready])
+        self.seen += len(ready)
+        self.ready += int(ready.sum())
+        self.hand += float(np.sum(hand[ready] ** 2))
+        self.variance += float(np.sum(deviation[ready] ** 2))
+        for state in self.states:
+            self.states[state] += int(np.count_nonzero(ready & (result["hands"] == state)))
+        for name, span in self.spans.items():
+            span[:] = (
+                np.fmin(span[0], np.nanmin(signals[name], initial=math.inf)),
+                np.fmax(span[1], np.nanmax(signals[name], initial=-math.inf)),
+            )
+        if np.isfinite(signals["motor_torque"]).any():
+            self.motor = "motor_torque"
+        self.powered |= bool(np.isfinite(signals[self.motor]).any())
+        self.judged += int(np.count_nonzero(result["turned.torque_judged"]))
+        for name in self.turned:
+            self.turned[name] += int(np.count_nonzero(result[f"turned.{name}"]))
+        error = (hand - signals[TRUTH])[ready & np.isfinite(signals[TRUTH])]
+        self.error += float(error @ error)
+        self.compared += len(error)
+        if ready.any():
+            at = int(np.argmax(np.where(ready, np.abs(hand), -1.0)))
+            if abs(hand[at]) > abs(self.peak):
+                self.peak, self.peak_deviation = float(hand[at]), float(deviation[at])
+        self.inertia_error, self.torque_offset = float(result["inertia_error"][-1]), float(result["torque_offset"][-1])
+
+    def consistency(self) -> Consistency | None:
+        """Of the observer; None where it has no NIS."""
+        return self._consistency.result() if self._consistency is not None else None
+
+    def drive(self) -> Drive:
+        """The figures so far."""
+        count, rate, consistency = max(self.ready, 1), self._rate, self.consistency()
+        turned = {name: float(seen > MOSTLY * self.judged) for name, seen in self.turned.items()}
+        torque, angle = (max(span[1] - span[0], 0.0) for span in self.spans.values())
+        return Drive(
+            ready=self.ready / rate,
+            off=self.states[OFF] / rate,
+            on=self.states[ON] / rate,
+            uncertain=self.states[UNCERTAIN] / rate,
+            hand_rms=math.sqrt(self.hand / count),
+            hand_deviation=math.sqrt(self.variance / count),
+            peak=self.peak,
+            peak_deviation=self.peak_deviation,
+            error=math.sqrt(self.error / self.compared) if self.compared else math.nan,
+            torque_span=torque,
+            angle_span=angle,
+            nis=consistency.nis if consistency else math.nan,
+            sample_time=1.0 / rate,
+            inertia_error=self.inertia_error,
+            torque_offset=self.torque_offset,
+            geometry=self._geometry.found(),
+            motor_inertia=self._below.inertia(),
+            turned=wrong_signs(
+                SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0), self.motor
+            ),
+            stretches=tuple(self._stretches.found()),
+            contradiction=self._contradiction.found(),
+            motor=self.motor if self.powered else "",
+        )

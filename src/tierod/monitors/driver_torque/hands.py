@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.graph.maths import absolute, both, either, limit, negated, present, sqrt, where
 from tierod.methods.detectors import Cusum
 from tierod.methods.estimators import KalmanFilter
-from tierod.methods.filters import Differentiator, FirstOrderLowPass
+from tierod.methods.estimators.shapes import Belief
 from tierod.models.steering_wheel import SteeringWheel, SteeringWheelParameters
 from tierod.monitors.driver_torque.hands_filters import (
-    FINE,
     HANDS,
     TOLERANCE,
     Hands,
-    SensorNoise,
     Tolerance,
+    WheelAcceleration,
+    WheelRate,
     begun,
     chosen,
     hands_off_filter,
@@ -25,7 +26,7 @@ from tierod.monitors.driver_torque.hands_filters import (
     log_likelihood,
     relearning,
 )
-from tierod.monitors.driver_torque.wheel_acceleration import accelerated, slope_filters
+from tierod.monitors.driver_torque.sensor_noise import FINE, SensorNoise
 from tierod.vehicles import Vehicle
 
 OFF, UNCERTAIN, ON = 0.0, 0.5, 1.0
@@ -34,9 +35,15 @@ OFF, UNCERTAIN, ON = 0.0, 0.5, 1.0
 THRESHOLDS = (30.0, 33.0)
 """Evidence for "on" and for "off", see `hands_design`."""
 
-
 BEYOND = 4.0
-"""Standard deviations of the tolerance beyond which what was learnt is not believed."""
+"""Standard deviations of the tolerance beyond which what was learnt is not accepted."""
+
+
+class HandsSample(NamedTuple):
+    """What the monitor of the hands reads."""
+
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    driver_torque: Annotated[Scalar, "N*m"]
 
 
 @dataclass(frozen=True)
@@ -51,8 +58,7 @@ class HandsMonitor:
     Args:
         off, on: the filters of both hypotheses
         to_on, to_off: sums of the evidence, each with the threshold at which it decides
-        slope: acceleration of the wheel, from the rate of the hypothesis that holds
-        slow_slope: what that was before, so that its lag can be made up for
+        motion: acceleration of the wheel, from the rate of the hypothesis that holds
         sample_time: between two samples
         greatest_offset, greatest_inertia_error: what was learnt beyond them is forgotten, and the hands are not known
         most: evidence that one sample may give, so that a broken one decides nothing
@@ -69,8 +75,7 @@ class HandsMonitor:
     on: KalmanFilter
     to_on: Cusum
     to_off: Cusum
-    slope: Differentiator
-    slow_slope: FirstOrderLowPass
+    motion: WheelAcceleration
     sample_time: Annotated[float, "s"]
     greatest_offset: Annotated[float, "N*m"]
     greatest_inertia_error: Annotated[float, "kg*m**2"]
@@ -84,11 +89,7 @@ class HandsMonitor:
     greatest_acceleration: Annotated[float, "rad/s**2"] = 3000.0
     greatest_torque_rate: Annotated[float, "N*m/s"] = 3000.0
 
-    class Sample(NamedTuple):
-        """What the monitor needs."""
-
-        steering_wheel_angle: Annotated[float, "rad"]
-        driver_torque: Annotated[float, "N*m"]
+    Sample = HandsSample
 
     class State(NamedTuple):
         """Between two samples.
@@ -98,22 +99,22 @@ class HandsMonitor:
             learnt: the belief of the wheel without hands when that was last beyond doubt
             to_on, to_off: sums
             hands: what was decided
-            last: sample that was last believed
+            last: sample that was last accepted
             smooth, rate, acceleration: motion of the wheel
-            gap: time since a sample was believed [s]
+            gap: time since a sample was accepted [s]
         """
 
-        off: Any
-        on: Any
-        learnt: Any
-        to_on: Any
-        to_off: Any
-        hands: Any
-        last: Any
-        smooth: Any
-        rate: Any
-        acceleration: Any
-        gap: Any
+        off: Belief
+        on: Belief
+        learnt: Belief
+        to_on: Cusum.State
+        to_off: Cusum.State
+        hands: Annotated[Scalar, ""]
+        last: HandsSample
+        smooth: Tree
+        rate: Annotated[Scalar, "rad/s"]
+        acceleration: Annotated[Scalar, "rad/s**2"]
+        gap: Annotated[Scalar, "s"]
 
     class Output(NamedTuple):
         """What is known of the hands.
@@ -126,14 +127,14 @@ class HandsMonitor:
             nis_off, nis_on: of both filters
         """
 
-        hands: Annotated[float, ""]
-        evidence_on: Annotated[float, ""]
-        evidence_off: Annotated[float, ""]
-        log_likelihood_ratio: Annotated[float, ""]
-        inertia_error: Annotated[float, "kg*m**2"]
-        torque_offset: Annotated[float, "N*m"]
-        nis_off: Annotated[float, ""]
-        nis_on: Annotated[float, ""]
+        hands: Annotated[Scalar, ""]
+        evidence_on: Annotated[Scalar, ""]
+        evidence_off: Annotated[Scalar, ""]
+        log_likelihood_ratio: Annotated[Scalar, ""]
+        inertia_error: Annotated[Scalar, "kg*m**2"]
+        torque_offset: Annotated[Scalar, "N*m"]
+        nis_off: Annotated[Scalar, ""]
+        nis_on: Annotated[Scalar, ""]
 
     @classmethod
     def of_vehicle(
@@ -162,7 +163,7 @@ class HandsMonitor:
             hands_on_filter(wheel, sample_time, hands, noise),
             Cusum(0.0, to_on, to_on, "upper"),
             Cusum(0.0, to_off, to_off, "lower"),
-            *slope_filters(sample_time),
+            WheelAcceleration.at(sample_time),
             sample_time,
             BEYOND * tolerance.offset,
             BEYOND * tolerance.share * wheel.steering_wheel_inertia,
@@ -179,21 +180,21 @@ class HandsMonitor:
             *sums,
             UNCERTAIN,
             nothing,
-            (self.slope.init(), self.slow_slope.init()),
+            self.motion.init(),
             0.0,
             0.0,
             self.longest_gap,
         )
 
-    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
+    def step(self, state: State, sample: HandsSample) -> tuple[State, Output]:
         """One sample on."""
-        believed = self._believed(state, sample)
-        state = self._begun(state, believed, sample)
+        accepted = self._accepted(state, sample)
+        state = self._begun(state, accepted, sample)
         # The mean of both ends of the sample: held from its beginning alone the torque would lag by half of it.
-        torque = where(believed, 0.5 * (state.last.driver_torque + sample.driver_torque), state.last.driver_torque)
+        torque = where(accepted, 0.5 * (state.last.driver_torque + sample.driver_torque), state.last.driver_torque)
         inputs = SteeringWheel.Input(torque, state.acceleration)
-        measured = SteeringWheel.Output(where(believed, sample.steering_wheel_angle, math.inf))
-        noise = (self.off.input_noise[0] + where(believed, 0.0, self.unseen_torque * self.unseen_torque), None)
+        measured = SteeringWheel.Output(where(accepted, sample.steering_wheel_angle, math.inf))
+        noise = (self.off.input_noise[0] + where(accepted, 0.0, self.unseen_torque * self.unseen_torque), None)
         off_sample = self.off.Sample(inputs, measured, self._learning(state))
         off_belief, off = self.off.step(state.off, off_sample, input_noise=noise)
         on_belief, on = self.on.step(state.on, self.on.Sample(inputs, measured), input_noise=noise)
@@ -202,16 +203,16 @@ class HandsMonitor:
         to_off, down = self.to_off.step(state.to_off, ratio)
         hands = where(up.alarm, ON, where(down.alarm, OFF, state.hands))
         rate = where(hands < 0.25, off.mean.steering_wheel_rate, on.mean.steering_wheel_rate)
-        smooth, acceleration = accelerated(self.slope, self.slow_slope, state.smooth, rate)
-        last = self.Sample(*(where(believed, new, old) for new, old in zip(sample, state.last, strict=True)))
-        gap = where(believed, 0.0, state.gap + self.sample_time)
-        motion = (smooth, rate, acceleration)
+        smooth, moved = self.motion.step(state.smooth, WheelRate(rate))
+        last = self.Sample(*(where(accepted, new, old) for new, old in zip(sample, state.last, strict=True)))
+        gap = where(accepted, 0.0, state.gap + self.sample_time)
+        motion = (smooth, rate, moved.steering_wheel_acceleration)
         beliefs = (off_belief, on_belief, state.learnt)
         after = self.State(*beliefs, to_on, to_off, hands, last, *motion, gap)
         return after, self._output(hands, ratio, up.up, down.down, state.learnt.mean, off, on)
 
-    def _believed(self, state: State, sample: Sample) -> Any:
-        """Whether a sample is there and no wheel could not have moved so; after a gap every sample is believed."""
+    def _accepted(self, state: State, sample: HandsSample) -> Scalar:
+        """Whether a sample is there and a wheel can have moved so; after a gap every sample is accepted."""
         elapsed = state.gap + self.sample_time
         moved = sample.steering_wheel_angle - state.last.steering_wheel_angle - state.rate * elapsed
         twisted = sample.driver_torque - state.last.driver_torque
@@ -223,13 +224,13 @@ class HandsMonitor:
         there = both(present(sample.steering_wheel_angle), present(sample.driver_torque))
         return both(there, either(possible, self._lost(state)))
 
-    def _lost(self, state: State) -> Any:
+    def _lost(self, state: State) -> Scalar:
         return state.gap + 0.5 * self.sample_time > self.longest_gap
 
-    def _begun(self, state: State, believed: Any, sample: Sample) -> State:
+    def _begun(self, state: State, accepted: Scalar, sample: HandsSample) -> State:
         """The state with each hypothesis begun anew while its sum is zero; after a gap no hands are known."""
         off, on, lost = self.off.init(), self.on.init(), self._lost(state)
-        anew = both(believed, state.gap > 1.5 * self.sample_time)
+        anew = both(accepted, state.gap > 1.5 * self.sample_time)
         sure = both(state.hands < 0.25, state.to_on.up < self.calm * self.to_on.threshold)
         absurd = self._absurd(state.off.mean)
         forgotten = either(lost, absurd)
@@ -249,21 +250,23 @@ class HandsMonitor:
             acceleration=where(anew, 0.0, state.acceleration),
         )
 
-    def _absurd(self, wheel: Any) -> Any:
+    def _absurd(self, wheel: Tree) -> Scalar:
         """Whether what was learnt is no wheel of the vehicle's: hands were taken for none."""
         return either(
             absolute(wheel.torque_offset) > self.greatest_offset,
             absolute(wheel.inertia_error) > self.greatest_inertia_error,
         )
 
-    def _learning(self, state: State) -> Any:
+    def _learning(self, state: State) -> tuple[Scalar, ...]:
         """Which parameters the filter without hands learns from this sample."""
         alone = either(state.hands > 0.25, state.to_on.up < self.calm * self.to_on.threshold)
         shaken = both(alone, absolute(state.acceleration) > self.least_acceleration)
         turning = both(alone, absolute(state.rate) > self.least_rate)
         return tuple(where(each, 1.0, 0.0) for each in (shaken, turning, alone))
 
-    def _output(self, hands: Any, ratio: Any, up: Any, down: Any, learnt: Any, off: Any, on: Any) -> Output:
+    def _output(
+        self, hands: Scalar, ratio: Scalar, up: Scalar, down: Scalar, learnt: Tree, off: Tree, on: Tree
+    ) -> Output:
         evidence_on, evidence_off = up / self.to_on.threshold, down / self.to_off.threshold
         against = where(hands > 0.75, evidence_off, where(hands < 0.25, evidence_on, 0.0))
         shown = where(against > self.doubt, UNCERTAIN, hands)

@@ -17,7 +17,7 @@ from tierod.monitors.driver_torque.decisions import (
     misfit,
 )
 from tierod.monitors.driver_torque.drive import Drive
-from tierod.monitors.driver_torque.vehicle_column import usual_tuning
+from tierod.monitors.driver_torque.tuning import usual_tuning
 from tierod.vehicles import Vehicle
 
 DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
@@ -73,7 +73,7 @@ def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
 
 
 def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
-    """What angles and torque of the bar contradict; a late one spoils what they say of bar and offset."""
+    """What angles and torque of the bar contradict; a late one spoils bar and offset."""
     found = drive.geometry
     if found is None:
         return []

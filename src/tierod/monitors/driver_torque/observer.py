@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.block import leaves
+from tierod.core.block import Scalar, Tree, leaves
 from tierod.core.graph.maths import both, present, sqrt, where
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.column_observation import MotorTorque
 from tierod.models.steering_column import ColumnOutput
+from tierod.monitors.driver_torque.design import Column, Layout, column_of_vehicle, design
 from tierod.monitors.driver_torque.starting import ColumnSample, Phase, Starting, StartState
-from tierod.monitors.driver_torque.tuning import ColumnTuning, Layout, design
-from tierod.monitors.driver_torque.vehicle_column import column_of_vehicle, usual_tuning
+from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
 from tierod.vehicles import Vehicle
 
 UNKNOWN = 10.0
@@ -20,7 +20,7 @@ UNKNOWN = 10.0
 
 
 class ColumnEstimate(NamedTuple):
-    """What an observer says of a column; a deviation is one standard deviation, of a column that is as believed.
+    """What an observer estimates of a column; a deviation is one standard deviation, of a column as assumed.
 
     Args:
         hand_torque: that the driver's hands put on the steering wheel
@@ -36,27 +36,27 @@ class ColumnEstimate(NamedTuple):
         ready: 1 while the estimate can be used; 0 before the first complete sample, in a long gap, and while settling
     """
 
-    hand_torque: Annotated[float, "N*m"]
-    hand_torque_deviation: Annotated[float, "N*m"]
-    disturbance_torque: Annotated[float, "N*m"]
-    disturbance_torque_deviation: Annotated[float, "N*m"]
-    steering_wheel_angle: Annotated[float, "rad"]
-    motor_angle_mechanical: Annotated[float, "rad"]
-    gear_angle: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    motor_speed: Annotated[float, "rad/s"]
-    gear_rate: Annotated[float, "rad/s"]
-    offset: Annotated[float, ""]
+    hand_torque: Annotated[Scalar, "N*m"]
+    hand_torque_deviation: Annotated[Scalar, "N*m"]
+    disturbance_torque: Annotated[Scalar, "N*m"]
+    disturbance_torque_deviation: Annotated[Scalar, "N*m"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    gear_angle: Annotated[Scalar, "rad"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    motor_speed: Annotated[Scalar, "rad/s"]
+    gear_rate: Annotated[Scalar, "rad/s"]
+    offset: Annotated[Scalar, ""]
     innovation: ColumnOutput
-    nis: Annotated[float, ""]
-    present: Annotated[float, ""]
-    ready: Annotated[float, ""]
+    nis: Annotated[Scalar, ""]
+    present: Annotated[Scalar, ""]
+    ready: Annotated[Scalar, ""]
 
 
 class ColumnMemory(NamedTuple):
     """Memory of the observer: state of its filters, and of the gaps in its samples."""
 
-    bank: Any
+    bank: Tree
     start: StartState
 
 
@@ -74,7 +74,7 @@ class ColumnObserver:
         starting: what it does in gaps
 
     Without the motor's angle (`outputs` of the tuning) what is below the bar is known through the bar alone: the
-    disturbance torque becomes slower and noisier, and an offset of the bar cannot be told from a twist of it.
+    disturbance torque becomes slower and noisier, and an offset of the bar cannot be separated from a twist of it.
 
     Source: Raffone, eq (18), with no noise on the mechanical states, a rate of the hands' torque, and a bank.
     """
@@ -102,7 +102,7 @@ class ColumnObserver:
 
     @classmethod
     def of_parameters(
-        cls, parameters: Any, sample_time: float = 1e-3, tuning: ColumnTuning | None = None
+        cls, parameters: Column, sample_time: float = 1e-3, tuning: ColumnTuning | None = None
     ) -> ColumnObserver:
         """The observer of a column.
 
@@ -130,7 +130,7 @@ class ColumnObserver:
         bank = phase.chosen(self.bank.at(resting), moved, state.bank)
         return ColumnMemory(bank, start), self._estimate(start, self.bank.mean(bank), estimate, phase)
 
-    def _estimate(self, start: StartState, mean: Any, estimate: Any, phase: Phase) -> ColumnEstimate:
+    def _estimate(self, start: StartState, mean: Tree, estimate: Tree, phase: Phase) -> ColumnEstimate:
         layout = self.starting.layout
         settled = both(start.started > 0.5, start.settling <= 0.0)
         unknown = where(settled, 0.0, UNKNOWN**2)
@@ -156,7 +156,7 @@ class ColumnObserver:
         )
 
 
-def resting_state(model: Any, layout: Layout, sample: ColumnSample) -> Any:
+def resting_state(model: Any, layout: Layout, sample: ColumnSample) -> Tree:
     """The state of a column's filter if the column were at rest under this sample; zeros where values are missing.
 
     Args:
@@ -180,5 +180,5 @@ def resting_state(model: Any, layout: Layout, sample: ColumnSample) -> Any:
     return model.State(*(known.get(name, 0.0) for name in model.State._fields))
 
 
-def _there(value: Any) -> Any:
+def _there(value: Scalar) -> Scalar:
     return where(present(value), value, 0.0)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.maths import present, where
 from tierod.methods.analysis.fitness import require_fit
@@ -20,8 +21,9 @@ from tierod.models.disturbances import with_disturbance_states
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import ColumnOutput, ColumnParameters
 from tierod.models.two_inertia_column import TwoInertiaColumn, without_gear
+from tierod.monitors.driver_torque.design import linear_of
 from tierod.monitors.driver_torque.starting import ColumnSample
-from tierod.monitors.driver_torque.tuning import ColumnTuning, linear_of
+from tierod.monitors.driver_torque.tuning import ColumnTuning
 
 COLUMNS = ("full", "series spring", "torsion bar", "printed spring", "balanced", "balanced without feed-through")
 """What an observer of the paper may be made of: the full column, the mechanical reduction with one of its springs
@@ -43,14 +45,14 @@ _SHIFT = 1.0
 
 
 class PrintedEstimate(NamedTuple):
-    """What an observer of the paper says of the column."""
+    """What an observer of the paper estimates of the column."""
 
-    hand_torque: Annotated[float, "N*m"]
-    disturbance_torque: Annotated[float, "N*m"]
-    steering_wheel_angle: Annotated[float, "rad"]
-    motor_angle_mechanical: Annotated[float, "rad"]
-    steering_wheel_rate: Annotated[float, "rad/s"]
-    motor_speed: Annotated[float, "rad/s"]
+    hand_torque: Annotated[Scalar, "N*m"]
+    disturbance_torque: Annotated[Scalar, "N*m"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    motor_speed: Annotated[Scalar, "rad/s"]
 
 
 _SHOWN = (
@@ -67,8 +69,8 @@ _SHOWN = (
 class PrintedState(NamedTuple):
     """Memory: the filter's mean, and the motor's torque until now."""
 
-    mean: Any
-    motor_torque: Any
+    mean: Tree
+    motor_torque: Annotated[Scalar, "N*m"]
 
 
 @dataclass(frozen=True)

@@ -1,21 +1,46 @@
-"""Noise of the sensors of a column, measured on the recording itself."""
+"""Noise of a column's sensors: of a bench, of production cars, or measured on the recording itself."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
-
-from tierod.monitors.driver_torque.hands_filters import FINE, SensorNoise
 
 FEWEST = 500
 """Samples from which on noise is measured."""
 MARGIN = 1.25
 """What a filter expects over what was measured: motion hides some of the noise, and none of it is quite white."""
 LONGEST_STEP = 0.01
-"""For so long the same rounding error stays while a wheel turns, at most [s]; a wheel at rest tells nothing of it."""
+"""For so long the same rounding error stays while a wheel turns, at most [s]; a wheel at rest shows none of it."""
 SMOOTH = 1.4826 / math.sqrt(6.0)
 """Standard deviation of white noise over the median size of its second differences."""
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """Noise of both sensors, one standard deviation per sample, rounding included.
+
+    The defaults are those of good transducers that are read every millisecond.
+
+    Args:
+        angle: of the steering wheel
+        torque: of the torsion bar
+    """
+
+    angle: Annotated[float, "rad"] = math.radians(0.008)
+    torque: Annotated[float, "N*m"] = 0.012
+
+
+FINE = SensorNoise()
+"""Sensors of a test bench."""
+
+PRODUCTION = SensorNoise(angle=math.radians(0.04), torque=0.05)
+"""Sensors of production cars, as their bus brings them."""
+
+MOTOR_NOISE = math.radians(0.06)
+"""Of the sensor of the motor's angle, rounding included: bench and production car read the same one [rad]."""
 
 
 def measured_noise(angle: np.ndarray, torque: np.ndarray, rate: float, usual: SensorNoise) -> SensorNoise:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
@@ -11,61 +10,45 @@ import numpy as np
 from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
-from tierod.methods.analysis.consistency import ConsistencyAccumulator
-from tierod.monitors.driver_torque.below_bar import BelowBarOverDrive
-from tierod.monitors.driver_torque.contradicting import ContradictionOverDrive
 from tierod.monitors.driver_torque.decisions import FitRules
-from tierod.monitors.driver_torque.drive import Drive
-from tierod.monitors.driver_torque.geometry import GeometryOverDrive
-from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
-from tierod.monitors.driver_torque.hands_filters import SensorNoise
+from tierod.monitors.driver_torque.drive import TRUTH, DriveFigures
+from tierod.monitors.driver_torque.finding import judge
 from tierod.monitors.driver_torque.misfits import distances
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
-from tierod.monitors.driver_torque.sensor_noise import measured_noise
-from tierod.monitors.driver_torque.signs import SignVerdict, wrong_signs
-from tierod.monitors.driver_torque.stretches import Stretches
-from tierod.monitors.driver_torque.verdict import judge
+from tierod.monitors.driver_torque.sensor_noise import SensorNoise, measured_noise
 from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.vehicles import Vehicle
-
-TRUTH = "truth_hand_torque"
-"""Channel of a virtual car that tells the torque of the hands."""
 
 WITHHELD = (
     "The torque of the hands, and whether they are on the wheel, are withheld, since the vehicle file does not fit the "
     "recording; the normalised innovations show where it fits least."
 )
 SIZED = (
-    "NIS is told per measurement, here and in the chart: 1 where the observer knows its own uncertainty, more where it "
-    "claims to know more than it does. It expects a quarter more noise than was measured, so that two thirds are usual."
+    "NIS is given per measurement, here and in the chart: 1 where the observer knows its own uncertainty, more where "
+    "it claims to know more than it does. It expects a quarter more noise than was measured, so that two thirds are "
+    "usual."
 )
 
 TRACES = {
-    "hand_torque": ("hand_torque", "N*m"),
-    "hand_torque_deviation": ("hand_torque_standard_deviation", "N*m"),
+    "statement.magnitude": ("hand_torque", "N*m"),
+    "statement.deviation": ("hand_torque_standard_deviation", "N*m"),
     "hands": ("hands_on", ""),
     "disturbance_torque": ("disturbance_torque", "N*m"),
     "disturbance_torque_deviation": ("disturbance_torque_standard_deviation", "N*m"),
-    "evidence": ("evidence_for_hands", ""),
+    "statement.evidence": ("evidence_for_hands", ""),
     "nis": ("nis", ""),
 }
 """Outputs of the block that a report shows."""
 
-SIGNED = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque", "motor_torque")
-"""Signals whose sign is judged."""
-
 MEASURED = 60.0
 """The noise of the sensors is measured on so much of a recording [s]."""
-
-MOSTLY = 0.5
-"""A sign is wrong where it seemed so for more than this share of the time in which signs could be told."""
 
 Builder = Callable[[SensorNoise, bool], DriverTorqueMonitor]
 """Makes the block for sensors with this noise, with the motor's angle or without it."""
 
 
 class DriverTorqueSession(BlockSession):
-    """Runs the block, and tells how hands held the wheel and whether the column is as the vehicle file says.
+    """Runs the block, and collects how hands held the wheel and whether the column is as the vehicle file says.
 
     Args:
         build: makes the block
@@ -73,8 +56,8 @@ class DriverTorqueSession(BlockSession):
         vehicle: whose column it is
         rate: of the samples [Hz]
         name: of monitor and variant
-        untold: outputs that the observer does not tell
-        delay: for which the observer waits before it tells a torque; the truth is compared as late [samples]
+        lacking: outputs that the observer does not have
+        delay: by which the torque of the observer is late; the truth is compared as late [samples]
         remark: on the observer, for the report
     """
 
@@ -85,26 +68,22 @@ class DriverTorqueSession(BlockSession):
         vehicle: Vehicle,
         rate: float,
         name: str,
-        untold: tuple[str, ...] = (),
+        lacking: tuple[str, ...] = (),
         delay: int = 0,
         remark: str = "",
     ):
-        told = {key: shown for key, shown in TRACES.items() if key not in untold}
-        super().__init__(build(usual, True), told)
+        shown = {key: each for key, each in TRACES.items() if key not in lacking}
+        super().__init__(build(usual, True), shown)
         self._build, self._usual, self.vehicle, self.rate, self.name = build, usual, vehicle, rate, name
         self.traces = {**self.traces, "true_hand_torque": "N*m"}
         self.signals = (*self.signals, TRUTH)
-        self._geometry, self._stretches = GeometryOverDrive(rate), Stretches(1.0 / rate)
-        self._contradiction = ContradictionOverDrive(vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"], rate)
-        self._below = BelowBarOverDrive(vehicle["motor_ratio"], rate)
-        self._over, self._remark, self.rules = _OverDrive(), remark, FitRules()
+        self._figures, self._remark, self.rules = DriveFigures(vehicle, rate, "nis" not in lacking), remark, FitRules()
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
-        self._consistency = None if "nis" in untold else ConsistencyAccumulator()
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Take in one more piece and give the traces over it, (n,) each; the first one tells what is measured."""
+        """Take in one more piece and give the traces over it, (n,) each; the first one shows what is measured."""
         columns = dict(zip(aligned.names, aligned.values.T, strict=True))
-        if not self._over.seen:
+        if not self._figures.seen:
             self.block = self._suited(columns)
         truth = np.concatenate([self._truth, columns[TRUTH]])
         kept = len(truth) - len(self._truth)
@@ -124,112 +103,21 @@ class DriverTorqueSession(BlockSession):
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Torques, states of the hands and innovations of one piece."""
-        ready = (result["ready"] > 0.5) & np.isfinite(result["hand_torque"])
         self._nis = result["nis"] / np.where(result["present"] > 0.0, result["present"], np.nan)
-        angles = signals["steering_wheel_angle"], signals["motor_angle_mechanical"]
-        self._stretches.add(time, result["hands"])
-        self._geometry.add(*angles, signals["driver_torque"])
-        self._contradiction.add(*angles, signals["driver_torque"])
-        given, wanted = signals["motor_torque"], signals["motor_target_torque"]
-        self._below.add(np.where(np.isfinite(given), given, wanted), angles[1], signals["driver_torque"])
-        if self._consistency is not None:
-            self._consistency.add(result["nis"][ready], result["present"][ready])
-        self._over.add(ready, signals, result)
+        self._figures.add(time, signals, result)
 
     def conclude(self) -> Conclusion:
         """The finding, and how consistent the observer was."""
-        found = self._consistency.result() if self._consistency is not None else None
-        drive = self._over.drive(self.rate)._replace(
-            nis=found.nis if found else math.nan,
-            geometry=self._geometry.found(),
-            motor_inertia=self._below.inertia(),
-            stretches=tuple(self._stretches.found()),
-            contradiction=self._contradiction.found(),
-        )
+        drive, found = self._figures.drive(), self._figures.consistency()
         finding = judge(drive, self.vehicle, self.name, self.rules)
         fits = finding.status is Status.HEALTHY
         unfit = finding.status is Status.SUSPECT
         withheld = (TRUTH,) if fits else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))
-        remarks = {"estimate": WITHHELD if unfit else self._remark if fits else ""}
-        seen = distances(drive, self.vehicle) if fits or unfit else {}
-        if found is None:
-            return Conclusion(finding, remarks=_given(remarks), withheld=withheld, distances=seen)
-        remarks["consistency"] = SIZED
-        figures = {"enabled_samples": float(found.samples), "nis_mean": found.nis}
-        return Conclusion(finding, consistency=figures, remarks=_given(remarks), withheld=withheld, distances=seen)
-
-
-def _given(remarks: dict[str, str]) -> dict[str, str]:
-    return {part: remark for part, remark in remarks.items() if remark}
-
-
-class _OverDrive:
-    """Figures over the pieces of a recording."""
-
-    def __init__(self) -> None:
-        self.seen = self.ready = self.compared = 0
-        self.hand = self.variance = self.error = self.peak = self.peak_deviation = 0.0
-        self.states = dict.fromkeys((OFF, UNCERTAIN, ON), 0)
-        self.spans = {name: [math.inf, -math.inf] for name in ("driver_torque", "steering_wheel_angle")}
-        self.inertia_error = self.torque_offset = 0.0
-        self.judged, self.turned, self.motor = 0, dict.fromkeys(SIGNED, 0), "motor_target_torque"
-        self.powered = False
-
-    def add(self, ready: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """The next piece: where the torque is known, signals and outputs."""
-        hand, deviation = result["hand_torque"], result["hand_torque_deviation"]
-        self.seen += len(ready)
-        self.ready += int(ready.sum())
-        self.hand += float(np.sum(hand[ready] ** 2))
-        self.variance += float(np.sum(deviation[ready] ** 2))
-        for state in self.states:
-            self.states[state] += int(np.count_nonzero(ready & (result["hands"] == state)))
-        for name, span in self.spans.items():
-            span[:] = (
-                np.fmin(span[0], np.nanmin(signals[name], initial=math.inf)),
-                np.fmax(span[1], np.nanmax(signals[name], initial=-math.inf)),
-            )
-        if np.isfinite(signals["motor_torque"]).any():
-            self.motor = "motor_torque"
-        self.powered |= bool(np.isfinite(signals[self.motor]).any())
-        self.judged += int(np.count_nonzero(result["turned.torque_judged"]))
-        for name in self.turned:
-            self.turned[name] += int(np.count_nonzero(result[f"turned.{name}"]))
-        error = (hand - signals[TRUTH])[ready & np.isfinite(signals[TRUTH])]
-        self.error += float(error @ error)
-        self.compared += len(error)
-        if ready.any():
-            at = int(np.argmax(np.where(ready, np.abs(hand), -1.0)))
-            if abs(hand[at]) > abs(self.peak):
-                self.peak, self.peak_deviation = float(hand[at]), float(deviation[at])
-        self.inertia_error, self.torque_offset = float(result["inertia_error"][-1]), float(result["torque_offset"][-1])
-
-    def drive(self, rate: float) -> Drive:
-        """The figures so far, those of others left open."""
-        count = max(self.ready, 1)
-        turned = {name: float(seen > MOSTLY * self.judged) for name, seen in self.turned.items()}
-        torque, angle = (max(span[1] - span[0], 0.0) for span in self.spans.values())
-        return Drive(
-            ready=self.ready / rate,
-            off=self.states[OFF] / rate,
-            on=self.states[ON] / rate,
-            uncertain=self.states[UNCERTAIN] / rate,
-            hand_rms=math.sqrt(self.hand / count),
-            hand_deviation=math.sqrt(self.variance / count),
-            peak=self.peak,
-            peak_deviation=self.peak_deviation,
-            error=math.sqrt(self.error / self.compared) if self.compared else math.nan,
-            torque_span=torque,
-            angle_span=angle,
-            nis=math.nan,
-            sample_time=1.0 / rate,
-            inertia_error=self.inertia_error,
-            torque_offset=self.torque_offset,
-            geometry=None,
-            motor_inertia=None,
-            turned=wrong_signs(
-                SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0), self.motor
-            ),
-            stretches=(),
-            motor=self.motor if self.powered else "",
+        remarks = {"estimate": WITHHELD if unfit else self._remark if fits else "", "consistency": SIZED * bool(found)}
+        return Conclusion(
+            finding,
+            consistency={"enabled_samples": float(found.samples), "nis_mean": found.nis} if found else {},
+            remarks={part: remark for part, remark in remarks.items() if remark},
+            withheld=withheld,
+            distances=distances(drive, self.vehicle) if fits or unfit else {},
         )

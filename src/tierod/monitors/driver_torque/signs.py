@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, all_of, both, maximum, present, where
 from tierod.monitors.driver_torque.starting import ColumnSample
 
@@ -19,13 +20,13 @@ class SignVerdict(NamedTuple):
         motor_judged: 1 once the motor has done enough work
     """
 
-    steering_wheel_angle: Annotated[float, ""]
-    motor_angle_mechanical: Annotated[float, ""]
-    driver_torque: Annotated[float, ""]
-    motor_torque: Annotated[float, ""]
-    angles_judged: Annotated[float, ""]
-    torque_judged: Annotated[float, ""]
-    motor_judged: Annotated[float, ""]
+    steering_wheel_angle: Annotated[Scalar, ""]
+    motor_angle_mechanical: Annotated[Scalar, ""]
+    driver_torque: Annotated[Scalar, ""]
+    motor_torque: Annotated[Scalar, ""]
+    angles_judged: Annotated[Scalar, ""]
+    torque_judged: Annotated[Scalar, ""]
+    motor_judged: Annotated[Scalar, ""]
 
 
 class SignState(NamedTuple):
@@ -40,12 +41,12 @@ class SignState(NamedTuple):
         begun: 1 after the first complete sample
     """
 
-    weight: Any
-    means: tuple[Any, ...]
-    products: tuple[Any, ...]
-    work: tuple[Any, ...]
-    angle: Any
-    begun: Any
+    weight: Annotated[Scalar, ""]
+    means: tuple[Scalar, ...]
+    products: tuple[Scalar, ...]
+    work: tuple[Scalar, Scalar]
+    angle: Annotated[Scalar, "rad"]
+    begun: Annotated[Scalar, ""]
 
 
 _PAIRS = ((0, 0), (1, 1), (0, 1), (2, 2), (2, 0), (2, 1))
@@ -53,10 +54,10 @@ _PAIRS = ((0, 0), (1, 1), (0, 1), (2, 2), (2, 0), (2, 1))
 
 @dataclass(frozen=True)
 class ColumnSigns:
-    """Tells which one of four signals of a column has the wrong sign.
+    """Which one of four signals of a column has the wrong sign.
 
     Both angles move together. The bar's torque grows with its twist, the wheel's angle less the gear's; where the
-    angles disagree, its sign tells which of them is wrong. What is below the bar only loses energy in the long run, so
+    angles disagree, its sign shows which of them is wrong. What is below the bar only loses energy in the long run, so
     a motor that seems to draw more work from it than the bar gives or takes has its torque reversed. Of two wrong
     signs the verdict may name another; all of them reversed together look right.
 
@@ -115,7 +116,7 @@ class ColumnSigns:
         following = SignState(weight, means, products, work, angle, begun)
         return following, self._verdict(following)
 
-    def _work(self, state: SignState, sample: ColumnSample, counts: Any, kept: Any) -> tuple[Any, Any]:
+    def _work(self, state: SignState, sample: ColumnSample, counts: Scalar, kept: Scalar) -> tuple[Scalar, Scalar]:
         """Work of motor and bar since the sample before, added to what is not forgotten."""
         travel = where(counts, sample.motor_angle_mechanical - state.angle, 0.0)
         motor = where(counts, sample.motor_torque, 0.0)
@@ -166,7 +167,7 @@ def wrong_signs(verdict: SignVerdict, motor: str = "motor_torque") -> tuple[str,
 
     Args:
         verdict: of `ColumnSigns`, its last one of a drive
-        motor: the signal that told the motor's torque
+        motor: the signal that the motor's torque was taken from
     """
     named = {"motor_torque": motor}
     return tuple(

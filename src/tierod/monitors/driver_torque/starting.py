@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import leaves, rebuild
+from tierod.core.block import Scalar, Tree, leaves, rebuild
 from tierod.core.graph.maths import all_of, either, maximum, present, where
-from tierod.monitors.driver_torque.tuning import Layout
+from tierod.monitors.driver_torque.design import Layout
 
 
 class ColumnSample(NamedTuple):
@@ -20,10 +20,10 @@ class ColumnSample(NamedTuple):
         driver_torque: in the torsion bar, positive towards left
     """
 
-    motor_torque: Annotated[float, "N*m"]
-    steering_wheel_angle: Annotated[float, "rad"]
-    motor_angle_mechanical: Annotated[float, "rad"]
-    driver_torque: Annotated[float, "N*m"]
+    motor_torque: Annotated[Scalar, "N*m"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    driver_torque: Annotated[Scalar, "N*m"]
 
 
 class StartState(NamedTuple):
@@ -36,10 +36,10 @@ class StartState(NamedTuple):
         settling: how long the observer still settles after a start [s]
     """
 
-    motor_torque: Any
-    missing: Any
-    started: Any
-    settling: Any
+    motor_torque: Annotated[Scalar, "N*m"]
+    missing: Annotated[Scalar, "s"]
+    started: Annotated[Scalar, ""]
+    settling: Annotated[Scalar, "s"]
 
 
 class Phase(NamedTuple):
@@ -53,13 +53,13 @@ class Phase(NamedTuple):
         ready: 1 where the estimate can be used
     """
 
-    motor_torque: Any
-    measured: tuple[Any, ...]
-    restart: Any
-    following: Any
-    ready: Any
+    motor_torque: Annotated[Scalar, "N*m"]
+    measured: tuple[Scalar, ...]
+    restart: Annotated[Scalar, ""]
+    following: Annotated[Scalar, ""]
+    ready: Annotated[Scalar, ""]
 
-    def chosen(self, resting: Any, moved: Any, held: Any) -> Any:
+    def chosen(self, resting: Tree, moved: Tree, held: Tree) -> Tree:
         """The one of three trees of one shape that the phase asks for."""
         triples = zip(leaves(resting), leaves(moved), leaves(held), strict=True)
         return rebuild(

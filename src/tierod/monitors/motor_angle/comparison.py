@@ -1,14 +1,16 @@
-"""The motor's angle sensor against the observer: differences, what both gain, and sums of them."""
+"""The motor's angle sensor against the observer: when their difference counts, and the sums that decide on it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.graph.maths import maximum, where
+from tierod.core.block import Scalar
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
+from tierod.core.graph.maths import absolute, all_of, both, log, maximum, minimum, present, sign, where
 from tierod.methods.detectors.control_charts import Cusum
-from tierod.monitors.motor_angle.residual import Observed, ResidualGate
-from tierod.monitors.motor_angle.second_tests import Backwards, Increments, Stuck, Turning
+from tierod.methods.detectors.threshold import Debounce
+from tierod.monitors.motor_angle.second_tests import Increments, SensorBesideObserver, Stuck
 
 ANGLE_DRIFT, ANGLE_THRESHOLD = 0.044, 0.9
 """Of the electrical angle's sum, one value a millisecond [rad]: see docs/explanation/motor-angle.md, Monitoring."""
@@ -16,92 +18,167 @@ ANGLE_DRIFT, ANGLE_THRESHOLD = 0.044, 0.9
 SPEED_DRIFT, SPEED_THRESHOLD = 0.5, 2.0
 """Of the speed's sum, one value in 10 ms [rad/s]: see docs/explanation/motor-angle.md, Monitoring."""
 
+BACKWARDS = 3.0
+"""So many more windows against the observer than with it: sine and cosine, or two phases, are swapped []."""
+
+
+@dataclass(frozen=True)
+class ResidualGate:
+    """Lets the residual count where the currents determine the angle well, one value in a millisecond.
+
+    Args:
+        pole_pairs: of the motor []
+        nominal_flux: of its magnets, from the vehicle file [V s]
+        sample_time: [s]
+        least_speed: electrical; slower, an uncertain resistance hides the back-EMF [rad/s]
+        most_deviation: of the observer's angle, mechanical [rad]
+        hold: for so long all conditions must hold [s]
+        start: after so long the observer has learnt resistance and flux [s]
+        widest_flux: magnets from -40 to 120 degrees stay within 10 % of their flux: a logarithm beyond this is an
+            observer that has not settled, and magnets so weak are a fault of their own []
+        spacing: of the values that count: residuals nearer to each other are not independent [s]
+    """
+
+    pole_pairs: Annotated[float, "", POSITIVE]
+    nominal_flux: Annotated[float, "V*s", POSITIVE]
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
+    least_speed: Annotated[float, "rad/s", POSITIVE] = 40.0
+    most_deviation: Annotated[float, "rad", POSITIVE] = 0.03
+    hold: Annotated[float, "s", NOT_NEGATIVE] = 0.02
+    start: Annotated[float, "s", NOT_NEGATIVE] = 5.0
+    widest_flux: Annotated[float, "", POSITIVE] = 0.2
+    spacing: Annotated[float, "s", POSITIVE] = 1e-3
+    holding: Debounce = field(init=False, repr=False)
+
+    Sample = SensorBesideObserver
+
+    class State(NamedTuple):
+        """Time since the start and since a value counted, up to their limits, and the hold."""
+
+        elapsed: Annotated[Scalar, "s"]
+        since: Annotated[Scalar, "s"]
+        held: Debounce.State
+
+    class Output(NamedTuple):
+        """Whether the angle is known from the turning motor, whether this very value counts (1.0, 0.0)."""
+
+        known: Annotated[Scalar, ""]
+        counts: Annotated[Scalar, ""]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "holding", Debounce(self.hold, 0.0, self.sample_time))
+        check_ranges(self)
+
+    def init(self) -> State:
+        """Nothing seen."""
+        return self.State(0.0, self.spacing, self.holding.init())
+
+    def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
+        """One sample on."""
+        half, seen = 0.5 * self.sample_time, sample.estimate
+        elapsed = minimum(state.elapsed + self.sample_time, self.start + self.sample_time)
+        flux = log(maximum(seen.motor_flux / self.nominal_flux, 1e-6))
+        good = all_of(
+            elapsed + half > self.start,
+            self.pole_pairs * absolute(seen.motor_speed) > self.least_speed,
+            seen.standing < 0.5,
+            seen.motor_angle_standard_deviation < self.most_deviation,
+            absolute(flux) < self.widest_flux,
+        )
+        held, debounced = self.holding.step(state.held, where(good, 1.0, 0.0))
+        known = both(debounced.active, good)
+        since = minimum(state.since + self.sample_time, self.spacing)
+        counts = all_of(known, present(sample.motor_angle_mechanical), since + half > self.spacing)
+        after = self.State(elapsed, where(counts, 0.0, since), held)
+        return after, self.Output(where(known, 1.0, 0.0), where(counts, 1.0, 0.0))
+
 
 @dataclass(frozen=True)
 class SensorComparison:
-    """What the observer says of the angle that the sensor reads.
+    """What the observer indicates about the sensor: sums of the differences of angle and speed, and two more tests.
 
     Args:
         gate: when the difference counts
         increments: what both gain over a window
-        stuck, backwards: tests of what they gain
+        stuck: whether the sensor stands still while the observer turns
+        backwards: sum of windows in which the sensor turns against the observer, less those with it
         angle, speed: sums of the differences of angle and of speed
     """
 
     gate: ResidualGate
     increments: Increments
     stuck: Stuck = field(default_factory=Stuck)
-    backwards: Backwards = field(default_factory=Backwards)
+    backwards: Cusum = field(default_factory=lambda: Cusum(0.0, BACKWARDS, BACKWARDS, "upper"))
     angle: Cusum = field(default_factory=lambda: Cusum(ANGLE_DRIFT, ANGLE_THRESHOLD, 2.0 * ANGLE_THRESHOLD))
     speed: Cusum = field(default_factory=lambda: Cusum(SPEED_DRIFT, SPEED_THRESHOLD, 2.0 * SPEED_THRESHOLD))
 
-    class Sample(NamedTuple):
-        """What the observer tells, and the sensor's reading.
-
-        Args:
-            observed: by the gate
-            motor_angle: of the observer
-        """
-
-        observed: Observed
-        motor_angle: Annotated[float, "rad"]
+    Sample = SensorBesideObserver
 
     class State(NamedTuple):
         """Of the parts, in order."""
 
-        gate: Any
-        increments: Any
-        stuck: Any
-        backwards: Any
-        angle: Any
-        speed: Any
+        gate: ResidualGate.State
+        increments: Increments.State
+        stuck: Stuck.State
+        backwards: Cusum.State
+        angle: Cusum.State
+        speed: Cusum.State
 
     class Output(NamedTuple):
-        """Whether the difference counts, the sums, what both gain, 1 while a test alarms, and what two tests see."""
+        """Whether the difference counts, the sums, what both gain, 1 while a test alarms, and what two tests see.
 
-        known: Annotated[float, ""]
-        counts: Annotated[float, ""]
-        early: Annotated[float, ""]
-        angle_sum: Annotated[float, "rad"]
-        speed_residual: Annotated[float, "rad/s"]
-        speed_sum: Annotated[float, "rad/s"]
-        sensor_gain: Annotated[float, "rad"]
-        observer_gain: Annotated[float, "rad"]
-        tells: Annotated[float, ""]
-        angle_alarm: Annotated[float, ""]
-        speed_alarm: Annotated[float, ""]
-        backwards_alarm: Annotated[float, ""]
-        stuck_alarm: Annotated[float, ""]
-        backwards_sum: Annotated[float, ""]
-        turned_meanwhile: Annotated[float, "rad"]
+        `early` is 1 while the observer still learns; `complete` where a window ends over which both gains are known.
+        """
+
+        known: Annotated[Scalar, ""]
+        counts: Annotated[Scalar, ""]
+        early: Annotated[Scalar, ""]
+        angle_sum: Annotated[Scalar, "rad"]
+        speed_residual: Annotated[Scalar, "rad/s"]
+        speed_sum: Annotated[Scalar, "rad/s"]
+        sensor_gain: Annotated[Scalar, "rad"]
+        observer_gain: Annotated[Scalar, "rad"]
+        complete: Annotated[Scalar, ""]
+        angle_alarm: Annotated[Scalar, ""]
+        speed_alarm: Annotated[Scalar, ""]
+        backwards_alarm: Annotated[Scalar, ""]
+        stuck_alarm: Annotated[Scalar, ""]
+        backwards_sum: Annotated[Scalar, ""]
+        turned_meanwhile: Annotated[Scalar, "rad"]
 
     def init(self) -> State:
         """Nothing seen."""
-        parts = (self.gate, self.increments, self.stuck, self.backwards, self.angle, self.speed)
-        return self.State(*(part.init() for part in parts))
+        return self.State(
+            self.gate.init(),
+            self.increments.init(),
+            self.stuck.init(),
+            self.backwards.init(),
+            self.angle.init(),
+            self.speed.init(),
+        )
 
-    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
+    def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
         """One sample on."""
-        seen = sample.observed
-        gate, gated = self.gate.step(state.gate, seen)
-        angle, summed = self.angle.step(state.angle, seen.angle_residual_electrical, enabled=gated.counts)
-        turning = Turning(seen.motor_angle_mechanical, sample.motor_angle, seen.motor_speed, seen.standing)
-        increments, gained = self.increments.step(state.increments, turning)
-        gained = gained._replace(tells=where(gated.known, gained.tells, 0.0))
+        gate, gated = self.gate.step(state.gate, sample)
+        residual = sample.estimate.angle_residual_electrical
+        angle, summed = self.angle.step(state.angle, residual, enabled=gated.counts)
+        increments, gained = self.increments.step(state.increments, sample)
+        gained = gained._replace(complete=where(gated.known, gained.complete, 0.0))
         faster = (gained.sensor - gained.observer) / self.increments.window
-        speed, speeds = self.speed.step(state.speed, faster, enabled=gained.tells)
-        backwards, against = self.backwards.step(state.backwards, gained)
-        stuck, still = self.stuck.step(state.stuck, turning._replace(standing=where(gated.known, 0.0, 1.0)))
+        speed, speeds = self.speed.step(state.speed, faster, enabled=gained.complete)
+        against_it = -sign(gained.sensor * gained.observer)
+        backwards, against = self.backwards.step(state.backwards, against_it, enabled=gained.complete)
+        stuck, still = self.stuck.step(state.stuck, sample, enabled=gated.known)
         return self.State(gate, increments, stuck, backwards, angle, speed), self.Output(
             gated.known,
             gated.counts,
             where(gate.elapsed < self.gate.start, 1.0, 0.0),
             maximum(summed.up, summed.down),
-            where(gained.tells, faster, 0.0),
+            where(gained.complete, faster, 0.0),
             maximum(speeds.up, speeds.down),
             gained.sensor,
             gained.observer,
-            gained.tells,
+            gained.complete,
             summed.alarm,
             speeds.alarm,
             against.alarm,

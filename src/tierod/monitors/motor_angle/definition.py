@@ -3,32 +3,35 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
+from typing import TypeVar
 
 from tierod.core.errors import ParameterError
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Variant
 from tierod.monitors.motor_angle.decisions import DECISIONS
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
 from tierod.monitors.motor_angle.session import MotorAngleSession
-from tierod.monitors.motor_angle.voltages import COMMANDED, DUTY_CYCLES, MEASURED, SIGNALS, VARIANTS, MotorVoltages
+from tierod.monitors.motor_angle.signals import COMMANDED, DUTY_CYCLES, MEASURED, SIGNALS, VARIANTS, MotorVoltages
 from tierod.monitors.motor_angle.which_angle import WhichAngle
 from tierod.vehicles import Vehicle
 
 PAPER = "Reinelt, Lundquist, Johansson, On-line sensor monitoring in an active front steering system, SAE 2005-01-1271"
 
 
+Part = TypeVar("Part")
+
+
 def _open(voltages: str, vehicle: Vehicle, rate: float, own_level: Baseline | None) -> MotorAngleSession:
-    plausibility, gear = None, _if_told(vehicle, Superposition)
+    plausibility, gear = None, _if_given(vehicle, Superposition)
     if gear is not None:
-        gain, which = _if_told(vehicle, VariableGain), WhichAngle(1.0 / rate)
+        gain, which = _if_given(vehicle, VariableGain), WhichAngle(1.0 / rate)
         plausibility = AnglePlausibility(gear, 1.0 / rate, gain=gain, which=which)
     source = MotorVoltages(voltages)  # type: ignore[arg-type]
     return MotorAngleSession(MotorAngleMonitor.of_vehicle(vehicle, 1.0 / rate, plausibility, source), vehicle, rate)
 
 
-def _if_told(vehicle: Vehicle, kind: Any) -> Any:
+def _if_given(vehicle: Vehicle, kind: type[Part]) -> Part | None:
     """Parameters that a vehicle file may leave out."""
     try:
         return vehicle.parameters_for(kind)
@@ -49,7 +52,7 @@ def _variant(voltages: str, summary: str) -> Variant:
 MOTOR_ANGLE = Monitor(
     name="motor-angle",
     title="Sensor of the motor's angle",
-    summary="Compares a motor's angle sensor with the angle that its currents and voltages tell, and names its faults.",
+    summary="Compares a motor's angle sensor with the angle that its currents and voltages give, and names its faults.",
     source=PAPER,
     required=_required(MEASURED),
     optional=(
@@ -80,7 +83,7 @@ MOTOR_ANGLE = Monitor(
             ),
             _variant(
                 COMMANDED,
-                "The same on the voltages that the inverter is told to make, what it takes from them found beside.",
+                "The same on the voltages that the inverter is commanded to make; what it takes of them found beside.",
             ),
             _variant(
                 DUTY_CYCLES,

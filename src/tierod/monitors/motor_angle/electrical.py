@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import (
     absolute,
@@ -24,26 +25,11 @@ from tierod.core.graph.maths import (
     where,
 )
 from tierod.methods.detectors.threshold import Debounce
+from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.physics.angle import wrapped
 
 LEARNT = 0.2
 """The amplitude of sine and cosine is taken over so long from the start [s]."""
-
-
-class ElectricalSample(NamedTuple):
-    """What is measured at one instant, NaN where it is not."""
-
-    motor_angle_mechanical: Annotated[float, "rad"]
-    motor_current_alpha: Annotated[float, "A"]
-    motor_current_beta: Annotated[float, "A"]
-    motor_voltage_alpha: Annotated[float, "V"]
-    motor_voltage_beta: Annotated[float, "V"]
-    motor_current_a: Annotated[float, "A"]
-    motor_current_b: Annotated[float, "A"]
-    motor_current_c: Annotated[float, "A"]
-    resolver_sine: Annotated[float, "V"]
-    resolver_cosine: Annotated[float, "V"]
-    supply_voltage: Annotated[float, "V"]
 
 
 class ElectricalAlarms(NamedTuple):
@@ -59,14 +45,14 @@ class ElectricalAlarms(NamedTuple):
         current_saturated, voltage_saturated: a signal stands still at its peak while the motor turns
     """
 
-    supply_low: Annotated[float, ""]
-    angle_timeout: Annotated[float, ""]
-    angle_gradient: Annotated[float, ""]
-    resolver_amplitude: Annotated[float, ""]
-    resolver_mismatch: Annotated[float, ""]
-    current_sum: Annotated[float, ""]
-    current_saturated: Annotated[float, ""]
-    voltage_saturated: Annotated[float, ""]
+    supply_low: Annotated[Scalar, ""]
+    angle_timeout: Annotated[Scalar, ""]
+    angle_gradient: Annotated[Scalar, ""]
+    resolver_amplitude: Annotated[Scalar, ""]
+    resolver_mismatch: Annotated[Scalar, ""]
+    current_sum: Annotated[Scalar, ""]
+    current_saturated: Annotated[Scalar, ""]
+    voltage_saturated: Annotated[Scalar, ""]
 
 
 class ElectricalFigures(NamedTuple):
@@ -82,21 +68,21 @@ class ElectricalFigures(NamedTuple):
             while the motor turned
     """
 
-    angle_age: Annotated[float, "s"]
-    angle_step: Annotated[float, ""]
-    resolver_amplitude: Annotated[float, ""]
-    resolver_mismatch: Annotated[float, "rad"]
-    current_sum: Annotated[float, "A"]
-    same_current: Annotated[float, ""]
-    same_voltage: Annotated[float, ""]
+    angle_age: Annotated[Scalar, "s"]
+    angle_step: Annotated[Scalar, ""]
+    resolver_amplitude: Annotated[Scalar, ""]
+    resolver_mismatch: Annotated[Scalar, "rad"]
+    current_sum: Annotated[Scalar, "A"]
+    same_current: Annotated[Scalar, ""]
+    same_voltage: Annotated[Scalar, ""]
 
 
 class Clipped(NamedTuple):
     """A signal, for how many samples it has stood still, away from zero, and the angle when it began to."""
 
-    last: Any
-    same: Any
-    since: Any
+    last: Annotated[Scalar, ""]
+    same: Annotated[Scalar, ""]
+    since: Annotated[Scalar, "rad"]
 
 
 @dataclass(frozen=True)
@@ -135,7 +121,7 @@ class ElectricalChecks:
     hold: Annotated[float, "s", POSITIVE] = 0.01
     holding: Debounce = field(init=False, repr=False)
 
-    Sample = ElectricalSample
+    Sample = MotorAngleSample
 
     class Output(NamedTuple):
         """Of one sample."""
@@ -146,14 +132,14 @@ class ElectricalChecks:
     class State(NamedTuple):
         """Last angle, its age, whether there is one; amplitude, time learnt; last mismatch; clipped signals; holds."""
 
-        angle: Any
-        age: Any
-        begun: Any
-        amplitude: Any
-        learnt: Any
-        mismatched: Any
+        angle: Annotated[Scalar, "rad"]
+        age: Annotated[Scalar, "s"]
+        begun: Annotated[Scalar, ""]
+        amplitude: Annotated[Scalar, "V"]
+        learnt: Annotated[Scalar, "s"]
+        mismatched: Annotated[Scalar, ""]
         clipped: tuple[Clipped, ...]
-        held: tuple[Any, ...]
+        held: tuple[Debounce.State, ...]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "holding", Debounce(self.hold, self.hold, self.sample_time))
@@ -164,7 +150,7 @@ class ElectricalChecks:
         fresh = Clipped(0.0, 0.0, 0.0)
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (fresh,) * 7, (self.holding.init(),) * 4)
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
         """One sample on."""
         age, timeout, gradient, leap = self._angle(state, sample)
         amplitude, learnt, strange, mismatched, resolver = self._resolver(state, sample)
@@ -176,8 +162,8 @@ class ElectricalChecks:
             (absolute(total) > self.greatest_sum, present(total)),
         )
         steps = [
-            self.holding.step(held, where(fails, 1.0, 0.0), enabled=told)
-            for held, (fails, told) in zip(state.held, conditions, strict=True)
+            self.holding.step(held, where(fails, 1.0, 0.0), enabled=known)
+            for held, (fails, known) in zip(state.held, conditions, strict=True)
         ]
         low, strange_now, mismatch_now, sum_now = (out.active for _, out in steps)
         clipped, (current, voltage), same = self._saturation(state, sample)
@@ -196,7 +182,7 @@ class ElectricalChecks:
         summed = where(present(total), total, 0.0)
         return after, self.Output(alarms, ElectricalFigures(age, leap, *resolver, summed, *same))
 
-    def _angle(self, state: State, sample: Any) -> tuple[Any, Any, Any, Any]:
+    def _angle(self, state: State, sample: MotorAngleSample) -> tuple[Scalar, Scalar, Scalar, Scalar]:
         """Age of the last reading, whether it is too old, or the new one too far, and its step over the longest."""
         fresh = present(sample.motor_angle_mechanical)
         waited = minimum(state.age + self.sample_time, 1.0)
@@ -207,28 +193,32 @@ class ElectricalChecks:
         leaps = where(all_of(fresh, state.begun, step > longest), 1.0, 0.0)
         return where(state.begun, age, 0.0), where(timeout, 1.0, 0.0), leaps, where(state.begun, step / longest, 0.0)
 
-    def _resolver(self, state: State, sample: Any) -> tuple[Any, Any, tuple[Any, Any], Any, tuple[Any, Any]]:
+    def _resolver(
+        self, state: State, sample: MotorAngleSample
+    ) -> tuple[Scalar, Scalar, tuple[Scalar, Scalar], Scalar, tuple[Scalar, Scalar]]:
         """Amplitude as learnt and for how long; whether the present one is strange, the angle another; both figures."""
-        told = both(present(sample.resolver_sine), present(sample.resolver_cosine))
-        sine, cosine = where(told, sample.resolver_sine, 0.0), where(told, sample.resolver_cosine, 0.0)
+        there = both(present(sample.resolver_sine), present(sample.resolver_cosine))
+        sine, cosine = where(there, sample.resolver_sine, 0.0), where(there, sample.resolver_cosine, 0.0)
         size = hypot(sine, cosine)
-        learning = both(told, state.learnt < LEARNT)
+        learning = both(there, state.learnt < LEARNT)
         learnt = state.learnt + where(learning, self.sample_time, 0.0)
         share = self.sample_time / maximum(learnt, self.sample_time)
         amplitude = state.amplitude + where(learning, share * (size - state.amplitude), 0.0)
         strange = absolute(size - amplitude) > self.amplitude_margin * amplitude
-        known = both(told, present(sample.motor_angle_mechanical))
+        known = both(there, present(sample.motor_angle_mechanical))
         angle = self.pole_pairs * where(known, sample.motor_angle_mechanical, 0.0)
         across = sine * cos(angle) - cosine * sin(angle)
         along = sine * sin(angle) + cosine * cos(angle)
         mismatch = any_of(along < 0.0, absolute(across) > self.greatest_mismatch * size)
-        judged = both(told, negated(learning))
+        judged = both(there, negated(learning))
         change = where(both(judged, amplitude > 0.0), size / maximum(amplitude, 1e-12) - 1.0, 0.0)
         apart = where(both(known, size > 0.0), arctan2(across, along), 0.0)
         mismatched = where(known, mismatch, state.mismatched)
         return amplitude, learnt, (strange, judged), mismatched, (change, apart)
 
-    def _saturation(self, state: State, sample: Any) -> tuple[tuple[Clipped, ...], tuple[Any, Any], tuple[Any, Any]]:
+    def _saturation(
+        self, state: State, sample: MotorAngleSample
+    ) -> tuple[tuple[Clipped, ...], tuple[Scalar, Scalar], tuple[Scalar, Scalar]]:
         """What stands still, whether a current or a voltage is saturated, and for how many samples it has been so."""
         names = (
             "current_alpha",
@@ -244,13 +234,13 @@ class ElectricalChecks:
         clipped, flags, counts = [], [], []
         for old, name in zip(state.clipped, names, strict=True):
             value = getattr(sample, f"motor_{name}")
-            told = present(value)
+            there = present(value)
             least = self.least_peak_current if name.startswith("current") else self.least_peak_voltage
             here = both(absolute(value) > least, absolute(value - old.last) < 1e-9)
-            same = where(told, where(here, minimum(old.same + 1.0, self.same_samples), 0.0), old.same)
-            since = where(told, where(here, old.since, angle), old.since)
+            same = where(there, where(here, minimum(old.same + 1.0, self.same_samples), 0.0), old.same)
+            since = where(there, where(here, old.since, angle), old.since)
             turned = self.pole_pairs * absolute(wrapped(angle - since))
-            clipped.append(Clipped(where(told, value, old.last), same, since))
+            clipped.append(Clipped(where(there, value, old.last), same, since))
             counts.append(where(turned > self.least_turn, same, 0.0))
             flags.append(counts[-1] > self.same_samples - 0.5)
         saturated = where(any_of(*flags[:5]), 1.0, 0.0), where(any_of(*flags[5:]), 1.0, 0.0)

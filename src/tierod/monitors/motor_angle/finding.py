@@ -1,24 +1,23 @@
-"""What a drive says of the sensor of a motor's angle, and of what was recorded with it."""
+"""The finding over a drive: the sensor of a motor's angle, and what was recorded with it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, NamedTuple
 
 from tierod.core.findings import Estimate, Finding, Status
-from tierod.monitors.motor_angle.induced_voltage import FITS
-from tierod.monitors.motor_angle.inverter_finding import Lost, inverter_remarks, knee_beyond
-from tierod.monitors.motor_angle.voltages import MEASURED, VARIANTS
+from tierod.monitors.motor_angle.alarms import ALARMS, BY_NAME
+from tierod.monitors.motor_angle.drive import Drive, InverterLoss
+from tierod.monitors.motor_angle.signals import IN_WORDS, MEASURED
+from tierod.monitors.motor_angle.voltage_balance import FITS
 from tierod.monitors.motor_angle.which_angle import MOTOR, NOT_MOTOR, PINION, WHEEL
 from tierod.vehicles import Vehicle
 
 LEAST_KNOWN = 1.0
-"""Time for which the motor must turn before its sensor is called sound [s]."""
+"""Time for which the motor must turn before its sensor is called healthy [s]."""
 
 LEAST_WINDOWS = 30
-"""Windows of 10 ms from which the scale of the angle is told."""
+"""Windows of 10 ms from which the scale of the angle is determined."""
 
 AGREEMENT = 0.98
 """Correlation of what sensor and observer gain, from which a wrong scale is that of the numbers, not of a fault."""
@@ -31,77 +30,9 @@ FIVE_DEGREES = math.radians(5.0)
 TOGETHER = 1.0
 """Alarms that begin within this have one root [s]."""
 
-CAUSES: Mapping[str, tuple[str, str]] = {
-    "electrical.supply_low": ("the supply of the controller is too low", "check battery, wiring and generator"),
-    "electrical.angle_timeout": ("readings of the motor's angle fail to come", "check the sensor and its line"),
-    "electrical.resolver_amplitude": (
-        "sine and cosine of the angle sensor have left their circle",
-        "check sensor, magnet and wiring: one of the two has lost amplitude or gained an offset",
-    ),
-    "electrical.current_sum": (
-        "the phase currents do not add up to zero",
-        "check the current sensors; an offset or gain of one, or a leak to ground, does this",
-    ),
-    "electrical.current_saturated": (
-        "a current stands still at its peak while the motor turns: its measurement is saturated",
-        "widen the range of the current measurement",
-    ),
-    "electrical.voltage_saturated": (
-        "a voltage stands still at its peak while the motor turns: its measurement is saturated",
-        "widen the range of the voltage measurement",
-    ),
-    "model": (
-        "currents and voltages are not those of one motor",
-        "check sign and order of the phases of currents and voltages, the sampling time, and the motor's parameters",
-    ),
-    "stuck": ("the motor turns and its angle sensor stands still", "replace the sensor"),
-    "backwards": (
-        "the angle sensor turns against the motor: sine and cosine, or two phases, are swapped",
-        "check wiring and channel map",
-    ),
-    "electrical.resolver_mismatch": (
-        "the motor's angle is not that of its sensor's own sine and cosine",
-        "check the zero of the angle, its calibration, and the software between sensor and control",
-    ),
-    "angle": (
-        "the angle sensor differs from the angle that currents and voltages tell",
-        "check the sensor's magnet and its zero",
-    ),
-    "speed": (
-        "the angle sensor turns at another speed than currents and voltages tell",
-        "check the sensor: its gain, or what it lost meanwhile",
-    ),
-    "electrical.angle_gradient": ("the motor's angle leaps further than a motor can turn", "check sensor and line"),
-    "not_following": (
-        "the motor's angle stays away from its target: sensor, a phase, or the motor itself stands still",
-        "check whether the motor turns; if it does, the sensor is stuck or its sine and cosine are swapped",
-    ),
-    "plausibility": (
-        "the angles of motor, steering wheel and pinion do not fit each other",
-        "check the sensors of these angles, and the gear's ratios in the vehicle file",
-    ),
-}
-"""Alarms from root to consequence: what it means, what to do."""
-
-DECIDES: Mapping[str, str] = {
-    "electrical.supply_low": "supply low",
-    "electrical.angle_timeout": "angle lost",
-    "electrical.angle_gradient": "angle leaps",
-    **{
-        f"electrical.{name}": name.replace("_", " ")
-        for name in ("resolver_amplitude", "resolver_mismatch", "current_sum", "current_saturated", "voltage_saturated")
-    },
-    **{name: name.replace("_", " ") for name in ("model", "stuck", "backwards", "angle", "speed", "plausibility")},
-    "not_following": "not following",
-}
-"""The decision behind each alarm."""
-
-STARTLES = ("stuck", "backwards", "electrical.resolver_mismatch", "electrical.angle_gradient", "not_following")
-"""What a sensor does that startles the observer: it lets the drive stall, as swapped currents do too, or leaps while
-the motor is slow and its increments count."""
-
-SURPRISING = 20.0
-"""An innovation beyond this comes in one of 6000 samples by chance: three measurements have a mean of three."""
+DISTURBING = ("stuck", "backwards", "electrical.resolver_mismatch", "electrical.angle_gradient", "not_following")
+"""Sensor faults that disturb the observer: the drive stalls, as with swapped currents, or the angle leaps while the
+motor is slow and its increments count."""
 
 PASSING = 0.05
 """Share of surprising innovations since `model` alarmed, below which the motor's model held again at once."""
@@ -116,7 +47,7 @@ SENSOR_ALONE = (
     "the motor's angle contradicts currents and voltages, which fit each other",
     "check the sensor and its line: sign, noise, and the unit of motor_angle_mechanical in the channel map",
 )
-"""What `model` means where the induced voltage turns as its size says."""
+"""What `model` means where the induced voltage turns as its magnitude requires."""
 
 CONFIRMED = (
     "the motor's angle stays away from target_motor_angle_mechanical, though currents and voltages confirm the sensor: "
@@ -140,61 +71,15 @@ SUSPECTS = {
     NOT_MOTOR: "the steering wheel's angle or the pinion's, not the motor's,",
 }
 
+KNEE_APART, KNEE_SIGMAS = 1.4, 4.0
+"""A knee is another than the vehicle file's where it lies beyond this factor, and by so many standard deviations."""
+
 NOT_THE_SENSOR = ("model", "angle", "speed", "stuck", "backwards", "not_following", "electrical.angle_gradient")
 """Alarms that a wrong recording raises."""
 
 
-class Drive(NamedTuple):
-    """What was collected over a drive.
-
-    Args:
-        seconds, known: of the drive, and of these with a known angle
-        counted: values that counted
-        offset, offset_deviation: electrical difference: while the sum alarmed, or over all
-        rms: of all that counted
-        windows, slope, agreement: of the gains of sensor and observer, gain over gain, and their correlation
-        nis, surprised: mean of the normalised innovations, and share of surprising ones since `model` alarmed
-        resistance, flux: over those of the vehicle file
-        suspect: code of the angle that plausibility suspects
-        starts: first instants of alarms
-        voltages: that the observer was fed with
-        lost: what the inverter took; None where the voltages were measured
-        misread: cause and cure, where the whole recording is sound once it is read otherwise
-        contradicting: share of the induced voltage that contradicts its turning since `model` alarmed; else NaN
-        mismatch: greatest one of the three angles while they did not fit, at the pinion
-        untwisted: whether the three angles were not compared for want of the driver's torque
-    """
-
-    seconds: Annotated[float, "s"]
-    known: Annotated[float, "s"]
-    counted: int
-    offset: Annotated[float, "rad"]
-    offset_deviation: Annotated[float, "rad"]
-    rms: Annotated[float, "rad"]
-    windows: int
-    slope: float
-    agreement: float
-    nis: float
-    surprised: float
-    resistance: float
-    flux: float
-    suspect: float
-    starts: dict[str, float]
-    voltages: str = MEASURED
-    lost: Lost | None = None
-    misread: tuple[str, str] | None = None
-    contradicting: float = math.nan
-    mismatch: Annotated[float, "rad"] = 0.0
-    untwisted: bool = False
-
-    @property
-    def monitor(self) -> str:
-        """Name of the monitor and its variant."""
-        return f"motor-angle, {VARIANTS[self.voltages]}"
-
-
 def judge(drive: Drive, vehicle: Vehicle) -> Finding:
-    """The finding over a drive; it tells which voltages it rests on.
+    """The finding over a drive; it says which voltages it rests on.
 
     Args:
         drive: what was collected
@@ -227,7 +112,7 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
     estimate = None
     if drive.counted:
         estimate = Estimate(
-            "difference of the motor's angle sensor from the angle that its currents tell, electrical",
+            "difference of the motor's angle sensor from the angle that its currents give, electrical",
             drive.offset,
             drive.offset_deviation,
             "rad",
@@ -238,12 +123,12 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
     if drive.known < LEAST_KNOWN:
         cause = f"the motor turned fast enough for {drive.known:.1f} s, {LEAST_KNOWN:g} s are needed"
         headline = f"The sensor of the motor's angle was not judged: {cause}."
-        action = "record faster or longer steering; below about 10 rad/s of the shaft the currents tell no angle"
+        action = "record faster or longer steering; below about 10 rad/s of the shaft the currents determine no angle"
         return Finding(drive.monitor, Status.NOT_ENABLED, headline, None, estimate, evidence, cause, action)
     headline = (
-        f"The sensor of the motor's angle is sound: over {drive.known:.1f} s of turning it differs by "
+        f"The sensor of the motor's angle is healthy: over {drive.known:.1f} s of turning it differs by "
         f"{math.degrees(drive.rms):.1f}° electrical rms from what currents and "
-        f"{'voltages' if drive.lost is None else 'commanded voltages'} tell."
+        f"{'voltages' if drive.lost is None else 'commanded voltages'} give."
     )
     return Finding(drive.monitor, Status.HEALTHY, headline, None, estimate, evidence, action="none")
 
@@ -251,16 +136,16 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
 def root_of(drive: Drive) -> str | None:
     """The alarm from which the others follow; None without any.
 
-    Currents that do not fit their voltages never do; a sensor that stalls the drive, or leaps, only startles the
+    Currents that do not fit their voltages never do; a sensor that stalls the drive, or leaps, only disturbs the
     observer once.
     """
     if not drive.starts:
         return None
     first = min(drive.starts.values())
-    together = [name for name in CAUSES if drive.starts.get(name, math.inf) <= first + TOGETHER]
-    startles = [name for name in together if name in STARTLES]
-    if together[0] == "model" and startles and drive.surprised < 0.5:
-        return startles[0]
+    together = [each.name for each in ALARMS if drive.starts.get(each.name, math.inf) <= first + TOGETHER]
+    disturbing = [name for name in together if name in DISTURBING]
+    if together[0] == "model" and disturbing and drive.surprised < 0.5:
+        return disturbing[0]
     return together[0]
 
 
@@ -270,20 +155,26 @@ def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: 
     cause, action = _cause_of(root, drive)
     if root == "plausibility":
         cause += f"; {SUSPECTS.get(drive.suspect, 'which of them is wrong')}" + (
-            " is the wrong one" if drive.suspect else " cannot be told"
+            " is the wrong one" if drive.suspect else " cannot be decided"
         )
         cause += _or_torque(drive, vehicle)
-    if root == "model" and math.isfinite(drive.resistance * drive.flux) and cause == CAUSES[root][0]:
+    if root == "model" and math.isfinite(drive.resistance * drive.flux) and cause == BY_NAME[root].cause:
         cause += f"; as if resistance and flux were {drive.resistance:.2f} and {drive.flux:.2f} of the vehicle file's"
-    size = ""
-    if root == "angle":
-        size = f" by {math.degrees(drive.offset):+.1f}° electrical"
+    # The difference from the observer is the magnitude of the fault only where it decided.
+    magnitude = estimate if root == "angle" else None
+    by = f" by {math.degrees(drive.offset):+.1f}° electrical" if root == "angle" else ""
     since = drive.starts[root]
-    headline = f"{cause[0].upper()}{cause[1:]}{size}, since {since:.2f} s."
-    # The difference from the observer is the size of the fault only where it decided.
-    size_of = estimate if root == "angle" else None
+    headline = f"{cause[0].upper()}{cause[1:]}{by}, since {since:.2f} s."
     return Finding(
-        drive.monitor, Status.FAULT, headline, since, size_of, evidence, cause, action, decided_by=(DECIDES[root],)
+        drive.monitor,
+        Status.FAULT,
+        headline,
+        since,
+        magnitude,
+        evidence,
+        cause,
+        action,
+        decided_by=(BY_NAME[root].decision,),
     )
 
 
@@ -296,7 +187,7 @@ def _cause_of(root: str, drive: Drive) -> tuple[str, str]:
     confirmed = drive.known >= LEAST_KNOWN and drive.rms < FIVE_DEGREES
     if root == "not_following" and confirmed and set(drive.starts) <= {root, "plausibility"}:
         return CONFIRMED
-    return CAUSES[root]
+    return BY_NAME[root].cause, BY_NAME[root].action
 
 
 def _or_torque(drive: Drive, vehicle: Vehicle) -> str:
@@ -346,7 +237,39 @@ def _evidence(drive: Drive) -> dict[str, float]:
         found["inverter_knee_current_a"] = drive.lost.knee_current
         found["inverter_knee_over_nominal"] = math.exp(drive.lost.apart)
     found = {name: value for name, value in found.items() if math.isfinite(value)}
-    for name in CAUSES:
-        if name in drive.starts:
-            found[f"{name.removeprefix('electrical.')}_alarm_from_s"] = drive.starts[name]
+    for name in (each.name for each in ALARMS if each.name in drive.starts):
+        found[f"{name.removeprefix('electrical.')}_alarm_from_s"] = drive.starts[name]
     return found
+
+
+def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...]:
+    """Which voltages a finding rests on, and whether the inverter is another than the vehicle file's.
+
+    Args:
+        lost: what the inverter was found to take; None where the voltages were measured
+        voltages: that the observer was fed with
+    """
+    if lost is None:
+        return ()
+    rests_on = (
+        f"the voltages are {IN_WORDS[voltages]}: {lost.voltage_loss:.2f} V a phase, with a knee at "
+        f"{lost.knee_current:.2g} A; measured voltages give the angle better"
+    )
+    if abs(lost.apart) < max(math.log(KNEE_APART), KNEE_SIGMAS * lost.knee_deviation):
+        return (rests_on,)
+    wrong = (
+        f"the inverter's knee is {lost.knee_current:.2g} A and not {lost.nominal_knee:.2g} A as in the vehicle file: "
+        "correct inverter_knee_current; the angle is known less well until it is learnt"
+    )
+    return (rests_on, wrong)
+
+
+def knee_beyond(lost: InverterLoss) -> tuple[str, str] | None:
+    """Cause and cure where the knee may be further away than an observer learns."""
+    if not lost.beyond:
+        return None
+    return (
+        f"the inverter's knee lies beyond what is learnt, at {lost.knee_current:.2g} A where the vehicle file says "
+        f"{lost.nominal_knee:.2g} A",
+        "find inverter_knee_current with 'tierod identify inverter', or record the voltages",
+    )

@@ -1,4 +1,4 @@
-"""What was recorded wrongly, by name: signs, phases and scales that the balance of the voltage tells."""
+"""What was recorded wrongly, by name: signs, phases and scales, found with the balance of the voltage."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ LEAST_WINDOWS = 100
 """Half a second of balance."""
 
 CLEAN = 0.1
-"""A reading explains a recording where it leaves no more of the voltage than this: sound ones leave 0.01 to 0.05, and
-one that changed on the way, as with a fault, 0.2 and more."""
+"""A reading explains a recording where it leaves no more of the voltage than this: fault-free ones leave 0.01 to 0.05,
+and one that changed on the way, as with a fault, 0.2 and more."""
 
 WARMTH = 1.5
 """A winding from -40 to 120 degrees has 0.76 to 1.4 of its resistance at 20."""
@@ -22,15 +22,15 @@ ALIKE = 1.15
 
 
 LEAST_TURN = 0.05
-"""Electrical turn of a window, root mean square, from which the flux is told [rad]: 25 times the noise of a sensor."""
+"""Electrical turn of a window, root mean square, from which the flux is found [rad]: 25 times the noise of a sensor."""
 
 LEAST_CHANGE = 10.0
-"""Change of the current over a window from which the inductance is told, over the noise of the current: that makes the
-inductance 2 % too small."""
+"""Change of the current over a window from which the inductance is found, over the noise of the current: that makes it
+2 % too small."""
 
 
 def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:
-    """Cause and cure, where one reading explains the whole recording and is not what the recording says.
+    """Cause and cure, where one reading explains the whole recording and is not that of the recording.
 
     Args:
         collected: over the whole recording

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple, get_type_hints
+from typing import Annotated, NamedTuple, get_type_hints
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import (
     absolute,
@@ -22,14 +23,8 @@ from tierod.core.graph.maths import (
 )
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
-from tierod.models.stator_frame_motor import (
-    CommandedMotorParameters,
-    MotorParameters,
-    SampledMotorParameters,
-    StatorFrameMotor,
-)
-from tierod.monitors.motor_angle.stator_filter import angle_variance_place, stator_filter
-from tierod.monitors.motor_angle.tuning import MotorAngleTuning
+from tierod.models.stator_frame_motor import CommandedMotorParameters, SampledMotorParameters, StatorFrameMotor
+from tierod.monitors.motor_angle.tuning import MotorAngleTuning, angle_variance_place, stator_filter
 from tierod.physics.angle import wrapped
 from tierod.physics.inverter import LONGEST_SIGN
 from tierod.physics.lag import share_reached
@@ -38,19 +33,19 @@ from tierod.vehicles import Vehicle
 
 
 class Pace(NamedTuple):
-    """Whether the motor turns fast enough for its currents to tell the angle.
+    """Whether the motor turns fast enough for its currents to determine the angle.
 
     Args:
         speed: smoothed [rad/s]
-        standing: 1 while the back-EMF tells no angle
-        slow: 1 while increments of the sensor tell the speed too
+        standing: 1 while the back-EMF determines no angle
+        slow: 1 while increments of the sensor give the speed too
         against: samples for which the speed has contradicted `standing`
     """
 
-    speed: Any
-    standing: Any
-    slow: Any
-    against: Any
+    speed: Annotated[Scalar, "rad/s"]
+    standing: Annotated[Scalar, ""]
+    slow: Annotated[Scalar, ""]
+    against: Annotated[Scalar, ""]
 
 
 _LONGEST_WAIT = 1e6
@@ -62,12 +57,12 @@ class MotorAngleObserver:
     """Extended Kalman filter in the stator's axes: angle, speed, load torque, resistance and flux from the currents.
 
     The sensor begins it, and helps while the motor is slow by its *increments*; its value is never taken afterwards,
-    so that an offset or a slipped magnet shows in the difference. Standing, the currents tell nothing: the angle then
+    so that an offset or a slipped magnet shows in the difference. Standing, the currents show nothing: the angle then
     follows the increments with a variance that grows, and nothing drifts.
 
     Args:
         parameters: of the motor; a vehicle file gives them. Those of `CommandedMotorParameters` say that its samples
-            bring the voltages that the inverter is told to make, and not those that were measured
+            bring the voltages that the inverter is commanded to make, and not those that were measured
         tuning: noises, limits and times
 
     Where only the command is known, what the inverter takes from it and the knee of that are states too; the knee is
@@ -86,20 +81,20 @@ class MotorAngleObserver:
     class Sample(NamedTuple):
         """Currents, mean voltages over the sample that ends, and the angle sensor that is watched."""
 
-        motor_current_alpha: Annotated[float, "A"]
-        motor_current_beta: Annotated[float, "A"]
-        motor_voltage_alpha: Annotated[float, "V"]
-        motor_voltage_beta: Annotated[float, "V"]
-        motor_angle_mechanical: Annotated[float, "rad"]
+        motor_current_alpha: Annotated[Scalar, "A"]
+        motor_current_beta: Annotated[Scalar, "A"]
+        motor_voltage_alpha: Annotated[Scalar, "V"]
+        motor_voltage_beta: Annotated[Scalar, "V"]
+        motor_angle_mechanical: Annotated[Scalar, "rad"]
 
     class State(NamedTuple):
         """Belief of the filter, whether it has begun, the sensor's last angle, what it gained in how many samples."""
 
-        belief: Any
-        begun: Any
-        sensed: Any
-        gained: Any
-        waited: Any
+        belief: Belief
+        begun: Annotated[Scalar, ""]
+        sensed: Annotated[Scalar, "rad"]
+        gained: Annotated[Scalar, "rad"]
+        waited: Annotated[Scalar, ""]
         pace: Pace
 
     class Output(NamedTuple):
@@ -108,18 +103,18 @@ class MotorAngleObserver:
         The deviation of the knee is that of its logarithm; nothing is lost where voltages are measured.
         """
 
-        motor_angle: Annotated[float, "rad"]
-        motor_angle_standard_deviation: Annotated[float, "rad"]
-        motor_speed: Annotated[float, "rad/s"]
-        motor_load_torque: Annotated[float, "N*m"]
-        motor_resistance: Annotated[float, "ohm"]
-        motor_flux: Annotated[float, "V*s"]
-        angle_residual_electrical: Annotated[float, "rad"]
-        inverter_voltage_loss: Annotated[float, "V"]
-        inverter_knee_current: Annotated[float, "A"]
-        inverter_knee_deviation: Annotated[float, ""]
-        standing: Annotated[float, ""]
-        nis: Annotated[float, ""]
+        motor_angle: Annotated[Scalar, "rad"]
+        motor_angle_standard_deviation: Annotated[Scalar, "rad"]
+        motor_speed: Annotated[Scalar, "rad/s"]
+        motor_load_torque: Annotated[Scalar, "N*m"]
+        motor_resistance: Annotated[Scalar, "ohm"]
+        motor_flux: Annotated[Scalar, "V*s"]
+        angle_residual_electrical: Annotated[Scalar, "rad"]
+        inverter_voltage_loss: Annotated[Scalar, "V"]
+        inverter_knee_current: Annotated[Scalar, "A"]
+        inverter_knee_deviation: Annotated[Scalar, ""]
+        standing: Annotated[Scalar, ""]
+        nis: Annotated[Scalar, ""]
 
     def __post_init__(self) -> None:
         for name in ("motor_resistance", "motor_inductance", "motor_flux", "motor_inertia", "sample_time"):
@@ -135,7 +130,7 @@ class MotorAngleObserver:
 
     @property
     def commanded(self) -> bool:
-        """Whether its voltages are those that the inverter is told to make."""
+        """Whether its voltages are those that the inverter is commanded to make."""
         return isinstance(self.parameters, CommandedMotorParameters)
 
     @classmethod
@@ -145,10 +140,10 @@ class MotorAngleObserver:
         """The observer of a vehicle's motor.
 
         Args:
-            vehicle: with the parameters of `MotorParameters`, or of `CommandedMotorParameters`
+            vehicle: with the parameters of `SampledMotorParameters`, or of `CommandedMotorParameters`
             sample_time: [s]
             tuning: the usual one where None
-            commanded: whether the voltages are those that the inverter is told to make
+            commanded: whether the voltages are those that the inverter is commanded to make
 
         Raises:
             ParameterError: a parameter is missing or cannot be
@@ -162,7 +157,7 @@ class MotorAngleObserver:
         # A motor that stands at first, as most do, would be turned by what resistance and voltages are wrong by.
         return self.State(self.filter.init(), 0.0, 0.0, 0.0, 0.0, Pace(0.0, 1.0, 1.0, 0.0))
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
         """One sample on."""
         filter_ = self.filter
         belief, begun = self._begun(state, sample)
@@ -177,8 +172,8 @@ class MotorAngleObserver:
         measured = StatorFrameMotor.Output(sample.motor_current_alpha, sample.motor_current_beta, rate)
         free = where(standing, 0.0, 1.0)
         current = hypot(sample.motor_current_alpha, sample.motor_current_beta)
-        # A small current tells nothing of the resistance, and its noise would drive it.
-        masks: tuple[Any, ...] = (free, where(current > self.tuning.least_current, 1.0, 0.0), free)
+        # A small current does not show the resistance, and its noise would drive it.
+        masks: tuple[Scalar, ...] = (free, where(current > self.tuning.least_current, 1.0, 0.0), free)
         masks = (*masks, where(pace.slow, 0.0, 1.0)) if self.commanded else masks
         enabled = get_type_hints(filter_.Sample)["enabled"](*masks)
         after, estimate = filter_.step(
@@ -192,37 +187,37 @@ class MotorAngleObserver:
         output = self._output(after, sample, standing, begun, estimate.nis)
         return self.State(after, begun, sensed, gained, waited, advanced), output
 
-    def _begun(self, state: State, sample: Any) -> tuple[Belief, Any]:
-        """The belief, begun by the first sample that tells currents and angle."""
-        tells = all_of(
+    def _begun(self, state: State, sample: Sample) -> tuple[Belief, Scalar]:
+        """The belief, begun by the first sample with currents and angle."""
+        whole = all_of(
             present(sample.motor_current_alpha),
             present(sample.motor_current_beta),
             present(sample.motor_angle_mechanical),
         )
-        fresh = both(tells, state.begun < 0.5)
+        fresh = both(whole, state.begun < 0.5)
         mean = state.belief.mean._replace(
             current_alpha=where(fresh, sample.motor_current_alpha, state.belief.mean.current_alpha),
             current_beta=where(fresh, sample.motor_current_beta, state.belief.mean.current_beta),
             angle=where(fresh, sample.motor_angle_mechanical, state.belief.mean.angle),
         )
-        return Belief(mean, state.belief.covariance), where(tells, 1.0, state.begun)
+        return Belief(mean, state.belief.covariance), where(whole, 1.0, state.begun)
 
-    def _increment(self, state: State, sample: Any) -> Any:
+    def _increment(self, state: State, sample: Sample) -> Scalar:
         """What the sensor has gained since its last reading, within half a turn [rad]; 0 at its first one."""
         gained = sample.motor_angle_mechanical - state.sensed
         return where(state.begun, wrapped(gained), 0.0 * gained)
 
-    def _rate(self, state: State, increment: Any) -> tuple[Any, Any, Any]:
-        """Speed that increments tell while the motor is slow, what the sensor has gained since, in how many samples."""
+    def _rate(self, state: State, increment: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        """Speed that increments give while the motor is slow, what the sensor has gained since, in how many samples."""
         known, time = present(increment), self.parameters.sample_time
         gained, waited = state.gained + where(known, increment, 0.0), minimum(state.waited + 1.0, _LONGEST_WAIT)
         window = maximum(self.tuning.increment_time / time, 1.0)
         due = both(known, waited > window - 0.5)
-        # After a gap the sum still moves a standing angle, but tells no speed of the moment.
+        # After a gap the sum still moves a standing angle, but gives no speed of the moment.
         recent = all_of(due, waited < 2.0 * window + 0.5, state.pace.slow, state.begun)
         return where(recent, gained / (waited * time), math.inf), where(due, 0.0, gained), where(due, 0.0, waited)
 
-    def _process_noise(self, filter_: KalmanFilter, standing: Any, sample: Any) -> tuple[Any, ...]:
+    def _process_noise(self, filter_: KalmanFilter, standing: Scalar, sample: Sample) -> tuple[Scalar, ...]:
         noise = list(filter_.process_noise)
         walk = self.tuning.standing_wander**2 * self.parameters.sample_time
         noise[3] = where(standing, walk, noise[3])
@@ -230,7 +225,7 @@ class MotorAngleObserver:
         noise[5] = where(current > self.tuning.least_current, noise[5], 0.0)
         return tuple(noise)
 
-    def _kept(self, before: Belief, after: Belief, begun: Any) -> Belief:
+    def _kept(self, before: Belief, after: Belief, begun: Scalar) -> Belief:
         """Nothing before the beginning; logarithms within their limits."""
         widest = {"log_knee": self.tuning.widest_knee}
         logarithms = [name for name in after.mean._fields if name.startswith("log_")]
@@ -243,7 +238,7 @@ class MotorAngleObserver:
         size = len(mean)
         return Belief(type(mean)(*kept[:size]), tuple(kept[size:]))
 
-    def _pace(self, pace: Pace, after: Belief, estimate: Any) -> Pace:
+    def _pace(self, pace: Pace, after: Belief, estimate: Tree) -> Pace:
         """Standing below the speed at which the drop of an uncertain resistance is as large as the back-EMF."""
         t, p = self.tuning, self.parameters
         share = share_reached(p.sample_time / t.lag)
@@ -262,7 +257,7 @@ class MotorAngleObserver:
         slow = where(where(pace.slow, size < 1.5 * t.slow_speed, size < t.slow_speed), 1.0, 0.0)
         return Pace(speed, standing, slow, where(turns, 0.0, against))
 
-    def _output(self, after: Belief, sample: Any, standing: Any, begun: Any, nis: Any) -> Output:
+    def _output(self, after: Belief, sample: Sample, standing: Scalar, begun: Scalar, nis: Scalar) -> Output:
         p, mean = self.parameters, after.mean
         residual = wrapped(p.motor_pole_pairs * (sample.motor_angle_mechanical - mean.angle))
         variance = after.covariance[angle_variance_place(len(mean))]
@@ -282,6 +277,3 @@ class MotorAngleObserver:
             where(standing, 1.0, 0.0),
             nis,
         )
-
-
-__all__ = ["MotorAngleObserver", "MotorParameters"]

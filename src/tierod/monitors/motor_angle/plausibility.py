@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, negated, present, where
 from tierod.methods.detectors.threshold import Debounce
-from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, PINION, WHEEL, WhichAngle
+from tierod.monitors.motor_angle.signals import MotorAngleSample
+from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, PINION, WHEEL, Opinions, WhichAngle
 from tierod.physics.angle import wrapped
 from tierod.physics.gear import superposed_angle, superposed_target, variable_gain
 
@@ -42,22 +44,31 @@ class VariableGain:
     superposition_gain_speed: Annotated[float, "m/s", POSITIVE]
 
 
-class Angles(NamedTuple):
-    """What is measured of the superposition at one instant, NaN where it is not."""
+class Held(NamedTuple):
+    """Last reading of a slow signal, and its age [s]: 1 before the first one, and less ever after."""
 
-    motor_angle_mechanical: Annotated[float, "rad"]
-    steering_wheel_angle: Annotated[float, "rad"]
-    pinion_angle: Annotated[float, "rad"]
-    driver_torque: Annotated[float, "N*m"]
-    vehicle_speed: Annotated[float, "m/s"]
+    value: Annotated[Scalar, ""]
+    age: Annotated[Scalar, "s"]
+
+    def after(self, value: Scalar, time: Scalar) -> Held:
+        """One sample on: the new value where it is present."""
+        fresh = present(value)
+        older = where(self.age < 1.0, minimum(self.age + time, 0.999), self.age)
+        return Held(where(fresh, value, self.value), where(fresh, 0.0, older))
 
 
 class Moved(NamedTuple):
     """An angle in turns of the pinion: last reading, last step, travel since the angles last agreed."""
 
-    last: Any
-    step: Any
-    travel: Any
+    last: Annotated[Scalar, "rad"]
+    step: Annotated[Scalar, "rad"]
+    travel: Annotated[Scalar, "rad"]
+
+    def after(self, value: Scalar, compares: Scalar, agrees: Scalar) -> Moved:
+        """The next value, where angles are compared; travel begins anew where they agree."""
+        step = value - self.last
+        new = Moved(value, step, where(agrees, 0.0, self.travel + absolute(step)))
+        return Moved(*(where(compares, a, b) for a, b in zip(new, self, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -74,11 +85,11 @@ class AnglePlausibility:
         hold: for so long [s]
         learning: readings from which the zeros are taken []
         longest_gap: angles and torques older than this are not compared [s]
-        gain: of the superposition over the speed; None where the vehicle file does not tell it
+        gain: of the superposition over the speed; None where the vehicle file does not give it
         which: decides which angle is wrong, with the observer of the motor as a fourth opinion
 
     Where the gain is known, the motor is compared with what it wants of the steering wheel's angle, too: a detour that
-    grows while motor and pinion agree otherwise tells the recorded angle of the wheel from the others.
+    grows while motor and pinion agree otherwise shows that the recorded angle of the wheel is wrong.
 
     Source: Reinelt et al., eqs (1) and (4); the twist of the torsion bar, which the paper leaves out, is added: under
     4 N m it turns the pinion by more than the motor does at 13 degrees.
@@ -94,40 +105,38 @@ class AnglePlausibility:
     which: WhichAngle = field(default_factory=WhichAngle)
     holding: Debounce = field(init=False, repr=False)
 
-    Sample = Angles
+    Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Motor's last reading, travel and age; torque, its age; all angles; wheel, its age; zero; suspect; hold."""
+        """Last readings and what the motor has turned; how all angles moved; zeros and what is compared; holds."""
 
-        motor_last: Any
-        motor_turned: Any
-        motor_age: Any
-        torque: Any
-        torque_age: Any
-        motor: Moved
-        wheel: Moved
-        pinion: Moved
-        wheel_held: Any
-        wheel_age: Any
-        zero: Any
-        readings: Any
-        mismatch: Any
-        jumped: Any
-        held: Any
-        speed: Any
-        detour_zero: Any
-        detour: Any
+        motor: Held
+        turned: Annotated[Scalar, "rad"]
+        wheel: Held
+        torque: Held
+        speed: Annotated[Scalar, "m/s"]
+        moved: tuple[Moved, Moved, Moved]
+        readings: Annotated[Scalar, ""]
+        zero: Annotated[Scalar, "rad"]
+        mismatch: Annotated[Scalar, "rad"]
+        jumped: Annotated[Scalar, ""]
+        detour_zero: Annotated[Scalar, "rad"]
+        detour: Annotated[Scalar, "rad"]
+        held: Debounce.State
+        which: WhichAngle.State
 
     class Output(NamedTuple):
-        """Pinion less what the other two tell, whether that is too far, and the angle that is suspected (code).
+        """Pinion less what the other two give, whether that is too far, and the wrong angle (code).
 
         The detour is where the motor puts the pinion less where the gain over the speed wants it; 0 where unknown.
+        `by_motion` is the angle that stood still or jumped; `suspect` is decided with the observer beside it.
         """
 
-        mismatch: Annotated[float, "rad"]
-        alarm: Annotated[float, ""]
-        suspect: Annotated[float, ""]
-        detour: Annotated[float, "rad"]
+        mismatch: Annotated[Scalar, "rad"]
+        alarm: Annotated[Scalar, ""]
+        by_motion: Annotated[Scalar, ""]
+        detour: Annotated[Scalar, "rad"]
+        suspect: Annotated[Scalar, ""]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "holding", Debounce(self.hold, self.hold, self.sample_time))
@@ -135,91 +144,87 @@ class AnglePlausibility:
 
     def init(self) -> State:
         """Nothing seen."""
-        none = Moved(0.0, 0.0, 0.0)
+        unread, still = Held(0.0, 1.0), Moved(0.0, 0.0, 0.0)
         return self.State(
-            0.0,
-            0.0,
-            1.0,
-            0.0,
-            1.0,
-            none,
-            none,
-            none,
-            0.0,
-            1.0,
-            0.0,
-            0.0,
-            0.0,
-            NONE,
-            self.holding.init(),
-            -1.0,
-            0.0,
-            0.0,
+            motor=unread,
+            turned=0.0,
+            wheel=unread,
+            torque=unread,
+            speed=-1.0,
+            moved=(still, still, still),
+            readings=0.0,
+            zero=0.0,
+            mismatch=0.0,
+            jumped=NONE,
+            detour_zero=0.0,
+            detour=0.0,
+            held=self.holding.init(),
+            which=self.which.init(),
         )
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
-        """One sample on; angles are compared where the pinion's brings a reading."""
-        fresh, begun = present(sample.motor_angle_mechanical), state.motor_age < 1.0
-        motor_last = where(fresh, sample.motor_angle_mechanical, state.motor_last)
-        turned = state.motor_turned + where(both(fresh, begun), wrapped(motor_last - state.motor_last), 0.0)
-        motor_age = where(fresh, 0.0, _aged(state.motor_age, self.sample_time, state.motor_age < 1.0))
-        twisted = present(sample.driver_torque)
-        torque = where(twisted, sample.driver_torque, state.torque)
-        torque_age = where(twisted, 0.0, _aged(state.torque_age, self.sample_time, state.torque_age < 1.0))
-        told = present(sample.steering_wheel_angle)
-        wheel_age = where(told, 0.0, _aged(state.wheel_age, self.sample_time, state.wheel_age < 1.0))
-        wheel = where(told, sample.steering_wheel_angle, state.wheel_held)
-        ages = (motor_age, wheel_age, torque_age)
-        compares = all_of(present(sample.pinion_angle), *(age < self.longest_gap for age in ages))
-        pinion = where(compares, sample.pinion_angle, state.pinion.last)
-        raw = pinion - self._told(turned, wheel, torque)
+    def step(
+        self, state: State, sample: MotorAngleSample, residual: Scalar = 0.0, counts: Scalar = 0.0
+    ) -> tuple[State, Output]:
+        """One sample on; angles are compared where the pinion's brings a reading.
+
+        Args:
+            state: before
+            sample: of all signals
+            residual: the motor's sensor less its observer, electrical [rad]
+            counts: 1 where that value is known
+        """
+        motor = state.motor.after(sample.motor_angle_mechanical, self.sample_time)
+        followed = both(present(sample.motor_angle_mechanical), state.motor.age < 1.0)
+        turned = state.turned + where(followed, wrapped(motor.value - state.motor.value), 0.0)
+        torque = state.torque.after(sample.driver_torque, self.sample_time)
+        wheel = state.wheel.after(sample.steering_wheel_angle, self.sample_time)
+        speed = where(present(sample.vehicle_speed), sample.vehicle_speed, state.speed)
+        recent = (each.age < self.longest_gap for each in (motor, wheel, torque))
+        compares = all_of(present(sample.pinion_angle), *recent)
+        pinion = where(compares, sample.pinion_angle, state.moved[2].last)
+        raw = pinion - self._expected(turned, wheel.value, torque.value)
         learning = both(compares, state.readings < self.learning)
         readings = state.readings + where(learning, 1.0, 0.0)
         zero = state.zero + where(learning, (raw - state.zero) / maximum(readings, 1.0), 0.0)
         ready = both(compares, readings > self.learning - 0.5)
         mismatch = where(ready, raw - zero, state.mismatch)
-        far = absolute(mismatch) > self.greatest
         agrees = absolute(mismatch) < 0.25 * self.greatest
-        motor = _moved(state.motor, turned, compares, agrees)
-        hands = _moved(state.wheel, wheel, compares, agrees)
-        below = _moved(state.pinion, pinion, compares, agrees)
-        now = (motor, hands, below)
-        jumped = self._jumped(state, now, where(ready, mismatch - state.mismatch, 0.0), agrees)
-        held, out = self.holding.step(state.held, where(far, 1.0, 0.0))
-        suspect = where(out.active, where(jumped > 0.5, jumped, self._still(now)), NONE)
-        speed = where(present(sample.vehicle_speed), sample.vehicle_speed, state.speed)
-        off = self._detour(turned, wheel, speed)
+        angles = zip(state.moved, (turned, wheel.value, pinion), strict=True)
+        hub, hands, below = (old.after(value, compares, agrees) for old, value in angles)
+        moved = (hub, hands, below)
+        jumped = self._jumped(state, moved, where(ready, mismatch - state.mismatch, 0.0), agrees)
+        held, out = self.holding.step(state.held, where(absolute(mismatch) > self.greatest, 1.0, 0.0))
+        by_motion = where(out.active, where(jumped > 0.5, jumped, self._still(moved)), NONE)
+        off = self._detour(turned, wheel.value, speed)
         detour_zero = state.detour_zero + where(learning, (off - state.detour_zero) / maximum(readings, 1.0), 0.0)
         detour = where(both(ready, speed > -0.5), off - detour_zero, state.detour)
+        opinions = Opinions(mismatch, out.active, by_motion, detour, residual, counts)
+        which, decided = self.which.step(state.which, opinions)
         after = self.State(
-            motor_last,
-            turned,
-            motor_age,
-            torque,
-            torque_age,
-            motor,
-            hands,
-            below,
-            wheel,
-            wheel_age,
-            zero,
-            readings,
-            mismatch,
-            jumped,
-            held,
-            speed,
-            detour_zero,
-            detour,
+            motor=motor,
+            turned=turned,
+            wheel=wheel,
+            torque=torque,
+            speed=speed,
+            moved=moved,
+            readings=readings,
+            zero=zero,
+            mismatch=mismatch,
+            jumped=jumped,
+            detour_zero=detour_zero,
+            detour=detour,
+            held=held,
+            which=which,
         )
-        return after, self.Output(mismatch, out.active, suspect, detour)
+        return after, self.Output(mismatch, out.active, by_motion, detour, decided.suspect)
 
-    def _told(self, motor: Any, wheel: Any, torque: Any) -> Any:
+    def _expected(self, motor: Scalar, wheel: Scalar, torque: Scalar) -> Scalar:
         """Where motor and steering wheel put the pinion [rad]."""
         g = self.gear
         superposed = superposed_angle(motor, wheel, g.superposition_motor_ratio, g.superposition_input_ratio)
         return superposed - torque * g.superposition_input_ratio / g.torsion_bar_stiffness
 
-    def _detour(self, motor: Any, wheel: Any, speed: Any) -> Any:
+    def _detour(self, motor: Scalar, wheel: Scalar, speed: Scalar) -> Scalar:
         """Where the motor puts the pinion less where the variable gain wants it [rad]."""
         if self.gain is None:
             return 0.0
@@ -228,38 +233,22 @@ class AnglePlausibility:
         wanted = variable_gain(maximum(speed, 0.0), *names, self.gain.superposition_gain_speed)
         return (motor - superposed_target(wheel, wanted, *ratios)) / ratios[0]
 
-    def _still(self, now: tuple[Moved, ...]) -> Any:
+    def _still(self, now: tuple[Moved, ...]) -> Scalar:
         """The one angle that has not moved since all agreed, while another has."""
         sizes = [m.travel / ratio for m, ratio in zip(now, self._ratios(), strict=True)]
         still = [size < 0.1 * self.greatest for size in sizes]
         alone = [all_of(still[k], *(sizes[j] > 0.5 * self.greatest for j in range(3) if j != k)) for k in range(3)]
         return where(alone[0], MOTOR, where(alone[1], WHEEL, where(alone[2], PINION, NONE)))
 
-    def _jumped(self, state: State, now: tuple[Moved, ...], change: Any, agrees: Any) -> Any:
+    def _jumped(self, state: State, now: tuple[Moved, ...], change: Scalar, agrees: Scalar) -> Scalar:
         """The angle whose step changed by as much as the disagreement did, if that was a jump."""
-        befores = (state.motor, state.wheel, state.pinion)
-        kinks = [
-            absolute(new.step - old.step) / ratio for new, old, ratio in zip(now, befores, self._ratios(), strict=True)
-        ]
+        pairs = zip(now, state.moved, self._ratios(), strict=True)
+        kinks = [absolute(new.step - old.step) / ratio for new, old, ratio in pairs]
         most = maximum(kinks[0], maximum(kinks[1], kinks[2]))
         which = where(kinks[0] >= most, MOTOR, where(kinks[1] >= most, WHEEL, PINION))
         jumps = both(absolute(change) > 0.6 * self.greatest, most > 0.6 * absolute(change))
         first = both(jumps, state.jumped < 0.5)
         return where(first, which, where(both(agrees, negated(jumps)), NONE, state.jumped))
 
-    def _ratios(self) -> tuple[Any, Any, Any]:
+    def _ratios(self) -> tuple[Scalar, Scalar, Scalar]:
         return self.gear.superposition_motor_ratio, self.gear.superposition_input_ratio, 1.0
-
-
-def _aged(age: Any, time: Any, begun: Any) -> Any:
-    return where(begun, minimum(age + time, 0.999), age)
-
-
-def _moved(old: Moved, value: Any, compares: Any, agrees: Any) -> Moved:
-    step = value - old.last
-    travel = where(agrees, 0.0, old.travel + absolute(step))
-    return _chosen(compares, Moved(value, step, travel), old)
-
-
-def _chosen(condition: Any, new: Moved, old: Moved) -> Moved:
-    return Moved(*(where(condition, a, b) for a, b in zip(new, old, strict=True)))

@@ -3,64 +3,63 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import POSITIVE, check_ranges
-from tierod.core.graph.maths import absolute, all_of, both, minimum, present, sign, where
-from tierod.methods.detectors.control_charts import Cusum
+from tierod.core.graph.maths import absolute, all_of, any_of, both, minimum, negated, present, where
 from tierod.methods.detectors.threshold import Debounce
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.physics.angle import wrapped
 
 
-class Turning(NamedTuple):
-    """One sample of the sensor beside the observer.
+class SensorBesideObserver(NamedTuple):
+    """What the observer estimates, and the sensor's reading.
 
     Args:
+        estimate: of the observer
         motor_angle_mechanical: of the sensor; NaN where the sample brings none
-        motor_angle, motor_speed: of the observer
-        standing: 1 while the currents tell no angle
     """
 
-    motor_angle_mechanical: Annotated[float, "rad"]
-    motor_angle: Annotated[float, "rad"]
-    motor_speed: Annotated[float, "rad/s"]
-    standing: Annotated[float, ""]
+    estimate: MotorAngleObserver.Output
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
 
 
 @dataclass(frozen=True)
 class Increments:
-    """What sensor and observer gain over windows in which the motor turns: compared, they tell direction and scale.
+    """What sensor and observer gain over windows in which the motor turns: compared, they show direction and scale.
 
     Args:
         sample_time: [s]
         window: long beside the sensor's noise, short beside a reversal [s]
         least_speed: of the observer on average over a window, mechanical [rad/s]
 
-    A window that begins or ends with a standing motor tells nothing.
+    A window that begins or ends with a standing motor does not count.
     """
 
     sample_time: Annotated[float, "s", POSITIVE] = 1e-4
     window: Annotated[float, "s", POSITIVE] = 0.01
     least_speed: Annotated[float, "rad/s", POSITIVE] = 10.0
 
-    Sample = Turning
+    Sample = SensorBesideObserver
 
     class State(NamedTuple):
         """Last reading, whether there is one, what was gained by the sensor, the observer's start, time, standing."""
 
-        last: Any
-        begun: Any
-        gained: Any
-        start: Any
-        elapsed: Any
-        stood: Any
+        last: Annotated[Scalar, "rad"]
+        begun: Annotated[Scalar, ""]
+        gained: Annotated[Scalar, "rad"]
+        start: Annotated[Scalar, "rad"]
+        elapsed: Annotated[Scalar, "s"]
+        stood: Annotated[Scalar, ""]
 
     class Output(NamedTuple):
-        """Gains over the window that ends with this sample, and whether one ends that tells (1.0, 0.0)."""
+        """Gains over the window so far, and whether one ends here in which the motor turned throughout (1.0, 0.0)."""
 
-        sensor: Annotated[float, "rad"]
-        observer: Annotated[float, "rad"]
-        tells: Annotated[float, ""]
+        sensor: Annotated[Scalar, "rad"]
+        observer: Annotated[Scalar, "rad"]
+        complete: Annotated[Scalar, ""]
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -69,16 +68,17 @@ class Increments:
         """Nothing seen."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
         """One sample on; windows end with a reading."""
         fresh = present(sample.motor_angle_mechanical)
         step = wrapped(where(fresh, sample.motor_angle_mechanical, state.last) - state.last)
         gained = state.gained + where(both(fresh, state.begun), step, 0.0)
         elapsed = minimum(state.elapsed + self.sample_time, 10.0 * self.window)
-        stood = where(sample.standing, 1.0, state.stood)
+        seen = sample.estimate
+        stood = where(seen.standing, 1.0, state.stood)
         ends = both(fresh, elapsed + 0.5 * self.sample_time > self.window)
-        turned = sample.motor_angle - state.start
-        tells = all_of(
+        turned = seen.motor_angle - state.start
+        complete = all_of(
             ends,
             stood < 0.5,
             elapsed < 2.0 * self.window,
@@ -88,38 +88,11 @@ class Increments:
             where(fresh, sample.motor_angle_mechanical, state.last),
             where(fresh, 1.0, state.begun),
             where(ends, 0.0, gained),
-            where(ends, sample.motor_angle, state.start),
+            where(ends, seen.motor_angle, state.start),
             where(ends, 0.0, elapsed),
-            where(ends, where(sample.standing, 1.0, 0.0), stood),
+            where(ends, where(seen.standing, 1.0, 0.0), stood),
         )
-        return after, self.Output(gained, turned, where(tells, 1.0, 0.0))
-
-
-@dataclass(frozen=True)
-class Backwards:
-    """Alarm when the sensor turns against the observer: sine and cosine, or two phases, are swapped.
-
-    Args:
-        windows: so many more against than with []
-    """
-
-    windows: Annotated[float, "", POSITIVE] = 3.0
-    sum: Cusum = field(init=False, repr=False)
-
-    Sample = Increments.Output
-    Output = Cusum.Output
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "sum", Cusum(0.0, self.windows, self.windows, sides="upper"))
-        check_ranges(self)
-
-    def init(self) -> Cusum.State:
-        """Nothing seen."""
-        return self.sum.init()
-
-    def step(self, state: Cusum.State, sample: Any) -> tuple[Cusum.State, Cusum.Output]:
-        """One sample on."""
-        return self.sum.step(state, -sign(sample.sensor * sample.observer), enabled=sample.tells)
+        return after, self.Output(gained, turned, where(complete, 1.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -134,21 +107,21 @@ class Stuck:
     still: Annotated[float, "rad", POSITIVE] = 0.006
     travel: Annotated[float, "rad", POSITIVE] = 0.15
 
-    Sample = Turning
+    Sample = SensorBesideObserver
 
     class State(NamedTuple):
         """Where the sensor was when it last moved, and the observer then; whether there is such a place; the alarm."""
 
-        sensor: Any
-        observer: Any
-        begun: Any
-        alarm: Any
+        sensor: Annotated[Scalar, "rad"]
+        observer: Annotated[Scalar, "rad"]
+        begun: Annotated[Scalar, ""]
+        alarm: Annotated[Scalar, ""]
 
     class Output(NamedTuple):
         """What the observer has turned meanwhile, and whether that is too far (1.0, 0.0)."""
 
-        turned: Annotated[float, "rad"]
-        alarm: Annotated[float, ""]
+        turned: Annotated[Scalar, "rad"]
+        alarm: Annotated[Scalar, ""]
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -157,42 +130,34 @@ class Stuck:
         """Nothing seen."""
         return self.State(0.0, 0.0, 0.0, 0.0)
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
-        """One sample on, judged where it brings a reading; a standing motor begins anew: its observer knows nothing."""
+    def step(self, state: State, sample: SensorBesideObserver, enabled: Scalar | bool = True) -> tuple[State, Output]:
+        """One sample on, judged where it brings a reading.
+
+        A standing motor, and a sample that is not enabled (logic), begin anew: the observer knows nothing then.
+        """
         fresh = present(sample.motor_angle_mechanical)
         away = where(fresh, sample.motor_angle_mechanical, state.sensor) - state.sensor
         moved = all_of(fresh, absolute(wrapped(away)) > self.still)
-        anew = where(both(fresh, state.begun < 0.5), 1.0, where(moved, 1.0, where(sample.standing, 1.0, 0.0)))
+        anew = any_of(both(fresh, state.begun < 0.5), moved, sample.estimate.standing > 0.5, negated(enabled))
         sensor = where(both(anew, fresh), sample.motor_angle_mechanical, state.sensor)
-        observer = where(anew, sample.motor_angle, state.observer)
-        turned = where(state.begun, sample.motor_angle - observer, 0.0)
+        observer = where(anew, sample.estimate.motor_angle, state.observer)
+        turned = where(state.begun, sample.estimate.motor_angle - observer, 0.0)
         alarm = where(anew, 0.0, where(both(fresh, absolute(turned) > self.travel), 1.0, state.alarm))
         return self.State(sensor, observer, where(fresh, 1.0, state.begun), alarm), self.Output(turned, alarm)
 
 
-class Following(NamedTuple):
-    """One sample of the angle's control.
-
-    Args:
-        target_motor_angle_mechanical, motor_angle_mechanical: wanted and measured; NaN where the sample brings none
-    """
-
-    target_motor_angle_mechanical: Annotated[float, "rad"]
-    motor_angle_mechanical: Annotated[float, "rad"]
-
-
 @dataclass(frozen=True)
 class NotFollowing:
-    """Alarm when the sensor stays away from its target: the drive has stalled, so that its currents tell no angle.
+    """Alarm when the sensor stays away from its target: the drive has stalled, so that its currents determine no angle.
 
     A sensor that is stuck, or whose sine and cosine are swapped, makes the current control hold the rotor; so does a
-    blocked motor. Which of them it is, this test cannot tell.
+    blocked motor. This test cannot separate them.
 
     Args:
-        widest: following error of a sound drive, with a margin [rad]
+        widest: following error of a fault-free drive, with a margin [rad]
         hold: for so long [s]
         sample_time: [s]
-        least_course: a target that has never changed by so much is told to nobody, as under control of torque [rad]
+        least_course: a target that has never changed by so much is not the one that is controlled [rad]
     """
 
     sample_time: Annotated[float, "s", POSITIVE] = 1e-4
@@ -201,24 +166,24 @@ class NotFollowing:
     least_course: Annotated[float, "rad", POSITIVE] = 0.5
     holding: Debounce = field(init=False, repr=False)
 
-    Sample = Following
+    Sample = MotorAngleSample
 
     class State(NamedTuple):
         """Target, sensor, whether each was seen, the first target, whether it has moved since, and the hold."""
 
-        target: Any
-        sensor: Any
-        seen_target: Any
-        seen_sensor: Any
-        first: Any
-        moved: Any
-        held: Any
+        target: Annotated[Scalar, "rad"]
+        sensor: Annotated[Scalar, "rad"]
+        seen_target: Annotated[Scalar, ""]
+        seen_sensor: Annotated[Scalar, ""]
+        first: Annotated[Scalar, "rad"]
+        moved: Annotated[Scalar, ""]
+        held: Debounce.State
 
     class Output(NamedTuple):
         """Following error, 0 without a target, and whether it has been too large for too long (1.0, 0.0)."""
 
-        error: Annotated[float, "rad"]
-        alarm: Annotated[float, ""]
+        error: Annotated[Scalar, "rad"]
+        alarm: Annotated[Scalar, ""]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "holding", Debounce(self.hold, 0.0, self.sample_time))
@@ -228,13 +193,13 @@ class NotFollowing:
         """Nothing seen."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.holding.init())
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
         """One sample on."""
-        told, fresh = present(sample.target_motor_angle_mechanical), present(sample.motor_angle_mechanical)
-        target = where(told, sample.target_motor_angle_mechanical, state.target)
+        wanted, fresh = present(sample.target_motor_angle_mechanical), present(sample.motor_angle_mechanical)
+        target = where(wanted, sample.target_motor_angle_mechanical, state.target)
         sensor = where(fresh, sample.motor_angle_mechanical, state.sensor)
-        seen = where(told, 1.0, state.seen_target), where(fresh, 1.0, state.seen_sensor)
-        first = where(both(told, state.seen_target < 0.5), target, state.first)
+        seen = where(wanted, 1.0, state.seen_target), where(fresh, 1.0, state.seen_sensor)
+        first = where(both(wanted, state.seen_target < 0.5), target, state.first)
         moved = where(both(seen[0], absolute(target - first) > self.least_course), 1.0, state.moved)
         error = where(all_of(*seen, moved), target - sensor, 0.0)
         held, out = self.holding.step(state.held, where(absolute(error) > self.widest, 1.0, 0.0))

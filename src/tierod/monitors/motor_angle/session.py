@@ -5,45 +5,37 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
 from tierod.core.recording import Aligned
-from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.harness.session import BlockSession, Conclusion
-from tierod.monitors.motor_angle.alarm_courses import AlarmCourses
-from tierod.monitors.motor_angle.detector import NOT_READY, MotorAngleMonitor
-from tierod.monitors.motor_angle.finding import STARTLES, SURPRISING, SUSPECTS, Drive, judge, root_of
-from tierod.monitors.motor_angle.induced_voltage import InducedVoltage
-from tierod.monitors.motor_angle.inverter_finding import Lost
-from tierod.monitors.motor_angle.misread import misread
-from tierod.monitors.motor_angle.voltage_balance import VoltageBalance
-from tierod.monitors.motor_angle.voltages import DUTY_CYCLES, SIGNALS
-from tierod.physics.clarke_park import StatorVector
-from tierod.physics.inverter import phase_signs
+from tierod.monitors.motor_angle.drive import DriveFigures
+from tierod.monitors.motor_angle.finding import DISTURBING, judge, root_of
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
+from tierod.monitors.motor_angle.signals import DUTY_CYCLES, SIGNALS
 from tierod.vehicles import Vehicle
 
 LEAST_SHARE = 0.8
 """Share of the samples that currents and voltages must bring."""
 
 SLICE = 200_000
-"""Samples that are judged at once, lest all outputs of a long piece lie in memory together."""
+"""Samples that are judged at once, so that the outputs of a long piece do not lie in memory together."""
 
 TRACES = {
-    "residual": ("angle_residual_electrical", "rad"),
-    "motor_angle_standard_deviation": ("angle_residual_electrical_standard_deviation", "rad"),
-    "angle_sum": ("angle_residual_sum", "rad"),
-    "motor_angle": ("estimated_motor_angle", "rad"),
-    "estimated_motor_speed": ("estimated_motor_speed", "rad/s"),
-    "speed_residual": ("motor_speed_residual", "rad/s"),
-    "motor_resistance": ("estimated_motor_resistance", "ohm"),
-    "motor_flux": ("estimated_motor_flux", "V*s"),
-    "mismatch": ("pinion_angle_mismatch", "rad"),
-    "known": ("angle_known", ""),
-    "nis": ("nis", ""),
-    "speed_sum": ("speed_residual_sum", "rad/s"),
+    "estimate.angle_residual_electrical": ("angle_residual_electrical", "rad"),
+    "estimate.motor_angle_standard_deviation": ("angle_residual_electrical_standard_deviation", "rad"),
+    "compared.angle_sum": ("angle_residual_sum", "rad"),
+    "estimate.motor_angle": ("estimated_motor_angle", "rad"),
+    "estimate.motor_speed": ("estimated_motor_speed", "rad/s"),
+    "compared.speed_residual": ("motor_speed_residual", "rad/s"),
+    "estimate.motor_resistance": ("estimated_motor_resistance", "ohm"),
+    "estimate.motor_flux": ("estimated_motor_flux", "V*s"),
+    "plausible.mismatch": ("pinion_angle_mismatch", "rad"),
+    "compared.known": ("angle_known", ""),
+    "estimate.nis": ("nis", ""),
+    "compared.speed_sum": ("speed_residual_sum", "rad/s"),
     "tested.model_sum": ("innovation_sum", ""),
     "tested.backwards_sum": ("turned_backwards", ""),
     "tested.turned_meanwhile": ("turned_while_sensor_stood", "rad"),
@@ -67,14 +59,14 @@ AT_READINGS = (
 """Traces that are known at readings only; 0 stands for none in between."""
 
 INVERTER_TRACES = {
-    "inverter_voltage_loss": ("estimated_inverter_voltage_loss", "V"),
-    "inverter_knee_current": ("estimated_inverter_knee_current", "A"),
+    "estimate.inverter_voltage_loss": ("estimated_inverter_voltage_loss", "V"),
+    "estimate.inverter_knee_current": ("estimated_inverter_knee_current", "A"),
 }
 """Those that it shows besides where the voltage is commanded."""
 
 
 class MotorAngleSession(BlockSession):
-    """Runs the block, and tells whether the sensor of the motor's angle can be trusted.
+    """Runs the block, and collects what the finding about the sensor of the motor's angle rests on.
 
     Args:
         block: the monitor
@@ -83,15 +75,11 @@ class MotorAngleSession(BlockSession):
     """
 
     def __init__(self, block: MotorAngleMonitor, vehicle: Vehicle, rate: float):
-        bare = () if block.plausibility is not None else ("mismatch",)
+        bare = () if block.plausibility is not None else ("plausible.mismatch",)
         shown = TRACES | (INVERTER_TRACES if block.observer.commanded else {})
         super().__init__(block, {output: name for output, name in shown.items() if output not in bare})
         self.monitor, self.vehicle, self.rate = block, vehicle, rate
-        self._courses, self._over = AlarmCourses(rate), _OverDrive()
-        p = block.observer.parameters
-        self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time)
-        self._alarmed = False
-        self._induced = InducedVoltage(p.motor_resistance, p.motor_inductance, p.motor_flux, p.sample_time)
+        self._figures = DriveFigures(block, rate)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
@@ -119,7 +107,7 @@ class MotorAngleSession(BlockSession):
         supply = aligned.values[:, aligned.names.index("supply_voltage")]
         if self.monitor.voltages.source == DUTY_CYCLES and not np.isfinite(supply).any():
             raise InputError(
-                "duty cycles tell a voltage with the supply_voltage only, and the recording begins without one; give a "
+                "duty cycles give a voltage with the supply_voltage only, and the recording begins without one; give a "
                 "channel map that names it, or record motor_target_voltage_alpha and motor_target_voltage_beta"
             )
 
@@ -131,10 +119,11 @@ class MotorAngleSession(BlockSession):
         signals = dict(zip(aligned.names, values.T, strict=True))
         self.collect(time, signals, result)
         shown = {name: result[output] for name, output in self._outputs.items()}
-        known, windows = result["known"] > 0.5, result["tells"] > 0.5
-        shown["angle_residual_electrical"] = np.where(known, shown["angle_residual_electrical"], np.nan)
-        deviation = self.monitor.observer.parameters.motor_pole_pairs * result["motor_angle_standard_deviation"]
-        shown["angle_residual_electrical_standard_deviation"] = np.where(known, deviation, np.nan)
+        known, windows = result["compared.known"] > 0.5, result["compared.complete"] > 0.5
+        residual, deviation = "angle_residual_electrical", "angle_residual_electrical_standard_deviation"
+        shown[residual] = np.where(known, shown[residual], np.nan)
+        pole_pairs = self.monitor.observer.parameters.motor_pole_pairs
+        shown[deviation] = np.where(known, pole_pairs * shown[deviation], np.nan)
         window = round(self.monitor.comparison.increments.window * self.rate)
         for name in AT_READINGS:
             shown[name] = np.where(shown[name] == 0.0, np.nan, shown[name])
@@ -143,136 +132,23 @@ class MotorAngleSession(BlockSession):
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Alarms and figures of one piece."""
-        self._courses.add(time, result)
-        self._over.add(result)
-        self._over.look(signals)
-        current = StatorVector(signals["motor_current_alpha"], signals["motor_current_beta"])
-        parameters = self.monitor.observer.parameters
-        taken = StatorVector(np.zeros(len(time)), np.zeros(len(time)))
-        if isinstance(parameters, CommandedMotorParameters):
-            taken = phase_signs(current, parameters.inverter_knee_current)
-        voltage = result["voltage.alpha"] + 1j * result["voltage.beta"]
-        alarmed = np.maximum.accumulate(result["alarms.model"] > 0.5) | self._alarmed
-        self._alarmed = bool(alarmed[-1])
-        self._induced.add(_complex(current)[alarmed], voltage[alarmed])
-        self._balance.add(
-            _complex(current),
-            voltage,
-            signals["motor_angle_mechanical"],
-            _complex(taken),
-        )
+        self._figures.add(time, signals, result)
 
     def conclude(self) -> Conclusion:
         """The finding, and the course of every trouble code."""
-        observer = self.monitor.observer
-        wrong = misread(self._balance, observer.parameters, observer.tuning.current_noise)
-        drive = self._over.drive(self.rate, self._courses.starts, self.monitor)
-        drive = drive._replace(misread=wrong, contradicting=self._induced.share())
+        drive, courses = self._figures.drive(), self._figures.courses
         finding = judge(drive, self.vehicle)
-        # What was not the sensor's fault but the user's must fill no fault memory.
+        # A wrong recording is no fault of the sensor and must not enter the fault memory.
         if finding.status is Status.NOT_TESTABLE:
             return Conclusion(finding)
         root = root_of(drive)
-        mute = "motor-angle-stuck" if root == "model" else "motor-currents" if root in STARTLES else ""
-        codes = {name: self._courses.of_code(name, mute=name == mute) for name in self._courses.codes}
-        return Conclusion(finding, course=tuple(self._courses.course), code_courses=codes)
+        mute = "motor-angle-stuck" if root == "model" else "motor-currents" if root in DISTURBING else ""
+        codes = {name: courses.of_code(name, mute=name == mute) for name in courses.codes}
+        return Conclusion(finding, course=tuple(courses.course), code_courses=codes)
 
 
-def _stood(values: np.ndarray, told: np.ndarray, samples: int) -> np.ndarray:
-    """Values that each stand for so many samples from where they are told, else NaN: single points make no line."""
+def _stood(values: np.ndarray, fresh: np.ndarray, samples: int) -> np.ndarray:
+    """Values that each stand for so many samples from where they are fresh, else NaN: single points make no line."""
     place = np.arange(len(values))
-    last = np.maximum.accumulate(np.where(told, place, -1))
+    last = np.maximum.accumulate(np.where(fresh, place, -1))
     return np.where((last >= 0) & (place - last <= samples), values[last], np.nan)
-
-
-def _complex(vector: StatorVector[NDArray[np.float64]]) -> np.ndarray:
-    return vector.alpha + 1j * vector.beta
-
-
-def _lost(values: list[float], monitor: MotorAngleMonitor) -> Lost | None:
-    parameters = monitor.observer.parameters
-    if not isinstance(parameters, CommandedMotorParameters):
-        return None
-    loss, knee, deviation = values
-    return Lost(loss, knee, deviation, parameters.inverter_knee_current, monitor.observer.tuning.widest_knee)
-
-
-class _OverDrive:
-    """Figures over the pieces of a recording."""
-
-    def __init__(self) -> None:
-        self.seen = self.known = self.counted = self.windows = self.ready = 0
-        self.sum = self.squares = self.together = self.observed = self.sensed = self.nis = 0.0
-        self.surprised = self.since_model = 0
-        self.after = [0, 0.0, 0.0]
-        self.suspected = np.zeros(len(SUSPECTS) + 1, dtype=int)
-        self.resistance = self.flux = np.nan
-        self.lost = [0.0, 0.0, 0.0]
-        self.alarmed = False
-        self.mismatch = 0.0
-        self.pinion = self.torque = False
-
-    def look(self, signals: Mapping[str, np.ndarray]) -> None:
-        """Which slow signals there are."""
-        self.pinion |= bool(np.isfinite(signals["pinion_angle"]).any())
-        self.torque |= bool(np.isfinite(signals["driver_torque"]).any())
-
-    def add(self, result: Result) -> None:
-        """The next piece."""
-        counts, tells, known = (result[name] > 0.5 for name in ("counts", "tells", "known"))
-        residual = result["residual"]
-        self.seen += len(residual)
-        self.ready += int(np.count_nonzero(result["verdict"] > NOT_READY + 0.5))
-        self.known += int(known.sum())
-        self.counted += int(counts.sum())
-        self.sum += float(residual[counts].sum())
-        self.squares += float((residual[counts] ** 2).sum())
-        sensor, observer = result["sensor_gain"][tells], result["observer_gain"][tells]
-        self.windows += int(tells.sum())
-        self.together += float(sensor @ observer)
-        self.observed += float(observer @ observer)
-        self.sensed += float(sensor @ sensor)
-        self.nis += float(result["nis"].sum())
-        from_here = 0 if self.since_model else int(np.argmax(result["alarms.model"] > 0.5))
-        if self.since_model or result["alarms.model"].max() > 0.5:
-            self.since_model += len(residual) - from_here
-            self.surprised += int(np.count_nonzero(result["nis"][from_here:] > SURPRISING))
-        late = counts & (result["alarms.angle"] > 0.5)
-        self.after[0] += int(late.sum())
-        self.after[1] += float(residual[late].sum())
-        self.after[2] += float((residual[late] ** 2).sum())
-        apart = result["alarms.plausibility"] > 0.5
-        self.mismatch = max(self.mismatch, float(np.abs(result["mismatch"][apart]).max(initial=0.0)))
-        self.suspected += np.bincount(result["suspect"].astype(int), minlength=len(self.suspected))
-        if known.any():
-            self.resistance, self.flux = (float(result[f"motor_{name}"][known][-1]) for name in ("resistance", "flux"))
-
-        self.lost = [float(result[f"inverter_{name}"][-1]) for name in Lost._fields[:3]]
-
-    def drive(self, rate: float, starts: Mapping[str, float], monitor: MotorAngleMonitor) -> Drive:
-        """The figures so far."""
-        count, total, squares = self.after if self.after[0] else (self.counted, self.sum, self.squares)
-        mean = total / max(count, 1)
-        deviation = max(squares / max(count, 1) - mean * mean, 0.0) ** 0.5
-        energy = (self.observed * self.sensed) ** 0.5
-        return Drive(
-            seconds=self.seen / rate,
-            known=self.known / rate,
-            counted=self.counted,
-            offset=mean,
-            offset_deviation=deviation,
-            rms=(self.squares / max(self.counted, 1)) ** 0.5,
-            windows=self.windows,
-            slope=self.together / self.observed if self.observed else np.nan,
-            agreement=abs(self.together) / energy if energy else 0.0,
-            nis=self.nis / max(self.seen, 1),
-            surprised=self.surprised / max(self.since_model, 1),
-            resistance=self.resistance / monitor.observer.parameters.motor_resistance,
-            flux=self.flux / monitor.observer.parameters.motor_flux,
-            suspect=float(np.argmax(self.suspected[1:]) + 1) if self.suspected[1:].any() else 0.0,
-            starts=dict(starts),
-            voltages=monitor.voltages.source,
-            lost=_lost(self.lost, monitor),
-            mismatch=self.mismatch,
-            untwisted=monitor.plausibility is not None and self.pinion and not self.torque,
-        )

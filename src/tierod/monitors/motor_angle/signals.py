@@ -1,8 +1,33 @@
-"""What the monitor of the motor's angle reads."""
+"""What the monitor of the motor's angle reads, and which voltages its observer is fed with."""
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, Literal, NamedTuple
+
+from tierod.core.block import Scalar
+from tierod.core.errors import ParameterError
+from tierod.core.graph.maths import present, where
+from tierod.physics.clarke_park import PhaseValues
+from tierod.physics.inverter import commanded_voltage
+
+MEASURED, COMMANDED, DUTY_CYCLES = "measured", "commanded", "duty cycles"
+
+SIGNALS = {
+    MEASURED: ("motor_voltage_alpha", "motor_voltage_beta"),
+    COMMANDED: ("motor_target_voltage_alpha", "motor_target_voltage_beta"),
+    DUTY_CYCLES: ("motor_duty_cycle_a", "motor_duty_cycle_b", "motor_duty_cycle_c"),
+}
+"""What each source of the voltage needs with every sample; duty cycles a supply besides, however seldom."""
+
+VARIANTS = {MEASURED: "stator-frame", COMMANDED: "commanded-voltage", DUTY_CYCLES: "duty-cycles"}
+"""Names of the monitor's variants."""
+
+IN_WORDS = {
+    COMMANDED: "those that the inverter was commanded to make, less what it was found to take",
+    DUTY_CYCLES: "duty cycles times the supply, less what the inverter was found to take",
+}
+"""Voltages that were not measured."""
 
 
 class MotorAngleSample(NamedTuple):
@@ -11,24 +36,71 @@ class MotorAngleSample(NamedTuple):
     Targets and duty cycles are those of the period that ends with the sample.
     """
 
-    motor_current_alpha: Annotated[float, "A"]
-    motor_current_beta: Annotated[float, "A"]
-    motor_voltage_alpha: Annotated[float, "V"]
-    motor_voltage_beta: Annotated[float, "V"]
-    motor_angle_mechanical: Annotated[float, "rad"]
-    target_motor_angle_mechanical: Annotated[float, "rad"]
-    motor_current_a: Annotated[float, "A"]
-    motor_current_b: Annotated[float, "A"]
-    motor_current_c: Annotated[float, "A"]
-    resolver_sine: Annotated[float, "V"]
-    resolver_cosine: Annotated[float, "V"]
-    supply_voltage: Annotated[float, "V"]
-    steering_wheel_angle: Annotated[float, "rad"]
-    pinion_angle: Annotated[float, "rad"]
-    driver_torque: Annotated[float, "N*m"]
-    motor_target_voltage_alpha: Annotated[float, "V"]
-    motor_target_voltage_beta: Annotated[float, "V"]
-    motor_duty_cycle_a: Annotated[float, ""]
-    motor_duty_cycle_b: Annotated[float, ""]
-    motor_duty_cycle_c: Annotated[float, ""]
-    vehicle_speed: Annotated[float, "m/s"]
+    motor_current_alpha: Annotated[Scalar, "A"]
+    motor_current_beta: Annotated[Scalar, "A"]
+    motor_voltage_alpha: Annotated[Scalar, "V"]
+    motor_voltage_beta: Annotated[Scalar, "V"]
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    target_motor_angle_mechanical: Annotated[Scalar, "rad"]
+    motor_current_a: Annotated[Scalar, "A"]
+    motor_current_b: Annotated[Scalar, "A"]
+    motor_current_c: Annotated[Scalar, "A"]
+    resolver_sine: Annotated[Scalar, "V"]
+    resolver_cosine: Annotated[Scalar, "V"]
+    supply_voltage: Annotated[Scalar, "V"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    pinion_angle: Annotated[Scalar, "rad"]
+    driver_torque: Annotated[Scalar, "N*m"]
+    motor_target_voltage_alpha: Annotated[Scalar, "V"]
+    motor_target_voltage_beta: Annotated[Scalar, "V"]
+    motor_duty_cycle_a: Annotated[Scalar, ""]
+    motor_duty_cycle_b: Annotated[Scalar, ""]
+    motor_duty_cycle_c: Annotated[Scalar, ""]
+    vehicle_speed: Annotated[Scalar, "m/s"]
+
+
+@dataclass(frozen=True)
+class MotorVoltages:
+    """The voltage in the stator's axes; a supply that comes seldom is held.
+
+    Args:
+        source: "measured", "commanded", or "duty cycles"
+    """
+
+    source: Literal["measured", "commanded", "duty cycles"] = "measured"
+
+    Sample = MotorAngleSample
+
+    class State(NamedTuple):
+        """Last supply, and whether there is one."""
+
+        supply_voltage: Annotated[Scalar, "V"]
+        known: Annotated[Scalar, ""]
+
+    class Output(NamedTuple):
+        """In the stator's axes."""
+
+        alpha: Annotated[Scalar, "V"]
+        beta: Annotated[Scalar, "V"]
+
+    def __post_init__(self) -> None:
+        if self.source not in SIGNALS:
+            raise ParameterError(f"the voltages are '{self.source}'; expected one of {', '.join(SIGNALS)}")
+
+    def init(self) -> State:
+        """Nothing seen."""
+        return self.State(0.0, 0.0)
+
+    def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
+        """One sample on."""
+        if self.source == MEASURED:
+            return state, self.Output(sample.motor_voltage_alpha, sample.motor_voltage_beta)
+        if self.source == COMMANDED:
+            return state, self.Output(sample.motor_target_voltage_alpha, sample.motor_target_voltage_beta)
+        fresh = present(sample.supply_voltage)
+        supply = where(fresh, sample.supply_voltage, state.supply_voltage)
+        known = where(fresh, 1.0, state.known)
+        # Before the first supply the missing one itself makes the voltage missing.
+        voltage = where(known, supply, sample.supply_voltage)
+        duty = PhaseValues(sample.motor_duty_cycle_a, sample.motor_duty_cycle_b, sample.motor_duty_cycle_c)
+        return self.State(supply, known), self.Output(*commanded_voltage(duty, voltage))

@@ -1,16 +1,26 @@
-"""Noises, limits and times of the motor angle's observer."""
+"""Noises, limits and times of the motor angle's observer, and the Kalman filter inside it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.models.stator_frame_motor import (
+    CommandedMotor,
+    CommandedMotorParameters,
+    SampledMotorParameters,
+    StatorFrameMotor,
+)
+
+_TINY = 1e-14
+"""Variance that the angle gains per sample besides that of the speed [rad^2]: keeps the covariance positive."""
 
 
 @dataclass(frozen=True)
 class MotorAngleTuning:
-    """What the observer believes of its measurements and of itself.
+    """What the observer assumes of its measurements and of itself.
 
     Args:
         current_noise: standard deviation of a measured current; shunts and converters of such a drive
@@ -22,15 +32,15 @@ class MotorAngleTuning:
         flux_wander: the same of the flux: magnets warm over minutes
         loss_wander: of what the inverter takes, per square root of a second: its semiconductors warm over seconds
         knee_wander: the same of the logarithm of its knee
-        standing_wander: of the angle while its currents do not tell it: what increments of the sensor may be wrong by
+        standing_wander: of the angle while its currents do not show it: what increments of the sensor may be wrong by
         first_angle, first_speed, first_load: standard deviations at the first sample
         first_resistance, first_flux: of their logarithms: temperatures from -40 to 120 degrees
-        first_loss: of what the inverter takes from a command: its data sheet tells it within so much
-        first_knee: of the logarithm of its knee, which no data sheet tells; 0 takes it as known
+        first_loss: of what the inverter takes from a command: its data sheet gives it within so much
+        first_knee: of the logarithm of its knee, which no data sheet gives; 0 takes it as known
         least_current: below it the resistance is left alone, since noise alone would drive it
-        standing_speed: below it the back-EMF tells no angle
+        standing_speed: below it the back-EMF determines no angle
         standing_time: for so long it must be below
-        slow_speed: below it increments of the sensor tell the speed too
+        slow_speed: below it increments of the sensor give the speed too
         increment_time: they are summed for so long: their noise does not add up, and the motor hardly accelerates
         lag: of the speed that decides about this
         widest: logarithms of resistance and flux stay within this
@@ -65,3 +75,44 @@ class MotorAngleTuning:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+
+
+def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilter:
+    """The filter of a motor whose voltages are measured, or commanded where its parameters are those of an inverter.
+
+    Args:
+        p: of the motor
+        t: noises and first deviations
+    """
+    voltage = (t.voltage_noise * p.sample_time / p.motor_inductance) ** 2
+    first: tuple[float, ...] = (
+        t.current_noise,
+        t.current_noise,
+        t.first_speed,
+        t.first_angle,
+        t.first_load,
+        t.first_resistance,
+        t.first_flux,
+    )
+    wander: tuple[float, ...] = (t.resistance_wander**2 * p.sample_time, t.flux_wander**2 * p.sample_time)
+    reading = 2.0 * (t.sensor_noise / max(t.increment_time, p.sample_time)) ** 2
+    model: Any = StatorFrameMotor
+    mean: tuple[float, ...] = (0.0,) * 7
+    if isinstance(p, CommandedMotorParameters):
+        model, mean = CommandedMotor, (*mean, p.inverter_voltage_loss, 0.0)
+        first += (t.first_loss, t.first_knee)
+        wander += (t.loss_wander**2 * p.sample_time, t.knee_wander**2 * p.sample_time)
+    return KalmanFilter(
+        model,
+        p,
+        model.State(*mean),
+        tuple(deviation**2 for deviation in first),
+        (voltage, voltage, t.speed_wander**2, _TINY, t.load_wander**2, *wander),
+        (t.current_noise**2, t.current_noise**2, reading),
+        maskable=("angle", "log_resistance", "log_flux") + (("log_knee",) if model is CommandedMotor else ()),
+    )
+
+
+def angle_variance_place(states: int) -> int:
+    """Place of the angle's variance in a packed covariance of so many states: three rows come before it."""
+    return 3 * states - 3

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, any_of, limit, where
 from tierod.methods.detectors.threshold import Debounce
@@ -19,15 +20,15 @@ class Opinions(NamedTuple):
     Args:
         mismatch, alarm, suspect, detour: of `AnglePlausibility`
         residual: the motor's sensor less its observer, electrical
-        counts: 1 where that value tells
+        counts: 1 where that value is known
     """
 
-    mismatch: Annotated[float, "rad"]
-    alarm: Annotated[float, ""]
-    suspect: Annotated[float, ""]
-    detour: Annotated[float, "rad"]
-    residual: Annotated[float, "rad"]
-    counts: Annotated[float, ""]
+    mismatch: Annotated[Scalar, "rad"]
+    alarm: Annotated[Scalar, ""]
+    suspect: Annotated[Scalar, ""]
+    detour: Annotated[Scalar, "rad"]
+    residual: Annotated[Scalar, "rad"]
+    counts: Annotated[Scalar, ""]
 
 
 @dataclass(frozen=True)
@@ -37,14 +38,14 @@ class WhichAngle:
     The observer is a fourth opinion: since the disagreement began it has stood by the motor's sensor, or against it. If
     against, the motor's is the wrong one. If by it, one of the other two is: the one that motion betrays; or the
     steering wheel's, where the motor goes another way than the variable ratio wants of the recorded angle. Otherwise
-    only that it is not the motor's can be told: a control that reads the same wrong wheel follows it.
+    only that it is not the motor's is known: a control that reads the same wrong wheel follows it.
 
     Args:
         sample_time: [s]
         greatest: disagreement of the three from which it has begun, at the pinion: half of what alarms [rad]
-        agreement: of sensor and observer, electrical; ten times the deviation of a sound one's residual [rad]
+        agreement: of sensor and observer, electrical; ten times the deviation of a fault-free residual [rad]
         needed: values by which more were by the sensor than against it, or fewer []
-        widest_detour: of the motor from its wanted course, at the pinion: following error of a sound drive [rad]
+        widest_detour: of the motor from its wanted course, at the pinion: following error of a fault-free drive [rad]
         hold: for so long [s]
     """
 
@@ -59,17 +60,17 @@ class WhichAngle:
     Sample = Opinions
 
     class State(NamedTuple):
-        """Whether the angles disagree, whom motion suspected first, the observer's score, the hold of the detour."""
+        """Whether the angles disagree, the angle that motion showed first, the observer's score, hold of the detour."""
 
-        apart: Any
-        betrayed: Any
-        score: Any
-        held: Any
+        apart: Annotated[Scalar, ""]
+        by_motion: Annotated[Scalar, ""]
+        score: Annotated[Scalar, ""]
+        held: Debounce.State
 
     class Output(NamedTuple):
-        """Code of the angle that is wrong, 0 where none is or none can be told."""
+        """Code of the angle that is wrong, 0 where none is, or none stands out."""
 
-        suspect: Annotated[float, ""]
+        suspect: Annotated[Scalar, ""]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "holding", Debounce(self.hold, self.hold, self.sample_time))
@@ -79,7 +80,7 @@ class WhichAngle:
         """Nothing seen."""
         return self.State(0.0, NONE, 0.0, self.holding.init())
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: Opinions) -> tuple[State, Output]:
         """One sample on."""
         apart = where(absolute(sample.mismatch) > self.greatest, 1.0, 0.0)
         begins = all_of(apart > 0.5, state.apart < 0.5)
@@ -88,10 +89,10 @@ class WhichAngle:
         score = limit(score, -2.0 * self.needed, 2.0 * self.needed)
         held, detour = self.holding.step(state.held, where(absolute(sample.detour) > self.widest_detour, 1.0, 0.0))
         # What moved how is fresh when the alarm comes; later on motion itself depends on the fault.
-        unknown = any_of(begins, state.betrayed < 0.5)
-        betrayed = where(unknown, where(sample.alarm > 0.5, sample.suspect, NONE), state.betrayed)
-        elsewhere = any_of(absolute(betrayed - WHEEL) < 0.5, absolute(betrayed - PINION) < 0.5)
-        other = where(elsewhere, betrayed, where(detour.active, WHEEL, NOT_MOTOR))
-        told = where(score <= -self.needed, MOTOR, where(score >= self.needed, other, betrayed))
-        after = self.State(apart, betrayed, score, held)
-        return after, self.Output(where(sample.alarm > 0.5, told, NONE))
+        unknown = any_of(begins, state.by_motion < 0.5)
+        by_motion = where(unknown, where(sample.alarm > 0.5, sample.suspect, NONE), state.by_motion)
+        elsewhere = any_of(absolute(by_motion - WHEEL) < 0.5, absolute(by_motion - PINION) < 0.5)
+        other = where(elsewhere, by_motion, where(detour.active, WHEEL, NOT_MOTOR))
+        decided = where(score <= -self.needed, MOTOR, where(score >= self.needed, other, by_motion))
+        after = self.State(apart, by_motion, score, held)
+        return after, self.Output(where(sample.alarm > 0.5, decided, NONE))

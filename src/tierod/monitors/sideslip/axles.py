@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import exp, where
 from tierod.physics.single_track import front_slip_speed, rear_slip_speed
@@ -19,10 +20,10 @@ half too long moves the observers with placed poles by that, those with Kalman g
 class Slips(NamedTuple):
     """Slip angles of both axles, and as tyres have them that need a rolled distance to follow."""
 
-    front: Any
-    rear: Any
-    front_late: Any
-    rear_late: Any
+    front: Annotated[Scalar, "rad"]
+    rear: Annotated[Scalar, "rad"]
+    front_late: Annotated[Scalar, "rad"]
+    rear_late: Annotated[Scalar, "rad"]
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Axles:
         front_stiffness_deviation, rear_stiffness_deviation: standard deviations of the cornering stiffness over it
         trail_deviation: standard deviation of mechanical and pneumatic trail together over them
         front_relaxation, rear_relaxation: rolled distances over which the force builds up, which the observers of the
-            paper do not know of
+            paper leave out
     """
 
     front_distance: Annotated[float, "m", POSITIVE]
@@ -53,7 +54,13 @@ class Axles:
         return Slips(0.0, 0.0, 0.0, 0.0)
 
     def follow(
-        self, before: Slips, sideslip_angle: Any, yaw_rate: Any, road_wheel_angle: Any, speed: Any, running: Any
+        self,
+        before: Slips,
+        sideslip_angle: Scalar,
+        yaw_rate: Scalar,
+        road_wheel_angle: Scalar,
+        speed: Scalar,
+        running: Scalar,
     ) -> Slips:
         """One sample on; held where the observer does not run.
 
@@ -77,7 +84,7 @@ class Axles:
         )
         return Slips(*(where(running, new, old) for new, old in zip(after, before, strict=True)))
 
-    def variance(self, slips: Slips) -> Any:
+    def variance(self, slips: Slips) -> Scalar:
         """Of the sideslip angle [rad2], for what stiffness and trail may be wrong and for tyres that follow late."""
         errors = (
             self.front_stiffness_deviation * slips.front,

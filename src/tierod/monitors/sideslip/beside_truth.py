@@ -11,10 +11,10 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.graph import Result, scan, trace
 from tierod.core.recording import Recording
-from tierod.monitors.sideslip.car_signals import FromCarSignals
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning
-from tierod.monitors.sideslip.over_drive import BAND, TRUTHS
+from tierod.monitors.sideslip.drive import BAND, TRUTHS
+from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.vehicles import Vehicle
 
 
@@ -55,7 +55,8 @@ class BesideTruth:
     @cached_property
     def error(self) -> np.ndarray:
         """Estimate less truth [rad]."""
-        return self.estimate - self.truth
+        error: np.ndarray = self.estimate - self.truth
+        return error
 
     def figures(self, start: float = -math.inf, stop: float = math.inf) -> ErrorFigures:
         """The error from one time to another.
@@ -99,10 +100,9 @@ def beside_truth(
         ParameterError: the vehicle lacks a parameter
     """
     truth = truth_of(recording)
-    block = FromCarSignals.of_vehicle(CombinedSideslip.of_vehicle(vehicle, 1.0 / rate, tuning), vehicle)
+    block = SideslipMonitor.of_vehicle(CombinedSideslip.of_vehicle(vehicle, 1.0 / rate, tuning), vehicle)
     signals = trace(block).sample
     aligned = recording.align((*signals, truth), rate, maximum_age=0.1)
     result = scan(block, aligned.values[:, :-1])
-    return BesideTruth(
-        aligned.time, result["sideslip_angle"], result["sideslip_angle_deviation"], aligned.values[:, -1], result
-    )
+    angle, deviation = result["statement.magnitude"], result["statement.deviation"]
+    return BesideTruth(aligned.time, angle, deviation, aligned.values[:, -1], result)

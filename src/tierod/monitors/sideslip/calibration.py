@@ -20,7 +20,7 @@ EXPECTED = math.radians(0.2)
 """Error of a good fit [rad]: that of the best estimators on real cars."""
 
 MEMORY = 0.4
-"""Time after which two errors tell something new [s]: that of a steering movement."""
+"""Time after which two errors are independent [s]: that of a steering movement."""
 
 SETTLING = 1.0
 """At the start of the drive, not fitted [s]."""
@@ -37,7 +37,7 @@ def calibrated(
 ) -> Vehicle:
     """The vehicle with parameters that bring the combined estimator closest to the truth of a drive.
 
-    The values and standard deviations of the vehicle file are the prior, so that what the drive does not tell stays as
+    The values and standard deviations of the vehicle file are the prior, so that what the drive does not show stays as
     it is. Fit on one part of the drives and judge on another.
 
     Args:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, NamedTuple, Self
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import absolute, both, limit, log, maximum, present, sqrt, where
@@ -19,12 +20,10 @@ from tierod.methods.estimators.linear_algebra import diagonal
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters.jump_gate import JumpGate
 from tierod.models.lateral_parameters import LateralParameters
+from tierod.monitors.sideslip.combined_estimate import CombinedEstimate, CombinedSample, derived_fields
 from tierod.monitors.sideslip.combined_filter import GATE, combined_filter, held_growth
-from tierod.monitors.sideslip.combined_output import told as told_of
-from tierod.monitors.sideslip.combined_sample import CombinedEstimate, CombinedSample
-from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample
+from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample, tuning_of
 from tierod.monitors.sideslip.decisions import limit_rule
-from tierod.monitors.sideslip.vehicle_tuning import tuning_of
 from tierod.physics.gravity import GRAVITY
 from tierod.vehicles.vehicle import Vehicle
 
@@ -46,7 +45,7 @@ FARTHEST = 3.5
 running away where the linearised filter is too sure. Never less than one, a factor of e."""
 
 FARTHEST_SHOWN = 10.0
-"""Distance from the limit beyond which more standard deviations say no more."""
+"""Distance from the limit beyond which more standard deviations mean nothing more."""
 
 NARROWEST = 1.0
 """How far a factor always may be [-, natural logarithm]: none of a tyre is known better than to a factor of e."""
@@ -64,11 +63,11 @@ class CombinedState(NamedTuple):
     """
 
     belief: Belief
-    vehicle_speed: Any
-    road_wheel_angle: Any
-    angle_gate: Any
-    lateral_acceleration: Any
-    misfit: Any
+    vehicle_speed: Annotated[Scalar, "m/s"]
+    road_wheel_angle: Annotated[Scalar, "rad"]
+    angle_gate: Tree
+    lateral_acceleration: Annotated[Scalar, "m/s**2"]
+    misfit: Annotated[Scalar, ""]
 
 
 class SteeringAngle(NamedTuple):
@@ -157,13 +156,8 @@ class CombinedSideslip:
             most_misfit=tuning.most_misfit,
         )
 
-    @property
-    def Estimate(self) -> type:
-        """NamedTuple class of the output."""
-        return CombinedEstimate
-
     def init(self) -> CombinedState:
-        """Straight ahead, with everything as the vehicle file tells."""
+        """Straight ahead, with everything as the vehicle file gives it."""
         return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init(), 0.0, 1.0)
 
     def step(self, state: CombinedState, sample: CombinedSample) -> tuple[CombinedState, CombinedEstimate]:
@@ -191,11 +185,11 @@ class CombinedSideslip:
             lateral,
             where(lost, 1.0, misfit),
         )
-        return after, self._told(after, inputs, estimate, running, lost)
+        return after, self._estimate(after, inputs, estimate, running, lost)
 
     def _filtered(
-        self, state: CombinedState, sample: CombinedSample, inputs: Any, running: Any, free: Any
-    ) -> tuple[Belief, Any]:
+        self, state: CombinedState, sample: CombinedSample, inputs: Tree, running: Scalar, free: Scalar
+    ) -> tuple[Belief, Tree]:
         """A step of the filter, held where nothing runs; a steering angle as input is its mean over the sample."""
         given = inputs._replace(vehicle_speed=where(running, inputs.vehicle_speed, math.inf))
         if not self.filter.model.steering:
@@ -203,17 +197,19 @@ class CombinedSideslip:
         noise = self._process_noise(state.belief, running, free)
         return self.filter.step(state.belief, self.filter.Sample(given, self._measured(sample)), process_noise=noise)
 
-    def _told(self, after: CombinedState, inputs: Any, estimate: Any, running: Any, lost: Any) -> CombinedEstimate:
+    def _estimate(
+        self, after: CombinedState, inputs: Tree, estimate: Tree, running: Scalar, lost: Scalar
+    ) -> CombinedEstimate:
         """The output, with the speed and the angle of the last sample that was used."""
         seen = inputs._replace(vehicle_speed=after.vehicle_speed)
         if not self.filter.model.steering:
             seen = seen._replace(road_wheel_angle=after.road_wheel_angle)
-        told = told_of(self.filter, after.belief, seen)
-        deviation = maximum(told["front_friction_used_deviation"], 1e-9)
-        distance = (told["front_friction_used"] - self.limit_share) / deviation
+        fields = derived_fields(self.filter, after.belief, seen)
+        deviation = maximum(fields["front_friction_used_deviation"], 1e-9)
+        distance = (fields["front_friction_used"] - self.limit_share) / deviation
         _, near = self.limit_rule.step(self.limit_rule.init(), distance, running)
         return CombinedEstimate(
-            **told,
+            **fields,
             limit_ahead=near.alarm,
             limit_distance=limit(distance, -FARTHEST_SHOWN, FARTHEST_SHOWN),
             nis=estimate.nis,
@@ -222,7 +218,7 @@ class CombinedSideslip:
             restarted=where(lost, 1.0, 0.0),
         )
 
-    def _inputs(self, sample: CombinedSample) -> tuple[Any, Any]:
+    def _inputs(self, sample: CombinedSample) -> tuple[Tree, Scalar]:
         """What drives the model, every value finite but the speed's, and whether the road wheels turn freely."""
         along = where(present(sample.longitudinal_acceleration), sample.longitudinal_acceleration, 0.0)
         speed = where(present(sample.vehicle_speed), maximum(sample.vehicle_speed, self.slowest), self.slowest)
@@ -233,10 +229,10 @@ class CombinedSideslip:
         torque = where(known, sample.road_wheel_torque, 0.0)
         return self.filter.model.Input(speed, along, torque, where(known, 1.0, 0.0)), where(known, 0.0, 1.0)
 
-    def _measured(self, sample: CombinedSample) -> Any:
+    def _measured(self, sample: CombinedSample) -> Tree:
         return self.filter.model.Output(*(getattr(sample, name) for name in self.filter.model.Output._fields))
 
-    def _process_noise(self, belief: Belief, running: Any, free: Any) -> tuple[Any, ...]:
+    def _process_noise(self, belief: Belief, running: Scalar, free: Scalar) -> tuple[Scalar, ...]:
         """Variance that each state gains in this sample; while the estimate is held only the motion's grows."""
         noise = []
         for name, usual, growth, most, now in zip(
@@ -251,19 +247,20 @@ class CombinedSideslip:
             noise.append(where(running, moving, where(now < most, growth, 0.0)))
         return tuple(noise)
 
-    def _smoothed(self, before: Any, value: Any, time: float) -> Any:
+    def _smoothed(self, before: Scalar, value: Scalar, time: float) -> Scalar:
         """First-order low-pass; holds where the value is missing."""
-        share = self.filter.parameters.sample_time / (time + self.filter.parameters.sample_time)
+        sample_time: Scalar = self.filter.parameters.sample_time
+        share = sample_time / (time + sample_time)
         return where(present(value), before + share * (where(present(value), value, before) - before), before)
 
-    def _restarted(self, belief: Belief, lost: Any) -> Belief:
+    def _restarted(self, belief: Belief, lost: Scalar) -> Belief:
         """The belief, or the one of the start where it is lost."""
         start = self.filter.init()
         mean = [where(lost, first, now) for first, now in zip(start.mean, belief.mean, strict=True)]
         pairs = zip(start.covariance, belief.covariance, strict=True)
         return Belief(type(belief.mean)(*mean), tuple(where(lost, first, now) for first, now in pairs))
 
-    def _kept(self, mean: Any, lateral: Any) -> Any:
+    def _kept(self, mean: Tree, lateral: Scalar) -> Tree:
         """The mean with every factor held within what its prior makes possible.
 
         Friction is at least what the lateral acceleration shows, as far as that is below the usual friction.

@@ -1,4 +1,4 @@
-"""Which of its unknowns the combined estimator can tell apart now, and which direction among them it cannot."""
+"""Which unknowns of the combined estimator the drive identifies, and which direction among them it does not."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Identifiability:
-    """What the data tells of the unknowns.
+    """How far the data identify the unknowns.
 
     Args:
         shares: of the prior variance that the data took away, by unknown, 0 to 1
@@ -51,7 +51,7 @@ class Identifiability:
 
     @property
     def identified(self) -> tuple[str, ...]:
-        """Unknowns that the data tells."""
+        """Unknowns that the data identify."""
         return tuple(name for name, share in self.shares.items() if share >= IDENTIFIED)
 
     @property
@@ -65,21 +65,21 @@ class Identifiability:
     def __str__(self) -> str:
         """One or two sentences for a finding."""
         known = [f"{WORDS[name]} ({share:.0%})" for name, share in self.shares.items() if name in self.identified]
-        text = f"The drive tells {', '.join(known)}." if known else "The drive tells none of the unknowns."
+        text = f"The drive identifies {', '.join(known)}." if known else "The drive identifies none of the unknowns."
         if self.left <= 1.0 - IDENTIFIED:
             return text
-        return f"{text} It tells least of: {self.least} ({self.left:.0%} of the prior variance is left)."
+        return f"{text} It identifies least: {self.least} ({self.left:.0%} of the prior variance is left)."
 
 
 def identifiability(estimator: CombinedSideslip, state: CombinedState | Memory) -> Identifiability:
-    """What has been told of the unknowns up to a state.
+    """How far the unknowns have been identified up to a state.
 
     Args:
         estimator: whose state it is
         state: after a sample, or the `state` of a result of `scan`
 
-    An eigenvalue of the covariance, scaled by the priors, near one says that the data tells nothing of its direction;
-    parameters may be told one by one and yet not apart, or apart and yet not one by one.
+    An eigenvalue of the covariance, scaled by the priors, near one says that the data do not show its direction;
+    parameters may be identified one by one and yet not be separated, or separated and yet not one by one.
     """
     reached: CombinedState = rebuild(estimator.init(), state.values.tolist()) if isinstance(state, Memory) else state
     count = len(estimator.filter.model.unknowns)

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from tierod.core.block import Tree
+from tierod.core.block import Scalar, Tree
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import where
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import congruence
-from tierod.methods.estimators.pole_placement import discrete_poles, place
+from tierod.methods.estimators.pole_placement import place
 from tierod.models.discretise import discretise
 from tierod.models.linear import LinearSystem
 from tierod.models.steered_vehicle import SteeredVehicle, aligning_torque
@@ -23,22 +23,14 @@ from tierod.monitors.sideslip.observer import (
     ObserverNoise,
     Seen,
     SteeringTorqueObserver,
+    finer_steps,
     low_speed,
+    require_observable,
 )
-from tierod.monitors.sideslip.schedule import Design, ScheduledObserver, Scheduling, scheduled
-from tierod.monitors.sideslip.soundness import finer_steps, require_sound
+from tierod.monitors.sideslip.schedule import Design, ScheduledObserver, Scheduling, faster_poles, scheduled
 
 START = (0.1**2, 0.3**2, 0.3**2, 0.5**2)
 """Variance of the state before the first sample, in the units of the states."""
-
-HELD = (0.02**2, 20.0**2)
-"""Growth in a second of the variances of sideslip angle [rad2] and aligning torque [N2 m2] while they are held."""
-
-FADING_TIME = 0.5
-"""In which that growth fades once the observer runs again [s]: the time of its slowest pole."""
-
-SLOWEST = 2.0
-"""Eigenvalue [1/s] taken for slower ones: near standstill the steering turns freely and one tends to zero."""
 
 FACTOR = 10.0
 """How much farther left than the system's the observer's poles lie, as printed."""
@@ -78,7 +70,7 @@ class ConventionalKalman(SteeringTorqueObserver):
         own, estimate = self.filter.step(own, self.filter.Sample(inputs, measured))
         safe = model.Input(seen.road_wheel_torque, seen.vehicle_speed)
 
-        def torque(mean: Any) -> Any:
+        def torque(mean: SteeredVehicle.State) -> Scalar:
             return _aligning(mean, safe, self.filter.parameters.continuous)
 
         rows = jacobian(lambda mean: (torque(mean),), own.mean)
@@ -142,9 +134,9 @@ def conventional_kalman(
         noise: of sensors and model
 
     Raises:
-        ParameterError: a car that it cannot follow, see `require_sound`
+        ParameterError: a car that it cannot follow, see `require_observable`
     """
-    require_sound(p, sample_time)
+    require_observable(p, sample_time)
     model = sampled_model(sample_time)
     process, reading = variances(noise or ObserverNoise(), sample_time)
     sampled = model.Parameters(p, sample_time)
@@ -164,10 +156,10 @@ def conventional_poles(
         noise: of sensors and model, for the standard deviation of the estimate
 
     Raises:
-        ParameterError: a car that it cannot follow, see `require_sound`, or an observer that is not stable at every
-            speed
+        ParameterError: a car that it cannot follow, see `require_observable`, or an observer that is not stable at
+            every speed
     """
-    require_sound(p, sample_time)
+    require_observable(p, sample_time)
     model = sampled_model(sample_time)
     process, reading = variances(noise or ObserverNoise(), sample_time)
     free = dataclasses.replace(p, road_wheel_friction=0.0)
@@ -179,9 +171,7 @@ def conventional_poles(
         return np.array([[1.0, 0.0, 0.0, 0.0], row])
 
     schedule = scheduled(scheduling, lambda design: placed(design, factor, sample_time), asked, process, reading)
-    growth = tuple(rate * sample_time for rate in HELD)
-    fading = float(np.exp(-sample_time / FADING_TIME))
-    observer = ScheduledObserver(model, model.Parameters(p, sample_time), schedule, 2, growth, fading)
+    observer = ScheduledObserver.of(model, model.Parameters(p, sample_time), schedule)
     return ConventionalPoles(low_speed(p), Axles(p.front_distance, p.rear_distance, sample_time), observer)
 
 
@@ -193,8 +183,7 @@ def placed(design: Design, factor: float, sample_time: float) -> np.ndarray:
     over the speed, and holds in neutral steer, where the yaw rate shows no sideslip.
     """
     A = design.system.A
-    size = np.maximum(np.sort(np.abs(np.linalg.eigvals(design.continuous.A))), SLOWEST)
-    poles = np.real(discrete_poles(-factor * size, sample_time))
+    poles = faster_poles(design, factor, sample_time)
     rest, yaw = [0, 2, 3], 1
     own, others = poles[1], poles[[0, 2, 3]]
     part = LinearSystem.of(A[np.ix_(rest, rest)], np.array([[0.0, 1.0, 0.0]]))
@@ -206,5 +195,6 @@ def placed(design: Design, factor: float, sample_time: float) -> np.ndarray:
     return np.linalg.solve(A, predictor)
 
 
-def _aligning(mean: Any, inputs: Any, p: Any) -> Any:
-    return aligning_torque(*SteeredVehicle.parts(mean, inputs), p)
+def _aligning(mean: SteeredVehicle.State, inputs: SteeredVehicle.Input, p: SteeredVehicle.Parameters) -> Scalar:
+    torque: Scalar = aligning_torque(*SteeredVehicle.parts(mean, inputs), p)
+    return torque

@@ -54,7 +54,7 @@ OFFSET_DECISION = Decision(
     distance="mean yaw rate of the standing car, or beside lateral acceleration and steering alike, in standard "
     "deviations of a calibrated sensor's offset (0.12 degrees per second)",
     rule=offset_rule(),
-    place="_sensors.offset_rule",
+    place="drive.sensors.offset_rule",
     mean_time_between_false_alarms=1e6,
     demonstrated=Demonstrated(24.0),
     source="Gaussian offsets; drives of the virtual car, random and mixed",

@@ -10,13 +10,12 @@ from tierod.core.errors import ParameterError
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Session, Variant
-from tierod.monitors.sideslip.car_signals import BY_WIRE
 from tierod.monitors.sideslip.combined import CombinedSideslip
-from tierod.monitors.sideslip.combined_session import CombinedSession
 from tierod.monitors.sideslip.conventional import conventional_kalman, conventional_poles
 from tierod.monitors.sideslip.decisions import COMBINED_DECISIONS, DECISIONS
-from tierod.monitors.sideslip.over_drive import TRUTHS
-from tierod.monitors.sideslip.session import JUDGED, SideslipSession
+from tierod.monitors.sideslip.drive import TRUTHS
+from tierod.monitors.sideslip.monitor import BY_WIRE
+from tierod.monitors.sideslip.session import JUDGED, CombinedSession, SideslipSession
 from tierod.monitors.sideslip.two_stage import two_stage_kalman, two_stage_poles
 from tierod.vehicles import Vehicle
 
@@ -83,7 +82,7 @@ _VARIANTS = (
     ),
     Variant(
         "two-stage-kalman",
-        "The steering tells the aligning torque, that and the yaw rate the sideslip; Kalman gains. From 50 Hz on.",
+        "The steering gives the aligning torque, that and the yaw rate the sideslip; Kalman gains. From 50 Hz on.",
         f"{PAPER}, eqs (18) to (24)",
         _paper("two-stage-kalman", two_stage_kalman),
         DECISIONS,

@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.findings import Defect
+from tierod.methods.identification.regression import solved
 from tierod.models.single_track import SingleTrack
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 
@@ -36,7 +37,7 @@ class MotionLimits:
         gaining: the same for speed gained: a stop with wheels that lock must not decide
         rolling: speed from which turns show an offset of the yaw rate [m/s]
         rolling_time: ... for so long [s]: four terms are estimated, and one turn after the other errs alike
-        condition: greatest condition number of that regression; at one speed alone it says nothing
+        condition: greatest condition number of that regression; at one speed alone it shows nothing
     """
 
     contradicts: Annotated[float, ""] = 0.75
@@ -145,15 +146,13 @@ class MotionOverDrive:
         """
         limits, count = self.limits, self._rolling[3, 3]
         matrix, right, power = self._rolling[:4, :4], self._rolling[:4, 4], self._rolling[4, 4]
-        size = np.sqrt(np.diag(matrix))
-        if count * BLOCK < limits.rolling_time or not size.all():
+        if count * BLOCK < limits.rolling_time:
             return 0.0
-        if np.linalg.cond(matrix / np.outer(size, size)) > limits.condition:
+        found = solved(matrix, right, power, count, limits.condition)
+        if found is None:
             return 0.0
-        terms = np.linalg.solve(matrix, right)
-        left = max(float(power - terms @ right), 0.0) / count
-        deviation = math.sqrt(left * float(np.linalg.inv(matrix)[2, 2]))
-        return -math.copysign(max(abs(float(terms[2])) - 2.0 * deviation, 0.0), float(terms[2]))
+        term, deviation = float(found.values[2]), float(found.deviations[2])
+        return -math.copysign(max(abs(term) - 2.0 * deviation, 0.0), term)
 
     def wrong(self) -> tuple[Defect, ...]:
         """What contradicts the motion that the other signals give."""

@@ -1,15 +1,24 @@
-"""What the observers of the paper have in common: their sample, when they run, and what they give at low speed."""
+"""What the observers of the paper have in common: their sample, when they run, low speed, which cars they follow."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import Tree
+import numpy as np
+
+from tierod.core.block import Scalar, Tree
+from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import all_of, limit, maximum, present, sqrt, where
+from tierod.models.linear import linearise
+from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.axles import Axles, Slips
+
+MOST = 1.8
+"""Size of an eigenvalue times the step up to which the method of integration decays (it would grow from two on)."""
 
 
 class ObserverSample(NamedTuple):
@@ -22,10 +31,10 @@ class ObserverSample(NamedTuple):
         road_wheel_torque: of the actuator at the road wheels
     """
 
-    vehicle_speed: Annotated[float, "m/s"]
-    yaw_rate: Annotated[float, "rad/s"]
-    road_wheel_angle: Annotated[float, "rad"]
-    road_wheel_torque: Annotated[float, "N*m"]
+    vehicle_speed: Annotated[Scalar, "m/s"]
+    yaw_rate: Annotated[Scalar, "rad/s"]
+    road_wheel_angle: Annotated[Scalar, "rad"]
+    road_wheel_torque: Annotated[Scalar, "N*m"]
 
 
 class Seen(NamedTuple):
@@ -38,25 +47,25 @@ class Seen(NamedTuple):
         road_wheel_torque: finite
     """
 
-    running: Any
-    vehicle_speed: Any
-    yaw_rate: Any
-    road_wheel_angle: Any
-    road_wheel_torque: Any
+    running: Annotated[Scalar, ""]
+    vehicle_speed: Annotated[Scalar, "m/s"]
+    yaw_rate: Annotated[Scalar, "rad/s"]
+    road_wheel_angle: Annotated[Scalar, "rad"]
+    road_wheel_torque: Annotated[Scalar, "N*m"]
 
 
 class Found(NamedTuple):
-    """What an observer tells of a sample: values, their variances, and the innovations."""
+    """What an observer estimates from a sample: values, their variances, and the innovations."""
 
-    sideslip_angle: Any
-    sideslip_variance: Any
-    yaw_rate: Any
-    road_wheel_angle: Any
-    road_wheel_rate: Any
-    self_aligning_torque: Any
-    torque_variance: Any
-    nis: Any
-    readings: Any
+    sideslip_angle: Annotated[Scalar, "rad"]
+    sideslip_variance: Annotated[Scalar, "rad**2"]
+    yaw_rate: Annotated[Scalar, "rad/s"]
+    road_wheel_angle: Annotated[Scalar, "rad"]
+    road_wheel_rate: Annotated[Scalar, "rad/s"]
+    self_aligning_torque: Annotated[Scalar, "N*m"]
+    torque_variance: Annotated[Scalar, "N**2*m**2"]
+    nis: Annotated[Scalar, ""]
+    readings: Annotated[Scalar, ""]
 
 
 class ObserverEstimate(NamedTuple):
@@ -70,23 +79,23 @@ class ObserverEstimate(NamedTuple):
         estimated_yaw_rate, estimated_road_wheel_angle, estimated_road_wheel_rate: the other states
     """
 
-    sideslip_angle: Annotated[float, "rad"]
-    sideslip_angle_deviation: Annotated[float, "rad"]
-    self_aligning_torque: Annotated[float, "N*m"]
-    self_aligning_torque_deviation: Annotated[float, "N*m"]
-    nis: Annotated[float, ""]
-    readings: Annotated[float, ""]
-    held: Annotated[float, ""]
-    estimated_yaw_rate: Annotated[float, "rad/s"]
-    estimated_road_wheel_angle: Annotated[float, "rad"]
-    estimated_road_wheel_rate: Annotated[float, "rad/s"]
+    sideslip_angle: Annotated[Scalar, "rad"]
+    sideslip_angle_deviation: Annotated[Scalar, "rad"]
+    self_aligning_torque: Annotated[Scalar, "N*m"]
+    self_aligning_torque_deviation: Annotated[Scalar, "N*m"]
+    nis: Annotated[Scalar, ""]
+    readings: Annotated[Scalar, ""]
+    held: Annotated[Scalar, ""]
+    estimated_yaw_rate: Annotated[Scalar, "rad/s"]
+    estimated_road_wheel_angle: Annotated[Scalar, "rad"]
+    estimated_road_wheel_rate: Annotated[Scalar, "rad/s"]
 
 
 class ObserverState(NamedTuple):
-    """Of the observer itself, the sideslip angle it said last, and the slip angles of the axles then."""
+    """Of the observer itself, the last sideslip angle, and the slip angles of the axles then."""
 
-    own: Any
-    sideslip_angle: Any
+    own: Tree
+    sideslip_angle: Annotated[Scalar, "rad"]
     slips: Slips
 
 
@@ -96,7 +105,7 @@ class LowSpeed:
 
     Args:
         slowest: below it nothing is estimated: wheel speed sensors see nothing slower
-        settled: above it the observer alone is believed. Between the two the sideslip of a car without slip at its
+        settled: above it the observer alone counts. Between the two the sideslip of a car without slip at its
             tyres takes over, rear_share times the steer, to which the model tends as the speed falls
         rear_share: distance of the rear axle from the centre of gravity over the wheelbase
     """
@@ -117,7 +126,7 @@ class LowSpeed:
             where(present(torque), torque, 0.0),
         )
 
-    def blended(self, sideslip_angle: Any, road_wheel_angle: Any, speed: Any) -> Any:
+    def blended(self, sideslip_angle: Scalar, road_wheel_angle: Scalar, speed: Scalar) -> Scalar:
         """Sideslip angle [rad] of the observer, or of rolling without slip where the car crawls."""
         share = limit((speed - self.slowest) / (self.settled - self.slowest), 0.0, 1.0)
         rolling = self.rear_share * road_wheel_angle
@@ -151,7 +160,7 @@ class ObserverNoise:
     torque_time: Annotated[float, "s", NOT_NEGATIVE] = 0.03
 
     def torque_variance(self, sample_time: float) -> float:
-        """Variance [N2 m2] of a white reading that tells as much as one whose error lasts."""
+        """Variance [N2 m2] of a white reading that is worth as much as one whose error lasts."""
         return self.torque_reading**2 * max(1.0, 2.0 * self.torque_time / sample_time)
 
 
@@ -184,11 +193,7 @@ class SteeringTorqueObserver(ABC):
         slips = self.axles.follow(
             state.slips, found.sideslip_angle, found.yaw_rate, found.road_wheel_angle, seen.vehicle_speed, seen.running
         )
-        after = ObserverState(
-            own,
-            where(seen.running, blended, state.sideslip_angle),
-            slips,
-        )
+        after = ObserverState(own, where(seen.running, blended, state.sideslip_angle), slips)
         return after, ObserverEstimate(
             after.sideslip_angle,
             sqrt(found.sideslip_variance + self.axles.variance(slips)),
@@ -211,6 +216,41 @@ class SteeringTorqueObserver(ABC):
         """One sample on: the own state is held where the observer does not run."""
 
 
-def low_speed(p: Any) -> LowSpeed:
+def low_speed(p: SteeredVehicle.Parameters) -> LowSpeed:
     """What is given where a car of these parameters crawls."""
     return LowSpeed(p.rear_distance / (p.front_distance + p.rear_distance))
+
+
+def require_observable(p: SteeredVehicle.Parameters, sample_time: float) -> None:
+    """Refuse a car that the observers cannot follow.
+
+    Args:
+        p: of the car
+        sample_time: [s]
+
+    Raises:
+        ParameterError: no trail, so that no torque shows the tyres; or a motion too fast for the step, with its
+            eigenvalue
+    """
+    trail = p.mechanical_trail + p.pneumatic_trail
+    if not trail * p.front_cornering_stiffness > 0.0:
+        raise ParameterError(
+            f"mechanical_trail and pneumatic_trail together are {trail:g} m and front_cornering_stiffness is "
+            f"{p.front_cornering_stiffness:g} N/rad: the aligning torque then does not show sideslip_angle; "
+            "both must be above zero"
+        )
+    if not 0.0 < sample_time <= 0.1:
+        raise ParameterError(f"the sample time is {sample_time} s; expected more than 0 and at most 0.1 s")
+    step = sample_time / finer_steps(sample_time)
+    system = linearise(SteeredVehicle, p, (0.0,) * 4, (0.0, LowSpeed.slowest))
+    fastest = max(np.linalg.eigvals(system.A), key=abs)
+    if abs(fastest) * step > MOST:
+        raise ParameterError(
+            f"at {LowSpeed.slowest:g} m/s the car has an eigenvalue of {fastest.real:.4g} 1/s, too fast for steps of "
+            f"{step:g} s; check road_wheel_inertia, road_wheel_damping, road_wheel_friction and yaw_inertia"
+        )
+
+
+def finer_steps(sample_time: float) -> int:
+    """Steps of the integration within a sample: a millisecond each, at which the models are far from their limit."""
+    return max(1, math.ceil(sample_time / 1e-3 - 1e-6))

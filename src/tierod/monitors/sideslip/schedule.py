@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 
-from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import limit, maximum, present, where
+from tierod.methods.estimators.fixed_gain import error_radius, stationary_covariance
 from tierod.methods.estimators.luenberger import observe
+from tierod.methods.estimators.pole_placement import discrete_poles
 from tierod.methods.estimators.shapes import leaf_names
 from tierod.models.linear import LinearSystem, sampled
 
@@ -22,7 +25,17 @@ HALF = 2.0
 """Speed [m/s] at which half of the table is over: gains go with 1/V, and over V / (V + HALF) they are nearly lines."""
 
 
-def _place(speed: Any) -> Any:
+HELD = (0.02**2, 20.0**2)
+"""Growth in a second of the variances of sideslip angle [rad2] and aligning torque [N2 m2] while they are held."""
+
+FADING_TIME = 0.5
+"""In which that growth fades once the observer runs again [s]: the time of its slowest pole."""
+
+SLOWEST = 2.0
+"""Eigenvalue [1/s] taken for slower ones: of the steering near standstill, and of the vehicle at the highest speeds."""
+
+
+def _place(speed: Scalar) -> Scalar:
     """Where a speed [m/s] lies in the table, in rows; the rows are evenly spaced over V / (V + HALF)."""
     low, high = LOWEST / (LOWEST + HALF), HIGHEST / (HIGHEST + HALF)
     return (speed / (speed + HALF) - low) * ((COUNT - 1) / (high - low))
@@ -58,7 +71,7 @@ class Schedule:
         rises = tuple(tuple(float(v) for v in row) for row in np.diff(values, axis=0))
         return cls(tuple(float(v) for v in values[0]), rises)
 
-    def at(self, speed: Any) -> tuple[Any, ...]:
+    def at(self, speed: Scalar) -> tuple[Scalar, ...]:
         """The values at a speed [m/s]."""
         place = _place(maximum(speed, 0.0))
         shares = [limit(place - float(row), 0.0, 1.0) for row in range(len(self.rises))]
@@ -68,7 +81,7 @@ class Schedule:
         )
 
 
-def _sum(terms: list[Any]) -> Any:
+def _sum(terms: list[Scalar]) -> Scalar:
     """By halves, so that no long chain of additions has to be waited for."""
     if len(terms) == 1:
         return terms[0]
@@ -79,17 +92,17 @@ def _sum(terms: list[Any]) -> Any:
 class ScheduledState(NamedTuple):
     """Mean of the observer, and by how much the variances have grown while it was held."""
 
-    mean: Any
-    growth: tuple[Any, ...]
+    mean: Tree
+    growth: tuple[Scalar, ...]
 
 
 class Scheduled(NamedTuple):
     """What a scheduled observer gives: mean, variances of what was asked for, and the innovations."""
 
-    mean: Any
-    variances: tuple[Any, ...]
-    nis: Any
-    readings: Any
+    mean: Tree
+    variances: tuple[Scalar, ...]
+    nis: Annotated[Scalar, ""]
+    readings: Annotated[Scalar, ""]
 
 
 @dataclass(frozen=True)
@@ -112,11 +125,25 @@ class ScheduledObserver:
     growth: tuple[float, ...]
     fading: Annotated[float, ""]
 
+    @classmethod
+    def of(cls, model: Any, parameters: Any, schedule: Schedule) -> Self:
+        """The observer of sideslip angle and aligning torque; what grows while it is held, and how that fades.
+
+        Args:
+            model: discrete
+            parameters: of the model
+            schedule: for both variances
+        """
+        step = parameters.sample_time
+        return cls(model, parameters, schedule, 2, tuple(rate * step for rate in HELD), math.exp(-step / FADING_TIME))
+
     def start(self) -> ScheduledState:
         """At rest, straight ahead."""
         return ScheduledState(skeleton(self.model.State), (0.0,) * self.asked)
 
-    def observe(self, state: ScheduledState, inputs: Tree, measured: Tree, speed: Any, running: Any) -> Any:
+    def observe(
+        self, state: ScheduledState, inputs: Tree, measured: Tree, speed: Scalar, running: Scalar
+    ) -> tuple[ScheduledState, Scheduled]:
         """One sample on; the state is held where the observer does not run.
 
         Args:
@@ -145,8 +172,8 @@ class ScheduledObserver:
 
 
 class _Sample(NamedTuple):
-    input: Any
-    measured: Any
+    input: Tree
+    measured: Tree
 
 
 class Design(NamedTuple):
@@ -159,6 +186,12 @@ class Design(NamedTuple):
 
     system: LinearSystem
     continuous: LinearSystem
+
+
+def faster_poles(design: Design, factor: float, sample_time: float) -> np.ndarray:
+    """Real poles in the plane of samples, some factor times the sizes of the system's eigenvalues."""
+    size = np.maximum(np.sort(np.abs(np.linalg.eigvals(design.continuous.A))), SLOWEST)
+    return np.real(discrete_poles(-factor * size, sample_time))
 
 
 Gain = Callable[[Design], np.ndarray]
@@ -180,7 +213,7 @@ class Scheduling:
 
     model: Any
     parameters: Any
-    inputs: Callable[[float], tuple]
+    inputs: Callable[[float], tuple[float, ...]]
     sample_time: Annotated[float, "s"]
 
     def at(self, speed: float) -> Design:
@@ -223,39 +256,6 @@ def scheduled(
         rows.append([*chosen.ravel(), *spreads, weight[0, 0], weight[0, 1], weight[1, 1]])
     _require_stable_between(model, gains)
     return Schedule.through(rows)
-
-
-class Spread(NamedTuple):
-    """Covariance of the estimate after a sample, and of the innovation."""
-
-    corrected: np.ndarray
-    innovation: np.ndarray
-
-
-def stationary_covariance(
-    system: LinearSystem, gain: np.ndarray, process: Sequence[float], reading: Sequence[float]
-) -> Spread:
-    """What noise makes of an observer with a fixed gain, in the long run.
-
-    Args:
-        system: discrete
-        gain: K of x = x- + K (y - C x-)
-        process: variance that each state gains per sample
-        reading: variance of each measurement
-
-    Source: P = (I - K C)(A P A' + Q)(I - K C)' + K R K' (Joseph), solved for P.
-    """
-    from scipy.linalg import solve_discrete_lyapunov
-
-    A, C, Q, R = system.A, system.C, np.diag(process), np.diag(reading)
-    left = np.eye(len(A)) - gain @ C
-    corrected = solve_discrete_lyapunov(left @ A, left @ Q @ left.T + gain @ R @ gain.T)
-    return Spread(corrected, C @ (A @ corrected @ A.T + Q) @ C.T + R)
-
-
-def error_radius(system: LinearSystem, gain: np.ndarray) -> float:
-    """Largest size of the eigenvalues of the error, (I - K C) A; below one it decays."""
-    return float(np.abs(np.linalg.eigvals((np.eye(len(system.A)) - gain @ system.C) @ system.A)).max())
 
 
 def _require_stable_between(model: Scheduling, gains: Sequence[np.ndarray]) -> None:

@@ -22,13 +22,13 @@ class SensorLimits:
     Args:
         standing: speed below which the car stands
         still: spread of the yaw rate up to which it does so indeed
-        standing_time: needed to tell the offset of a car that stands
-        rolling: speed above which the car tells of offset and units
+        standing_time: needed for the offset of a car that stands
+        rolling: speed above which the car shows offset and units
         rolling_time: needed for that
-        alike: factor within which lateral acceleration and steering must tell the same offset; a bank, or an angle that
+        alike: factor within which lateral acceleration and steering must show the same offset; a bank, or an angle that
             is off, moves one of them only
         scale: share of the mean yaw rate by which roll, tyres near their limit and a wrong steering ratio may move
-            both; in turns to one side it cannot be parted from an offset
+            both; in turns to one side it cannot be separated from an offset
         largest: yaw rate that no car reaches
         largest_share: of the samples beyond it from which the unit is wrong, and not a few readings
     """
@@ -45,17 +45,17 @@ class SensorLimits:
 
 
 class Offset(NamedTuple):
-    """Offset of the yaw rate, and what tells it."""
+    """Offset of the yaw rate, and what shows it."""
 
     value: Annotated[float, "rad/s"]
-    told_by: str
+    shown_by: str
 
 
 class SensorsOverDrive:
-    """Sums over the pieces of a recording that tell whether its sensors can be right.
+    """Sums over the pieces of a recording that show whether its sensors can be right.
 
     Args:
-        p: of the vehicle, whose yaw rate in a steady turn the steering tells
+        p: of the vehicle, whose yaw rate in a steady turn follows from the steering
         rate: of the samples [Hz]
         limits: when a signal counts as wrong
     """
@@ -115,9 +115,9 @@ class SensorsOverDrive:
             return None
         return self._worth_naming(smaller, "beside lateral acceleration and steering alike") if alike else None
 
-    def _worth_naming(self, value: float, told_by: str) -> Offset | None:
+    def _worth_naming(self, value: float, shown_by: str) -> Offset | None:
         named = alarms_at(self.offset_rule, float(value) / USUAL_OFFSET)
-        return Offset(float(value), told_by) if named else None
+        return Offset(float(value), shown_by) if named else None
 
     def wrong_unit(self) -> str | None:
         """Which signals cannot have their units right, as half a sentence; None where they can."""

@@ -1,4 +1,4 @@
-"""The two-stage observer: the steering tells the aligning torque, and that and the yaw rate tell the sideslip."""
+"""The two-stage observer: the steering gives the aligning torque, and that and the yaw rate give the sideslip."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import Tree
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE
 from tierod.core.graph.maths import present, where
+from tierod.methods.estimators.fixed_gain import stationary_covariance
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.luenberger import Luenberger
 from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain
@@ -24,16 +25,17 @@ from tierod.monitors.sideslip.observer import (
     ObserverNoise,
     Seen,
     SteeringTorqueObserver,
+    finer_steps,
     low_speed,
+    require_observable,
 )
 from tierod.monitors.sideslip.schedule import (
     Design,
     ScheduledObserver,
     Scheduling,
+    faster_poles,
     scheduled,
-    stationary_covariance,
 )
-from tierod.monitors.sideslip.soundness import finer_steps, require_sound
 
 DISTURBANCE_POLES = (-60.0, -65.0, -70.0)
 """Of the disturbance observer [1/s]: three times as fast as the vehicle at the speed of the test, a little apart."""
@@ -41,25 +43,16 @@ DISTURBANCE_POLES = (-60.0, -65.0, -70.0)
 FACTOR = 2.0
 """How much faster than the vehicle its observer is; more passes more of the disturbance observer's error."""
 
-SLOWEST = 2.0
-"""Eigenvalue of the vehicle [1/s] taken for slower ones, at the highest speeds."""
-
 STEERING_START = (0.3**2, 0.5**2, 100.0**2)
 VEHICLE_START = (0.1**2, 0.3**2)
 """Variances before the first sample, in the units of the states."""
-
-HELD = (0.02**2, 20.0**2)
-"""Growth in a second of the variances of sideslip angle [rad2] and aligning torque [N2 m2] while they are held."""
-
-FADING_TIME = 0.5
-"""In which that growth fades once the observer runs again [s]."""
 
 
 class Stages(NamedTuple):
     """States of both observers."""
 
-    steering: Any
-    vehicle: Any
+    steering: Tree
+    vehicle: Tree
 
 
 def sampled_steering(sample_time: float) -> Any:
@@ -97,7 +90,7 @@ class TwoStageKalman(SteeringTorqueObserver):
         torque, angle = steering.mean.self_aligning_torque, steered(seen, steering.mean)
         inputs = inner.Input(angle, where(seen.running, seen.vehicle_speed, float("inf")))
         vehicle, found = self.vehicle.step(
-            own.vehicle, self.vehicle.Sample(inputs, inner.Output(seen.yaw_rate, told(seen, torque)))
+            own.vehicle, self.vehicle.Sample(inputs, inner.Output(seen.yaw_rate, measured_torque(seen, torque)))
         )
         return Stages(steering, vehicle), Found(
             vehicle.mean.sideslip_angle,
@@ -138,7 +131,7 @@ class TwoStagePoles(SteeringTorqueObserver):
         steering, _ = self.steering.step(own.steering, sample)
         torque = steering.self_aligning_torque
         inputs = inner.Input(steered(seen, steering), seen.vehicle_speed)
-        measured = inner.Output(seen.yaw_rate, told(seen, torque))
+        measured = inner.Output(seen.yaw_rate, measured_torque(seen, torque))
         vehicle, found = self.vehicle.observe(own.vehicle, inputs, measured, seen.vehicle_speed, seen.running)
         sideslip, grown = found.variances
         return Stages(steering, vehicle), Found(
@@ -154,13 +147,13 @@ class TwoStagePoles(SteeringTorqueObserver):
         )
 
 
-def steered(seen: Seen, steering: Any) -> Any:
+def steered(seen: Seen, steering: DisturbedSteering.State) -> Scalar:
     """The measured angle of the road wheels [rad], or the disturbance observer's where that is missing."""
     return where(present(seen.road_wheel_angle), seen.road_wheel_angle, steering.road_wheel_angle)
 
 
-def told(seen: Seen, torque: Any) -> Any:
-    """The aligning torque [N m] as a measurement of the second stage: missing where no angle has told it anew."""
+def measured_torque(seen: Seen, torque: Scalar) -> Scalar:
+    """The aligning torque [N m] as a measurement of the second stage: missing where no angle has shown it anew."""
     return where(present(seen.road_wheel_angle), torque, float("inf"))
 
 
@@ -175,9 +168,9 @@ def two_stage_kalman(
         noise: of sensors and model
 
     Raises:
-        ParameterError: a car that it cannot follow, see `require_sound`
+        ParameterError: a car that it cannot follow, see `require_observable`
     """
-    require_sound(p, sample_time)
+    require_observable(p, sample_time)
     noise = noise or ObserverNoise()
     model, process, reading = _steering(noise, sample_time)
     steering = KalmanFilter(
@@ -207,10 +200,10 @@ def two_stage_poles(
         noise: of sensors and model, for the standard deviations
 
     Raises:
-        ParameterError: a car that it cannot follow, see `require_sound`, or an observer that is not stable at every
-            speed
+        ParameterError: a car that it cannot follow, see `require_observable`, or an observer that is not stable at
+            every speed
     """
-    require_sound(p, sample_time)
+    require_observable(p, sample_time)
     noise = noise or ObserverNoise()
     model, process, reading = _steering(noise, sample_time)
     free = dataclasses.replace(_part(p, DisturbedSteering), road_wheel_friction=0.0)
@@ -239,8 +232,7 @@ def _second(p: SteeredVehicle.Parameters, sample_time: float, factor: float, noi
         process,
         reading,
     )
-    growth = tuple(rate * sample_time for rate in HELD)
-    return ScheduledObserver(inner, sampled, schedule, 2, growth, float(np.exp(-sample_time / FADING_TIME)))
+    return ScheduledObserver.of(inner, sampled, schedule)
 
 
 def decoupled(design: Design, factor: float, sample_time: float) -> np.ndarray:
@@ -250,9 +242,7 @@ def decoupled(design: Design, factor: float, sample_time: float) -> np.ndarray:
     of all gains with these poles this one is taken. Sideslip is then corrected by the aligning torque alone.
     """
     A, C = design.system.A, design.system.C
-    size = np.maximum(np.sort(np.abs(np.linalg.eigvals(design.continuous.A))), SLOWEST)
-    poles = np.real(discrete_poles(-factor * size, sample_time))
-    return (A - np.diag(poles)) @ np.linalg.inv(C @ A)
+    return (A - np.diag(faster_poles(design, factor, sample_time))) @ np.linalg.inv(C @ A)
 
 
 def _steering(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float, ...], tuple[float, ...]]:
@@ -268,6 +258,6 @@ def _vehicle(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float
     return sampled_vehicle(sample_time), process, (noise.yaw_rate_reading**2, noise.torque_variance(sample_time))
 
 
-def _part(p: Any, model: Any) -> Any:
+def _part(p: SteeredVehicle.Parameters, model: Any) -> Any:
     """The parameters of a part of the vehicle."""
     return model.Parameters(*(getattr(p, each.name) for each in dataclasses.fields(model.Parameters)))

@@ -1,24 +1,23 @@
-"""The bench's column under position control: plant, sensors, observer and controller as one block at 1 kHz."""
+"""The bench's column under position control as one block at 1 kHz, and how well its shaft follows a reference."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import rebuild, skeleton
-from tierod.core.graph import scan
+from tierod.core.block import Block, Scalar, Tree, rebuild, skeleton
+from tierod.core.graph import Result, scan
 from tierod.core.graph.maths import where
 from tierod.models.steering_column import ColumnOutput, ColumnParameters
 from tierod.models.two_inertia_column import without_gear
 from tierod.papers.column import swept_bench
-from tierod.papers.column.control.intervention import DriverIntervention, Takeover, noise_of
-from tierod.papers.column.control.open_loop import Reading, read_estimate
+from tierod.papers.column.control.intervention import DriverIntervention, SteeringController, Takeover, noise_of
+from tierod.papers.column.control.margins import Reading, read_estimate
 from tierod.papers.column.control.position_control import ObservedColumn, PositionControl
 from tierod.papers.column.control.reference import Reference, Step, Sweep
-from tierod.papers.column.control.steering_controller import SteeringController
 from tierod.proving_ground.cars.column_bench import Acting, Arms, BenchPorts, BenchSignals, BenchState, ColumnBench
 from tierod.proving_ground.parts import SOUND
 from tierod.vehicles import load
@@ -56,11 +55,11 @@ class LoopState(NamedTuple):
     """Plant, observer, controller; torque that acts now, torque that acted before, and where hands took the wheel."""
 
     plant: BenchState
-    observer: Any
+    observer: Tree
     controller: SteeringController.State
-    acting: Any
-    acted: Any
-    held: Any
+    acting: Scalar
+    acted: Scalar
+    held: Scalar
 
 
 class LoopSignals(NamedTuple):
@@ -78,7 +77,7 @@ class ClosedLoop:
     """Plant, sensors, observer and controller at 1 kHz.
 
     The torque that the controller finds from the measurements of one sample acts from the next sample on; the observer
-    is told the torque that acted until its sample.
+    gets the torque that acted until its sample.
 
     Args:
         bench: the plant
@@ -88,7 +87,7 @@ class ClosedLoop:
     """
 
     bench: ColumnBench
-    observer: Any
+    observer: Block
     controller: SteeringController
     read: Reading = read_estimate
 
@@ -104,8 +103,8 @@ class ClosedLoop:
         acting = Acting(state.acting, 0.0, 0.0, 0.0, sample.grip, held, 0.0, BenchPorts(SOUND))
         plant, signals = self.bench.step(state.plant, acting)
         measured = ColumnOutput(*(getattr(signals, name) + noise for name, noise in sample.noise._asdict().items()))
-        told = rebuild(skeleton(self.observer.Sample), [state.acted, *measured])
-        observer, estimate = self.observer.step(state.observer, told)
+        given = rebuild(skeleton(self.observer.Sample), [state.acted, *measured])
+        observer, estimate = self.observer.step(state.observer, given)
         observed, hands = self.read(estimate)
         asked = SteeringController.Sample(observed, hands, sample.reference, sample.request)
         controller, output = self.controller.step(state.controller, asked)
@@ -114,7 +113,7 @@ class ClosedLoop:
 
 
 class Belief(NamedTuple):
-    """What observer and controller are told of the column; the plant has numbers of its own.
+    """What observer and controller assume of the column; the plant has numbers of its own.
 
     Args:
         column: its parameters
@@ -134,14 +133,7 @@ def belief(vehicle: str = "column-bench") -> Belief:
     return Belief(known.parameters_for(ColumnParameters), known["motor_friction"], uncertain)
 
 
-def position_control(known: Belief, **settings: Any) -> PositionControl:
-    """The control with friction fed forward; `settings` are its fields."""
-    settings = {"friction": known.friction} | settings
-    column = known.column
-    return PositionControl.design(without_gear(column), column.torsion_bar_stiffness, SAMPLE_TIME, **settings)
-
-
-def intervention(known: Belief, observer: Any, takeover: Takeover | None = None) -> DriverIntervention:
+def intervention(known: Belief, observer: Block, takeover: Takeover | None = None) -> DriverIntervention:
     """The rule for the noise that an observer has on this bench while nothing moves."""
     seconds = 100.0
     still = np.column_stack([np.zeros(round(seconds / SAMPLE_TIME)), _noise(round(seconds / SAMPLE_TIME), 77)])
@@ -150,10 +142,11 @@ def intervention(known: Belief, observer: Any, takeover: Takeover | None = None)
     return DriverIntervention.design(found, SAMPLE_TIME, takeover, known.inertia_uncertainty)
 
 
-def loop_of(observer: Any, known: Belief, bench: ColumnBench | None = None, **settings: Any) -> ClosedLoop:
-    """The closed loop with an observer; `settings` are fields of the position control."""
-    controller = SteeringController(position_control(known, **settings), intervention(known, observer))
-    return ClosedLoop(bench or ColumnBench(), observer, controller)
+def loop_of(observer: Block, known: Belief) -> ClosedLoop:
+    """The closed loop with an observer, friction fed forward."""
+    column, stiffness = without_gear(known.column), known.column.torsion_bar_stiffness
+    position = PositionControl.design(column, stiffness, SAMPLE_TIME, friction=known.friction)
+    return ClosedLoop(ColumnBench(), observer, SteeringController(position, intervention(known, observer)))
 
 
 def holding(stiffness: float) -> ColumnBench:
@@ -169,8 +162,8 @@ class Run(NamedTuple):
     """A run of a closed loop: time [s], reference (whose fields hold a value per instant), signals by name."""
 
     time: np.ndarray
-    reference: Any
-    signals: Any
+    reference: Tree
+    signals: Result
 
 
 def run(
@@ -204,4 +197,59 @@ GRIPPING = 0.03
 
 
 def _noise(count: int, seed: int) -> np.ndarray:
-    return np.random.default_rng([seed, 31]).normal(size=(count, 3)) * np.array(NOISE)
+    return np.asarray(np.random.default_rng([seed, 31]).normal(size=(count, 3)) * np.array(NOISE))
+
+
+class Followed(NamedTuple):
+    """Error of the gear's true angle against the reference.
+
+    Args:
+        rms, largest: of the error [deg]
+        phase: of the angle against the reference, negative where late [deg]; NaN where no frequency was asked for
+        found: how often a driver was found
+    """
+
+    rms: float
+    largest: float
+    phase: float
+    found: int
+
+
+def error(done: Run) -> np.ndarray:
+    """Shaft less reference, true, over time [deg]."""
+    return np.asarray(np.degrees(done.signals["plant.truth_gear_angle"] - done.reference.angle))
+
+
+def followed(done: Run, after: float, until: float = math.inf, frequency: float = math.nan) -> Followed:
+    """Figures of a stretch of a run.
+
+    Args:
+        done: the run
+        after, until: the stretch; whole periods where a frequency is given [s]
+        frequency: of a plain sine [Hz]
+    """
+    chosen = (done.time >= after - 0.5 * SAMPLE_TIME) & (done.time < until - 0.5 * SAMPLE_TIME)
+    wrong = error(done)[chosen]
+    phase = math.nan
+    if math.isfinite(frequency):
+        turning = np.exp(-2j * math.pi * frequency * done.time[chosen])
+        shaft = done.signals["plant.truth_gear_angle"][chosen] @ turning
+        phase = math.degrees(np.angle(shaft / (done.reference.angle[chosen] @ turning)))
+    found = int(done.signals["controller.driver.found"].sum())
+    return Followed(float(np.sqrt(np.mean(wrong**2))), float(np.abs(wrong).max()), phase, found)
+
+
+def sine(loop: ClosedLoop, frequency: float, seed: int = 0, quick: bool = False) -> Followed:
+    """A plain sine of 30 degrees, whole periods after it has settled."""
+    periods = 1.0 if quick else max(2.0, round(4.0 * frequency))
+    after = BEGIN + 2.0
+    until = after + periods / frequency
+    done = run(loop, Sweep(start=frequency, stop=frequency), until, seed)
+    return followed(done, after, until, frequency)
+
+
+def sweep(loop: ClosedLoop, seed: int = 0, quick: bool = False) -> tuple[Run, Followed]:
+    """The sweep of figure 10, 0.1 to 3 Hz, and how well it was followed once it had faded in."""
+    source = Sweep(duration=10.0) if quick else Sweep()
+    done = run(loop, source, BEGIN + source.duration, seed)
+    return done, followed(done, BEGIN + source.fade)

@@ -3,21 +3,83 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from functools import lru_cache
+from typing import Annotated, NamedTuple, get_type_hints
 
+from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, sqrt, where
+from tierod.core.model import Model, model_like
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import congruence
+from tierod.methods.estimators.shapes import Belief
 from tierod.models.column_observation import MotorTorque
+from tierod.models.linear import Matrices
 from tierod.models.steering_column import ColumnParameters
-from tierod.models.two_inertia_column import without_gear
+from tierod.models.two_inertia_column import TwoInertiaParameters, without_gear
+from tierod.monitors.driver_torque.design import column_of_vehicle, design, process_noises
 from tierod.monitors.driver_torque.observer import UNKNOWN, resting_state
-from tierod.monitors.driver_torque.starting import ColumnSample, Starting, StartState
-from tierod.monitors.driver_torque.tuning import ColumnTuning, design, process_noises
-from tierod.monitors.driver_torque.vehicle_column import column_of_vehicle, usual_tuning
-from tierod.papers.column.rubbing_observation import RubbingObservationParameters, with_dahl_friction
+from tierod.monitors.driver_torque.starting import ColumnSample, Phase, Starting, StartState
+from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
+from tierod.physics.friction import dahl_update
 from tierod.vehicles import Vehicle
+
+
+@dataclass(frozen=True)
+class FrictionObservationParameters:
+    """A sampled column and the law of its friction.
+
+    Args:
+        linear: the column with its torques as states, sampled
+        dahl_angle: of the motor, over which friction builds up: level over stiffness [rad]
+        sample_time: [s]
+    """
+
+    linear: Matrices
+    dahl_angle: Annotated[float, "rad"]
+    sample_time: Annotated[float, "s"]
+
+
+@lru_cache(maxsize=64)
+def with_dahl_friction(observed: Model) -> Model:
+    """The model of an observed column whose disturbance torque is Dahl's friction at the motor and what remains.
+
+    Args:
+        observed: discrete model with the states `motor_angle` and `disturbance_torque`, from `observed_column`
+
+    Returns:
+        a discrete model with two more states, `normalised_friction` (torque over level) and `friction_level`; its
+        `disturbance_torque` is what the friction does not explain
+
+    Source: Raffone, eq (4), for the exponent 1, with the level as a state; the update over a sample is exact, and what
+        acts during it is the friction halfway.
+    """
+    hints = get_type_hints(observed.State, include_extras=True)
+    fields = [(name, hints[name]) for name in observed.State._fields]
+    fields += [("normalised_friction", Annotated[float, ""]), ("friction_level", Annotated[float, "N*m"])]
+    state = named_tuple("FrictionObservationState", fields)
+
+    def transition(x: Tree, u: MotorTorque, p: FrictionObservationParameters) -> Tree:
+        halfway = dahl_update(x.normalised_friction, 0.5 * p.sample_time * x.motor_speed, p.dahl_angle)
+        friction = halfway * x.friction_level
+        column = observed.State(*x[:-2])
+        moved = observed.transition(column._replace(disturbance_torque=x.disturbance_torque + friction), u, p.linear)
+        travel = moved.motor_angle - x.motor_angle
+        built_up = dahl_update(x.normalised_friction, travel, p.dahl_angle)
+        return state(*moved._replace(disturbance_torque=x.disturbance_torque), built_up, x.friction_level)
+
+    def output(x: Tree, u: MotorTorque, p: FrictionObservationParameters) -> Tree:
+        return observed.output(observed.State(*x[:-2]), u, p.linear)
+
+    return model_like(
+        observed,
+        "FrictionObservation",
+        "Observed column with Dahl's friction at the motor.",
+        State=state,
+        Parameters=FrictionObservationParameters,
+        transition=transition,
+        output=output,
+    )
 
 
 @dataclass(frozen=True)
@@ -72,7 +134,7 @@ class FrictionEstimate(NamedTuple):
 class FrictionMemory(NamedTuple):
     """Memory of the filter, and of the gaps in its samples."""
 
-    belief: Any
+    belief: Belief
     start: StartState
 
 
@@ -82,7 +144,7 @@ class ColumnFrictionObserver:
 
     Ten times as exact as a disturbance torque that walks where the friction follows Dahl's law with the angle given,
     and still twice where the angle is wrong by a factor of two. The column's gear is left out, and one filter follows
-    hands that are smooth and that jump: `ColumnObserver` tells their torque better.
+    hands that are smooth and that jump: `ColumnObserver` estimates their torque better.
 
     Args:
         filter: extended Kalman filter of the column, both torques, friction and level
@@ -115,7 +177,7 @@ class ColumnFrictionObserver:
     @classmethod
     def of_parameters(
         cls,
-        parameters: Any,
+        parameters: ColumnParameters | TwoInertiaParameters,
         dahl_angle: float,
         sample_time: float = 1e-3,
         tuning: ColumnTuning | None = None,
@@ -149,7 +211,7 @@ class ColumnFrictionObserver:
         more = (own.normalised_walk**2 * sample_time, own.level_walk**2 * sample_time)
         filter_ = KalmanFilter(
             model,
-            RubbingObservationParameters(made.observation.parameters, float(dahl_angle), float(sample_time)),
+            FrictionObservationParameters(made.observation.parameters, float(dahl_angle), float(sample_time)),
             (0.0,) * len(noise) + (0.0, own.level),
             _initial_variance(model, made.layout.motor_ratio, own),
             tuple(float(value) if value > 0.0 else None for value in (*noise, *more)),
@@ -176,7 +238,7 @@ class ColumnFrictionObserver:
         belief = phase.chosen(fresh._replace(mean=resting), moved, state.belief)
         return FrictionMemory(belief, start), self._estimate(start, belief, estimate, phase)
 
-    def _estimate(self, start: StartState, belief: Any, estimate: Any, phase: Any) -> FrictionEstimate:
+    def _estimate(self, start: StartState, belief: Belief, estimate: Tree, phase: Phase) -> FrictionEstimate:
         mean = belief.mean
         friction = mean.normalised_friction * mean.friction_level
         spread, level_spread = self._spreads(belief)
@@ -193,7 +255,7 @@ class ColumnFrictionObserver:
             phase.ready,
         )
 
-    def _spreads(self, belief: Any) -> tuple[Any, Any]:
+    def _spreads(self, belief: Belief) -> tuple[Scalar, Scalar]:
         """Variance of friction and what remains together, and of the level."""
         mean = belief.mean
         total = {
@@ -207,7 +269,7 @@ class ColumnFrictionObserver:
         return both_spread, level_spread
 
 
-def _initial_variance(model: Any, ratio: float, friction: FrictionTuning) -> tuple[float, ...]:
+def _initial_variance(model: Model, ratio: float, friction: FrictionTuning) -> tuple[float, ...]:
     """Of a start at rest that may be none: 0.1 rad, 1 rad/s and 2 N·m at the wheel."""
     known = {
         "steering_wheel_angle": 0.01,

@@ -14,8 +14,13 @@ from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
 from tierod.methods.analysis.bode import measured_chart
 from tierod.methods.analysis.column import vibrations
-from tierod.methods.analysis.frequency_response import decibels, frequency_response, phase
-from tierod.methods.analysis.measured_response import MeasuredResponse, measured_response
+from tierod.methods.analysis.frequency_response import (
+    MeasuredResponse,
+    decibels,
+    frequency_response,
+    measured_response,
+    phase,
+)
 from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
@@ -56,7 +61,7 @@ def items(effort: Effort) -> Iterator[Item]:
             "The paper compares the Bode plot of the linear column with spectra of a bench that its motor sweeps "
             "(Figure 5). Here the bench is simulated, with friction of 0.1 N·m at the motor or without any, "
             "sensors with noise, the wheel free. Spectra are averaged over pieces of the record; coherence "
-            "tells how much of the bar's torque follows the motor's linearly, and the band what chance leaves open.",
+            "is how much of the bar's torque follows the motor's linearly, and the band what chance leaves open.",
         ),
     )
     column = sampled(linear_column(SteeringColumn, SETS["S1"]), _STEP)

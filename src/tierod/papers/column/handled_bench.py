@@ -1,18 +1,19 @@
-"""Column benches with hands that come and go, of which a monitor sees angle and torque; and how it did."""
+"""Column benches with hands that come and go: how a monitor of the hands does, and thresholds designed on them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.graph import scan
+from tierod.core.graph import Memory, scan
 from tierod.core.graph.kernel import kernel
+from tierod.methods.detectors.measured_ratios import RatioDesign, threshold_from_ratios
 from tierod.monitors.driver_torque.hands import UNCERTAIN, HandsMonitor
-from tierod.papers.column.scatter import SCATTERED
+from tierod.papers.column.parameter_sets import SCATTERED
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.courses.bench_hands import BenchHands
 
@@ -106,16 +107,16 @@ def pieces(bench: Bench) -> Iterator[Piece]:
         yield Piece(time, samples, bench.course.held(time)[0])
 
 
-def scored(monitors: list[HandsMonitor], bench: Bench) -> list[Score]:
+def scored(monitors: Sequence[HandsMonitor], bench: Bench) -> list[Score]:
     """How some monitors do on one bench."""
-    states: list[Any] = [None] * len(monitors)
-    told: list[list[np.ndarray]] = [[] for _ in monitors]
+    states: list[Memory | None] = [None] * len(monitors)
+    states_of: list[list[np.ndarray]] = [[] for _ in monitors]
     for piece in pieces(bench):
         for place, monitor in enumerate(monitors):
             result = scan(monitor, piece.samples, states[place])
             states[place] = result.state
-            told[place].append(result["hands"].astype(np.float32))
-    return [_score(np.concatenate(each), bench.course) for each in told]
+            states_of[place].append(result["hands"].astype(np.float32))
+    return [_score(np.concatenate(each), bench.course) for each in states_of]
 
 
 def _score(hands: np.ndarray, course: BenchHands) -> Score:
@@ -148,3 +149,64 @@ def together(scores: list[Score]) -> Score:
         sum(each.uncertain for each in scores),
         sum(each.seconds for each in scores),
     )
+
+
+SETTLED = 1.0
+"""After hands have come or gone their evidence is that of the change, not of what lasts, for so long [s]."""
+
+
+class HeldRecord(NamedTuple):
+    """A recording in which it is known whether hands were on the wheel.
+
+    Args:
+        samples: angle [rad] and torque of the bar [N*m], (n, 2)
+        held: 1 where hands held the wheel, 0 where none did, (n,)
+    """
+
+    samples: np.ndarray
+    held: np.ndarray
+
+
+class HandsDesign(NamedTuple):
+    """What was measured for both changes.
+
+    Args:
+        to_on: evidence that it takes to say "on", from data without hands
+        to_off: evidence that it takes to say "off", from data with hands
+    """
+
+    to_on: RatioDesign
+    to_off: RatioDesign
+
+    @property
+    def thresholds(self) -> tuple[float, float]:
+        """As `HandsMonitor.of_vehicle` takes them."""
+        return self.to_on.threshold, self.to_off.threshold
+
+
+def design_thresholds(monitor: HandsMonitor, records: Iterable[HeldRecord], hours: float) -> HandsDesign:
+    """Thresholds with so many hours between false changes.
+
+    Args:
+        monitor: whose thresholds are high enough to make no false change in the records
+        records: healthy ones, of vehicles as different from the file as is to be borne
+        hours: between two false changes to "on" while hands are off, and likewise to "off" while they are on [h]
+
+    Raises:
+        InputError: too few records to measure it
+    """
+    without, with_ = [], []
+    for record in records:
+        ratio = scan(monitor, record.samples)["log_likelihood_ratio"]
+        settled = _settled(record.held, round(SETTLED / monitor.sample_time))
+        without.append(np.where(settled & (record.held == 0.0), ratio, np.nan))
+        with_.append(np.where(settled & (record.held == 1.0), -ratio, np.nan))
+    wanted = 3600.0 * hours / monitor.sample_time
+    return HandsDesign(threshold_from_ratios(without, wanted), threshold_from_ratios(with_, wanted))
+
+
+def _settled(held: np.ndarray, count: int) -> np.ndarray:
+    """Where nothing has changed for so many samples."""
+    place = np.arange(len(held))
+    changed = np.maximum.accumulate(np.where(np.diff(held, prepend=np.nan) != 0.0, place, 0))
+    return place - changed >= count

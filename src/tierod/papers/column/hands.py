@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -12,9 +13,18 @@ from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.experiments.effort import Effort
 from tierod.monitors.driver_torque.hands import THRESHOLDS, HandsMonitor
 from tierod.monitors.driver_torque.hands_filters import Tolerance
-from tierod.papers.column.handled_bench import STEP, Score, drawn, pieces, scored, together
-from tierod.papers.column.hands_design import HandsDesign, HeldRecord, design_thresholds
-from tierod.vehicles import Vehicle, load
+from tierod.papers.column.handled_bench import (
+    STEP,
+    HandsDesign,
+    HeldRecord,
+    Score,
+    design_thresholds,
+    drawn,
+    pieces,
+    scored,
+    together,
+)
+from tierod.vehicles import load
 
 GOAL = "tierod's goal"
 TUNING, REPORTED, COMPARED, WRONG, STILL = 500, 1000, 2000, 3000, 4000
@@ -27,8 +37,6 @@ WANTED = 100.0
 
 def items(effort: Effort) -> Iterator[Item]:
     """What the study finds out about hands on and off."""
-    vehicle = load("column-bench")
-    monitor = HandsMonitor.of_vehicle(vehicle, STEP)
     yield Heading(
         "Hands on and hands off",
         (
@@ -38,14 +46,39 @@ def items(effort: Effort) -> Iterator[Item]:
             "and from the moment at which it begins to let go.",
         ),
     )
-    yield from _design(monitor, effort)
+    yield from _design(monitors("default")[0], effort)
     count, seconds = (2, 300.0) if effort.quick else (20, 1800.0)
-    found = together([scored([monitor], drawn(REPORTED + each, 0.02, seconds))[0] for each in range(count)])
+    found = _scored(effort, "default", range(REPORTED, REPORTED + count), seconds)[0]
     yield _by_firmness(found)
     yield from _claims(found)
-    yield from _compared(vehicle, effort)
-    yield from _far_off(vehicle, effort)
-    yield _still(monitor, effort)
+    yield from _compared(effort)
+    yield from _far_off(effort)
+    yield _still(effort)
+
+
+@cache
+def monitors(kind: str) -> tuple[HandsMonitor, ...]:
+    """The "default", those of the "ladder" of thresholds, or learning and not for parameters "far off"."""
+    vehicle = load("column-bench")
+    default = HandsMonitor.of_vehicle(vehicle, STEP)
+    if kind == "ladder":
+        return tuple(HandsMonitor.of_vehicle(vehicle, STEP, thresholds=each) for each in LADDER)
+    if kind == "far off":
+        return (default, HandsMonitor.of_vehicle(vehicle, STEP, tolerance=Tolerance(share=0.0)))
+    return (default,)
+
+
+def _scored(
+    effort: Effort, kind: str, seeds: range, seconds: float, share: float = 0.02, tremor: float = 0.03
+) -> list[Score]:
+    """Score of every one of some monitors, over drives of `seconds` each; share and tremor as of `drawn`."""
+    tasks = [(kind, seed, share, seconds, tremor) for seed in seeds]
+    return [together(list(scores)) for scores in zip(*effort.made(_scored_once, tasks), strict=True)]
+
+
+def _scored_once(task: tuple[str, int, float, float, float]) -> list[Score]:
+    kind, seed, share, seconds, tremor = task
+    return scored(monitors(kind), drawn(seed, share, seconds, tremor))
 
 
 def _design(monitor: HandsMonitor, effort: Effort) -> Iterator[Item]:
@@ -111,8 +144,8 @@ def _delays(delays: np.ndarray) -> tuple[str, str, str]:
     if not len(delays):
         return ("", "", "")
     median, most, worst = (_milliseconds(delays, level) for level in (0.5, 0.95, 1.0))
-    told = [f"{each:.0f}" if np.isfinite(each) else "never" for each in (median, most, worst)]
-    return told[0], told[1], told[2]
+    cells = [f"{each:.0f}" if np.isfinite(each) else "never" for each in (median, most, worst)]
+    return cells[0], cells[1], cells[2]
 
 
 def _milliseconds(delays: np.ndarray, level: float) -> float:
@@ -165,11 +198,9 @@ def _claims(found: Score) -> Iterator[Item]:
         yield Claim(name, claim, GOAL, None, float(value), goal, unit, note + shown * (name == "hands.false"))
 
 
-def _compared(vehicle: Vehicle, effort: Effort) -> Iterator[Item]:
-    monitors = [HandsMonitor.of_vehicle(vehicle, STEP, thresholds=each) for each in LADDER]
+def _compared(effort: Effort) -> Iterator[Item]:
     count, seconds = (1, 300.0) if effort.quick else (4, 1800.0)
-    runs = [scored(monitors, drawn(COMPARED + each, 0.02, seconds)) for each in range(count)]
-    found = [together(list(scores)) for scores in zip(*runs, strict=True)]
+    found = _scored(effort, "ladder", range(COMPARED, COMPARED + count), seconds)
     rows = tuple(
         (f"{on:g} / {off:g}", *_delays(each.grabs)[:2], *_delays(each.releases)[:2], str(each.false_on), _count(each))
         for (on, off), each in zip(LADDER, found, strict=True)
@@ -196,12 +227,10 @@ def _count(found: Score) -> str:
     return f"{found.false_off} of {len(found.grabs)}"
 
 
-def _far_off(vehicle: Vehicle, effort: Effort) -> Iterator[Item]:
-    fixed = HandsMonitor.of_vehicle(vehicle, STEP, tolerance=Tolerance(share=0.0))
-    monitors = {"learning": HandsMonitor.of_vehicle(vehicle, STEP), "inertia and damping as in the file": fixed}
+def _far_off(effort: Effort) -> Iterator[Item]:
     count, seconds = (1, 300.0) if effort.quick else (6, 900.0)
-    runs = [scored(list(monitors.values()), drawn(WRONG + each, 0.1, seconds)) for each in range(count)]
-    found = {name: together(list(scores)) for name, scores in zip(monitors, zip(*runs, strict=True), strict=True)}
+    scores = _scored(effort, "far off", range(WRONG, WRONG + count), seconds, share=0.1)
+    found = dict(zip(("learning", "inertia and damping as in the file"), scores, strict=True))
     rows = tuple(
         (name, *_delays(each.grabs)[:2], *_delays(each.releases)[:2], *_wrong(each)) for name, each in found.items()
     )
@@ -225,10 +254,9 @@ def _far_off(vehicle: Vehicle, effort: Effort) -> Iterator[Item]:
     )
 
 
-def _still(monitor: HandsMonitor, effort: Effort) -> Claim:
+def _still(effort: Effort) -> Claim:
     count, seconds = (1, 300.0) if effort.quick else (2, 1800.0)
-    runs = [scored([monitor], drawn(STILL + each, 0.02, seconds, tremor=0.0))[0] for each in range(count)]
-    found = together(runs)
+    found = _scored(effort, "default", range(STILL, STILL + count), seconds, tremor=0.0)[0]
     return Claim(
         "hands.still",
         "Changes to off while hands hold that do not tremble at all.",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cache
 
 import numpy as np
 
@@ -14,11 +14,12 @@ from tierod.experiments.effort import Effort
 from tierod.methods.identification.bench_recording import BenchRecording
 from tierod.methods.identification.column import identify_column
 from tierod.methods.identification.column_fit import ColumnFit, Fitted
-from tierod.methods.identification.sampled_column import SampledColumn
+from tierod.methods.identification.sampled_column import BenchParameters, SampledColumn
 from tierod.methods.identification.wheel_side import WheelMotion, wheel_side
 from tierod.papers.column.identified_bench import LAWS, bench, experiments, recorded, truth
 from tierod.papers.column.output_error import OutputError
 from tierod.papers.column.swept_bench import NOISE
+from tierod.proving_ground.cars.column_bench import ColumnBench
 
 GOAL = "goal of tierod"
 WHEEL = ("steering_wheel_inertia", "steering_wheel_damping")
@@ -36,7 +37,7 @@ TEXT = (
     "the intervals it starts where it ended on another recording. The bench has a code of its own and shares no model "
     "with the identification.",
     "The wheel's side is found by instruments, the rest by the likelihood of the recordings with a torque at the motor "
-    "that nobody recorded. Least squares of simulated against measured output, as in the paper, stands beside it.",
+    "that was not recorded. Least squares of simulated against measured output, as in the paper, stands beside it.",
 )
 
 
@@ -49,11 +50,11 @@ class Case:
         plant: the bench
         motor: what its motor does unrecorded, as `recorded` takes it
         compared: whether least squares of the output is shown beside
-        judged: whether the errors should keep to the limits; the bias that a wrong model makes is only told
+        judged: whether the errors should keep to the limits; the bias of a wrong model has no goal
     """
 
     name: str
-    plant: Any
+    plant: ColumnBench
     motor: Mapping[str, float]
     compared: bool = True
     judged: bool = True
@@ -69,7 +70,7 @@ def items(effort: Effort) -> Iterator[Item]:
         yield from _left_out()
 
 
-def _start() -> Any:
+def _start() -> BenchParameters:
     right = truth()
     return replace(
         right,
@@ -81,7 +82,7 @@ def _start() -> Any:
 
 def _error(name: str, value: float) -> float:
     """Relative, of a parameter [%]."""
-    return 100.0 * (value / getattr(truth(), name) - 1.0)
+    return float(100.0 * (value / getattr(truth(), name) - 1.0))
 
 
 def _count(effort: Effort) -> int:
@@ -89,33 +90,43 @@ def _count(effort: Effort) -> int:
 
 
 def _wheel(effort: Effort) -> Iterator[Item]:
-    ratio, errors, held = truth().motor_ratio, [], []
-    for seed in range(_count(effort)):
-        rows = [row for row in experiments(recorded(bench(), 1000 + seed), truth()) if not row.locked]
-        found = wheel_side([_motion(row, ratio) for row in rows])
-        pairs = ((found.inertia, found.inertia_deviation), (found.damping, found.damping_deviation))
-        errors.append([_error(name, value) for name, (value, _) in zip(WHEEL, pairs, strict=True)])
-        held.append([abs(v - getattr(truth(), n)) < 1.96 * s for n, (v, s) in zip(WHEEL, pairs, strict=True)])
+    errors, held = zip(*effort.made(_wheel_errors, range(_count(effort))), strict=True)
     yield _table("Wheel's side by instruments", WHEEL, np.array(errors), np.array(held))
     yield from _claims(WHEEL, np.array(errors), np.array(held), effort)
 
 
-def _motion(row: BenchRecording, ratio: float) -> WheelMotion:
-    wheel, motor, torque = row.experiment.measured.T
-    return WheelMotion(wheel, motor / ratio, torque, row.sample_time)
+def _wheel_errors(seed: int) -> tuple[list[float], list[bool]]:
+    """Errors [%] of inertia and damping from one recording, and whether the intervals hold the truth."""
+    ratio, motions = truth().motor_ratio, []
+    for row in experiments(recorded(bench(), 1000 + seed), truth()):
+        if not row.locked:
+            wheel, motor, torque = row.experiment.measured.T
+            motions.append(WheelMotion(wheel, motor / ratio, torque, row.sample_time))
+    found = wheel_side(motions)
+    pairs = ((found.inertia, found.inertia_deviation), (found.damping, found.damping_deviation))
+    errors = [_error(name, value) for name, (value, _) in zip(WHEEL, pairs, strict=True)]
+    return errors, [abs(v - getattr(truth(), n)) < 1.96 * s for n, (v, s) in zip(WHEEL, pairs, strict=True)]
 
 
 def _intervals(effort: Effort) -> Iterator[Item]:
-    fit = ColumnFit(_start(), (*WHEEL, *MOTOR))
-    first = fit.run(experiments(recorded(bench(), 1, seconds=SHORT), _start()))
-    errors, held = [], []
-    for seed in range(_count(effort)):
-        again = fit.run(experiments(recorded(bench(), 2000 + seed, seconds=SHORT), _start()), near=first)
-        found = [each for each in again.found({}) if each.name in MOTOR]
-        errors.append([_error(each.name, each.value) for each in found])
-        held.append([each.low < getattr(truth(), each.name) < each.high for each in found])
+    errors, held = zip(*effort.made(_motor_errors, range(_count(effort))), strict=True)
     yield _table(f"Motor and friction by likelihood, {SHORT:g} s each", MOTOR, np.array(errors), np.array(held))
     yield from _claims(MOTOR, np.array(errors), np.array(held), effort)
+
+
+@cache
+def _first_fit() -> Fitted:
+    """The fit of another recording, near which the others are looked for."""
+    return ColumnFit(_start(), (*WHEEL, *MOTOR)).run(experiments(recorded(bench(), 1, seconds=SHORT), _start()))
+
+
+def _motor_errors(seed: int) -> tuple[list[float], list[bool]]:
+    """Errors [%] of damping and friction from one recording, and whether the intervals hold the truth."""
+    rows = experiments(recorded(bench(), 2000 + seed, seconds=SHORT), _start())
+    again = ColumnFit(_start(), (*WHEEL, *MOTOR)).run(rows, near=_first_fit())
+    found = [each for each in again.found({}) if each.name in MOTOR]
+    held = [each.low < getattr(truth(), each.name) < each.high for each in found]
+    return [_error(each.name, each.value) for each in found], held
 
 
 def _table(title: str, names: tuple[str, ...], errors: np.ndarray, held: np.ndarray) -> Table:
@@ -166,29 +177,38 @@ def _cases(effort: Effort) -> list[Case]:
 
 
 def _unknown(effort: Effort) -> Iterator[Item]:
-    rows, claims = [], []
-    for case in _cases(effort):
-        seconds = SHORT if effort.quick else None
-        recordings = experiments(recorded(case.plant, 11, **case.motor, seconds=seconds), _start())
-        fitted = ColumnFit(_start(), (*WHEEL, *MOTOR)).run(recordings)
-        found = {each.name: each.value for each in fitted.found({})}
-        errors = [_error(name, found[name]) for name in MOTOR]
-        gain = 100.0 * (fitted.estimate["motor_torque_gain"] - 1.0)
-        unknown = fitted.estimate.input_deviation[0]
-        cells = (*(f"{error:+.2f}" for error in errors), f"{gain:+.2f}", f"{unknown:.4f}")
-        rows.append((case.name, "likelihood", *cells))
-        if case.compared:
-            rows.append((case.name, "output error", *_simulated(fitted, recordings)))
-        claims.append(_bias(case, dict(zip(MOTOR, errors, strict=True))))
+    cases = _cases(effort)
+    judged = effort.made(_judged, [(case, SHORT if effort.quick else None) for case in cases])
     header = ("bench", "method", *(f"{name} (%)" for name in MOTOR), "motor torque gain (%)", "unrecorded torque (N·m)")
     note = (
         "The unrecorded torque is what the likelihood finds, per sample. Under another law of friction level and "
         "stiffness are those of the curve of Dahl that is nearest to it over the strokes driven, and the damping takes "
-        "a part: that is a bias which no interval tells."
+        "a part: no interval covers that bias."
     )
-    yield Table("What the model does not know: errors of one recording of each bench", header, tuple(rows), note)
-    for claim in claims:
-        yield from claim
+    yield Table(
+        "What the model does not know: errors of one recording of each bench",
+        header,
+        tuple(row for rows, _ in judged for row in rows),
+        note,
+    )
+    for case, (_, errors) in zip(cases, judged, strict=True):
+        yield from _bias(case, errors)
+
+
+def _judged(task: tuple[Case, float | None]) -> tuple[list[tuple[str, ...]], dict[str, float]]:
+    """Rows of the table for a bench, and the errors [%] of the parameters by likelihood."""
+    case, seconds = task
+    recordings = experiments(recorded(case.plant, 11, **case.motor, seconds=seconds), _start())
+    fitted = ColumnFit(_start(), (*WHEEL, *MOTOR)).run(recordings)
+    found = {each.name: each.value for each in fitted.found({})}
+    errors = {name: _error(name, found[name]) for name in MOTOR}
+    gain = 100.0 * (fitted.estimate["motor_torque_gain"] - 1.0)
+    unknown = fitted.estimate.input_deviation[0]
+    cells = (*(f"{error:+.2f}" for error in errors.values()), f"{gain:+.2f}", f"{unknown:.4f}")
+    rows = [(case.name, "likelihood", *cells)]
+    if case.compared:
+        rows.append((case.name, "output error", *_simulated(fitted, recordings)))
+    return rows, errors
 
 
 def _simulated(fitted: Fitted, rows: list[BenchRecording]) -> tuple[str, ...]:
@@ -233,7 +253,7 @@ def _left_out() -> Iterator[Item]:
 
 
 def _bias(case: Case, errors: Mapping[str, float]) -> list[Claim]:
-    """One claim per parameter; without a goal the error is told with its sign."""
+    """One claim per parameter; without a goal the error has its sign."""
     slug = "-".join("".join(c if c.isalnum() or c == "." else " " for c in case.name.lower()).split())
     slug = slug.replace("·", "-").replace("δ", "d")
     found = []

@@ -1,4 +1,4 @@
-"""Benches that are identified: the virtual one, its experiments, and what the model of the identification knows not."""
+"""Benches that are identified: the virtual one, its experiments, and what the model of the identification lacks."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def recorded(
     Args:
         plant: the bench
         seed: of all noise
-        torque_noise: of the motor's torque, which nobody records [N m] per sample
+        torque_noise: of the motor's torque, unrecorded [N m] per sample
         torque_gain: true torque of the motor over the recorded one []
         seconds: of every experiment; its own time where None
     """

@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Tree
 from tierod.core.claims import Claim
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
+from tierod.monitors.driver_torque.drive import TRUTH
 from tierod.monitors.driver_torque.hands import OFF, UNCERTAIN
-from tierod.monitors.driver_torque.session import TRUTH
 from tierod.proving_ground.cars.catalogue import load as load_car
 from tierod.proving_ground.courses import load as load_course
+from tierod.proving_ground.courses.catalogue import AnyCourse
 from tierod.proving_ground.courses.conditions import Grip, Tremor
 from tierod.proving_ground.courses.window import During
 from tierod.proving_ground.run import run
@@ -46,7 +48,7 @@ class Drive(NamedTuple):
     """
 
     name: str
-    course: Any
+    course: AnyCourse
     seconds: Annotated[float, "s"]
     windows: tuple[tuple[float, float], ...]
 
@@ -91,8 +93,9 @@ def items(effort: Effort) -> Iterator[Item]:
             "hands on it. Torque of the road is a white unknown torque at the pinion for the observer.",
         ),
     )
-    vehicle, drives = load(CAR), _drives(effort)
-    found = {(drive.name, each.name): _figures(drive, each, vehicle) for drive in drives for each in sensings()}
+    tasks = [(drive.name, each.name, effort.quick) for drive in _drives(effort.quick) for each in sensings()]
+    figures = effort.made(_figures, tasks)
+    found = {(drive, sensing): each for (drive, sensing, _), each in zip(tasks, figures, strict=True)}
     yield _torques(found)
     yield _hands(found)
     yield from _claims(found)
@@ -108,8 +111,8 @@ def sensings() -> tuple[Sensing, ...]:
     )
 
 
-def _drives(effort: Effort) -> tuple[Drive, ...]:
-    seconds = 60.0 if effort.quick else 300.0
+def _drives(quick: bool) -> tuple[Drive, ...]:
+    seconds = 60.0 if quick else 300.0
     leaving = (
         Grip(During(LEAVES, COMES, RAMP, EVERY), 0.0),
         Tremor(During(0.0, LEAVES, RAMP)),
@@ -129,7 +132,10 @@ def _drives(effort: Effort) -> tuple[Drive, ...]:
     )
 
 
-def _figures(drive: Drive, sensing: Sensing, vehicle: Vehicle) -> Figures:
+def _figures(task: tuple[str, str, bool]) -> Figures:
+    """Of a drive by name, with sensors by name, short where quick."""
+    drive = next(each for each in _drives(task[2]) if each.name == task[0])
+    sensing, vehicle = next(each for each in sensings() if each.name == task[1]), load(CAR)
     sensors = sensing.sensors.at_rate(sensing.rate)
     recording = run(_car(drive.course.seed), drive.course, drive.seconds, drive.course.seed, sensors).recording
     now, later = (_shown(recording, name, vehicle, sensing.rate) for name in ("interacting", "fixed-lag"))
@@ -161,7 +167,8 @@ def _shown(recording: Recording, variant: str, vehicle: Vehicle, rate: float) ->
     return session.absorb(recording.align(session.signals, rate, maximum_age=0.05))
 
 
-def _car(seed: int) -> Any:
+def _car(seed: int) -> Tree:
+    """The car with another wheel and torsion bar."""
     car = load_car(CAR).block
     ways = np.random.default_rng([seed, 9]).choice([-1.0, 1.0], 3)
     one, two, three = 1.0 + SCATTER * ways
@@ -174,7 +181,7 @@ def _car(seed: int) -> Any:
 def _states(
     time: np.ndarray, hands: np.ndarray, drive: Drive, step: float
 ) -> tuple[float, float, float, float, tuple[float, ...]]:
-    """Time held, of it told off, time without hands, of it told off, and delay of every release [s]."""
+    """Time held, of it judged off, time without hands, of it judged off, and delay of every release [s]."""
     place = np.maximum.accumulate(np.where(hands == UNCERTAIN, 0, np.arange(len(hands))))
     decided = hands[place]
     gone = np.zeros(len(time), bool)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from fractions import Fraction
 
 import numpy as np
 
@@ -11,17 +12,19 @@ from tierod.core.claims import Claim, at_most, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.experiments.effort import Effort
 from tierod.methods.analysis.column import SAMPLING, UNKNOWN_TORQUES, vibrations
-from tierod.methods.analysis.extended import extended
-from tierod.methods.analysis.observability import observability
-from tierod.methods.analysis.observability_matrix import observability_matrix, scaled_rank, unscaled_rank
-from tierod.methods.analysis.output_subsets import Shown, output_subsets
-from tierod.methods.analysis.pbh import pbh_rank
+from tierod.methods.analysis.observability import (
+    observability,
+    observability_matrix,
+    pbh_rank,
+    scaled_rank,
+    unscaled_rank,
+)
+from tierod.methods.analysis.output_subsets import Shown, extended, output_subsets
 from tierod.models.column_observation import linear_column
 from tierod.models.disturbances import with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
 from tierod.papers.column.parameter_sets import EIGENVALUES, SETS, member
-from tierod.papers.column.rational import rational_rank
 
 WHEEL, MOTOR, BAR = "steering_wheel_angle", "motor_angle_mechanical", "driver_torque"
 PRINTED = {
@@ -278,3 +281,26 @@ def _number(value: complex) -> str:
         return f"{value.real:.0e}"
     real = abs(value.imag) < 1e-9 * abs(value)
     return f"{value.real:.9f}" + ("" if real else f" + {value.imag:.9f}i")
+
+
+def rational_rank(system: LinearSystem) -> int:
+    """Rank of the observability matrix of exactly these numbers, by elimination in fractions."""
+    A = [[Fraction(float(value)) for value in row] for row in system.A]
+    block = [[Fraction(float(value)) for value in row] for row in system.C]
+    n = len(A)
+    rows = list(block)
+    for _ in range(n - 1):
+        block = [[sum((row[k] * A[k][j] for k in range(n)), Fraction(0)) for j in range(n)] for row in block]
+        rows += block
+    rank = 0
+    for column in range(n):
+        pivot = next((k for k in range(rank, len(rows)) if rows[k][column]), None)
+        if pivot is None:
+            continue
+        rows[rank], rows[pivot] = rows[pivot], rows[rank]
+        for k in range(rank + 1, len(rows)):
+            if rows[k][column]:
+                factor = rows[k][column] / rows[rank][column]
+                rows[k] = [a - factor * b for a, b in zip(rows[k], rows[rank], strict=True)]
+        rank += 1
+    return rank

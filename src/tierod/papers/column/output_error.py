@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tierod.core.block import rebuild, skeleton
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
+
+from tierod.core.block import Tree, rebuild, skeleton
 from tierod.core.graph import scan
+from tierod.core.model import Model
 from tierod.methods.identification.experiment import Estimate, Experiment, Free, with_values
-from tierod.methods.identification.long_run import sandwich
+from tierod.methods.identification.regression import sandwich
 from tierod.methods.identification.simulation import Simulation
 
 _FAR = 1e6
@@ -22,7 +26,7 @@ _FAR = 1e6
 class OutputError:
     """Parameters of a discrete model with named free parameters, by simulation.
 
-    The best there is where the recorded inputs are all that drives the plant. A torque that nobody recorded makes the
+    The best there is where the recorded inputs are all that drives the plant. An unrecorded torque makes the
     simulation drift away, and the estimate with it: `MaximumLikelihood` knows of such a torque.
 
     Args:
@@ -38,8 +42,8 @@ class OutputError:
     Source: Raffone, eqs (5) and (6), weighted by the noise of the outputs.
     """
 
-    model: Any
-    parameters: Any
+    model: Model
+    parameters: Tree
     free: tuple[Free, ...]
     output_deviation: tuple[float, ...]
     free_states: tuple[str, ...] = ()
@@ -68,7 +72,7 @@ class OutputError:
         return Simulation(self.model, parameters, rebuild(skeleton(self.model.State), initial), names, self._states)
 
     def start(self, experiments: Sequence[Experiment]) -> np.ndarray:
-        """Place of the search: free parameters, then free first states as the experiments tell them."""
+        """Place of the search: free parameters, then free first states from the experiments."""
         values = [each.coordinate(getattr(self.parameters, each.name)) for each in self.free]
         return np.array([*values, *(each.initial_mean[entry] for each in experiments for entry in self._states)])
 
@@ -101,12 +105,12 @@ class OutputError:
                 kept[:] = [place.copy(), *self.residuals(place, experiments)]
             return kept[1], kept[2]
 
-        kept: list[Any] = []
+        kept: list[np.ndarray] = []
         start = self.start(experiments)
         found = least_squares(
             lambda place: both(place)[0].ravel(),
             start,
-            jac=lambda place: both(place)[1].reshape(-1, len(start)),  # type: ignore[arg-type]
+            jac=lambda place: both(place)[1].reshape(-1, len(start)),
             bounds=self._limits(start),
             x_scale="jac",
             max_nfev=self.most_steps,
@@ -127,7 +131,7 @@ class OutputError:
 
     def _estimate(
         self,
-        found: Any,
+        found: OptimizeResult,
         left: Sequence[np.ndarray],
         information: np.ndarray,
         covariance: np.ndarray,

@@ -1,4 +1,4 @@
-"""Three columns that have the eigenvalues of Raffone's Table 3, all ten digits.
+"""Three columns that have the eigenvalues of Raffone's Table 3, all ten digits, and benches that scatter about one.
 
 The table fixes five numbers, the model has eight parameters: a family of sets along torsion bar, ratio and inertia of
 the wheel is left. S1 has a typical torsion bar of 2.4 N m per degree and is what tierod ships as `column-bench`; S3 has
@@ -8,11 +8,13 @@ a softer one.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from tierod.models.steering_column import ColumnParameters
+from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.vehicles import load
 
 SETS: Mapping[str, ColumnParameters] = {
@@ -111,3 +113,49 @@ def _mismatch(ratios: np.ndarray, stiffness: float) -> np.ndarray:
     A[1, [1, 4, 5]] = -motor_damping, -motor, motor
     A[2, 3:] = bar, gear, -(bar + gear)
     return np.poly(A)[1:6].real / np.poly(np.array(EIGENVALUES))[1:6].real - 1.0
+
+
+SCATTERED = (
+    "wheel_inertia",
+    "wheel_damping",
+    "bar_stiffness",
+    "gear_stiffness",
+    "gear_inertia",
+    "motor_inertia",
+    "motor_damping",
+)
+"""Parameters of the bench that scatter; for control its friction does besides, for hands the gain of the sensor."""
+
+FRESH = 1000
+"""First seed of the columns that are reported; the control was chosen on those before."""
+
+
+def scattered(deviation: float, seed: int) -> ColumnBench:
+    """A bench whose parameters are off by some standard deviation, each by itself.
+
+    Args:
+        deviation: relative
+        seed: of the draw
+    """
+    bench = ColumnBench()
+    factors = 1.0 + deviation * np.random.default_rng([seed, 53]).normal(size=len(SCATTERED) + 1)
+    off = {name: float(getattr(bench, name) * factor) for name, factor in zip(SCATTERED, factors, strict=False)}
+    return replace(
+        bench,
+        friction=replace(bench.friction, level=float(bench.friction.level * factors[-1])),
+        **off,  # type: ignore[arg-type]  # all of these fields are floats
+    )
+
+
+def bench_of(p: ColumnParameters) -> ColumnBench:
+    """The bench with the parameters of a column."""
+    return ColumnBench(
+        wheel_inertia=p.steering_wheel_inertia,
+        wheel_damping=p.steering_wheel_damping,
+        bar_stiffness=p.torsion_bar_stiffness,
+        gear_ratio=p.motor_ratio,
+        gear_stiffness=p.gear_stiffness,
+        gear_inertia=p.gear_inertia,
+        motor_inertia=p.motor_inertia,
+        motor_damping=p.motor_damping,
+    )

@@ -1,14 +1,16 @@
-"""Position control of the column on observed states, and the driver who ends it."""
+"""Position control of the column on observed states: the parts in the order of the paper, and its figure 10."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
-from tierod.core.content import Heading, Item
+import numpy as np
+
+from tierod.core.content import Chart, Heading, Item, Lines, Panel
+from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
-from tierod.papers.column import figure_ten, robustness, takeover, tracking
-from tierod.papers.column.closed_loop import belief, loop_of
-from tierod.papers.column.followed import sweep
+from tierod.papers.column import robustness, takeover, tracking
+from tierod.papers.column.closed_loop import BEGIN, SAMPLE_TIME, ClosedLoop, Run, belief, sweep
 
 TEXT = (
     "The paper closes the loop with a first attempt at a linear quadratic regulator on observed states and shows one "
@@ -17,7 +19,7 @@ TEXT = (
     "What it finds from one sample acts from the next on.",
     "The plant is the simulated bench with its gear and Dahl friction; noise of 0.05° and 0.2° on the angles of "
     "steering wheel and motor, 0.02 N·m on the torsion bar. The angle that counts is that of the gear, which no sensor "
-    "tells. Where nothing else is said, the observer is the paper's mechanical reduction.",
+    "measures. Where nothing else is said, the observer is the paper's mechanical reduction.",
     "A driver who takes the wheel ends control: a cumulative sum of the observed torque of the hands above 0.75 N·m, "
     "whose threshold finds 1 N·m in the estimate within 30 ms. The torque is let go within 100 ms. Control comes back "
     "when it is asked for anew and the hands have been still for a second.",
@@ -26,13 +28,93 @@ TEXT = (
 
 def items(effort: Effort) -> Iterator[Item]:
     """Section 6 of the paper and figure 10, and what they leave open."""
-    known = belief()
-    loops = {name: loop_of(observer, known) for name, observer in tracking.observers(known).items()}
+    loops = {name: tracking.loop_with(name) for name in tracking.observers(belief())}
     chosen = loops[tracking.CHOSEN]
     yield Heading("Position control", TEXT)
-    yield from tracking.items(loops, known, effort)
+    yield from tracking.items(loops, effort)
     shown = {name: loops[name] for name in tracking.PRINTED}
-    yield figure_ten.chart(sweep(chosen, 1, effort.quick)[0], shown)
+    yield chart(sweep(chosen, 1, effort.quick)[0], shown)
     yield from robustness.items(chosen, effort)
     yield Heading("A driver takes the wheel")
     yield from takeover.items(loops, effort)
+
+
+EVERY = 10
+"""Samples of which one is drawn."""
+
+WINDOW = 21
+"""Samples over which differences of measured angles are averaged, ahead and back alike: late by nothing."""
+
+
+def chart(done: Run, loops: Mapping[str, ClosedLoop]) -> Chart:
+    """The six graphs.
+
+    Args:
+        done: the sweep under control
+        loops: those whose observers are shown in the fourth graph, by name; they see what was measured
+    """
+    return Chart(
+        "figure-10",
+        "Figure 10 anew",
+        "The sweep of the output shaft, 30° from 0.1 to 3 Hz, on the simulated bench. Differences are averaged over "
+        f"{WINDOW} ms without delay, afterwards; the filtered and estimated curves are what the controller had.",
+        "Six graphs of the sweep. Reference and shaft lie on each other; estimated curves lie on those from "
+        "differences; the observers see torques of hands of some tenths of a newton metre where there are none.",
+        tuple(Panel(title, "time in s", unit, marks) for (title, unit), marks in _marks(done, loops).items()),
+    )
+
+
+def _marks(done: Run, loops: Mapping[str, ClosedLoop]) -> dict[tuple[str, str], tuple[Lines, ...]]:
+    """Curves by title and unit of their graph."""
+    signals, ratio = done.signals, next(iter(loops.values())).controller.position.column.motor_ratio
+    wheel, motor = signals["measured.steering_wheel_angle"], signals["measured.motor_angle_mechanical"] / ratio
+
+    def curve(name: str, values: np.ndarray, dashed: bool = False) -> Lines:
+        return Lines(name, (done.time - BEGIN)[::EVERY], values[::EVERY], dashed)
+
+    def degrees(name: str, values: np.ndarray, dashed: bool = False) -> Lines:
+        return curve(name, np.degrees(values), dashed)
+
+    angle, rate = "angle in °", "rate in °/s"
+    return {
+        ("Output shaft", angle): (
+            degrees("reference", done.reference.angle, True),
+            degrees("output shaft", signals["plant.truth_gear_angle"]),
+        ),
+        ("Steering wheel", angle): (
+            degrees("measured", wheel),
+            degrees("filtered", signals["observed.steering_wheel_angle"]),
+        ),
+        ("Rate of the steering wheel", rate): (
+            degrees("from differences", differences(wheel)),
+            degrees("estimated", signals["observed.steering_wheel_rate"]),
+        ),
+        ("Torque of the driver's hands, who are not there", "torque in N·m"): tuple(
+            curve(name, hand_torque(done, loop)) for name, loop in loops.items()
+        ),
+        ("Motor, at the steering wheel axis, and steering wheel", angle): (
+            degrees("motor, measured", motor),
+            degrees("motor, filtered", signals["observed.motor_angle"] / ratio),
+            degrees("steering wheel, filtered", signals["observed.steering_wheel_angle"]),
+        ),
+        ("Their rates", rate): (
+            degrees("motor, from differences", differences(motor)),
+            degrees("motor, estimated", signals["observed.motor_speed"] / ratio),
+            degrees("steering wheel, estimated", signals["observed.steering_wheel_rate"]),
+        ),
+    }
+
+
+def differences(values: np.ndarray) -> np.ndarray:
+    """Rate from differences, averaged without delay."""
+    padded = np.pad(np.gradient(values, SAMPLE_TIME), WINDOW // 2, mode="edge")
+    return np.convolve(padded, np.full(WINDOW, 1.0 / WINDOW), mode="valid")
+
+
+def hand_torque(done: Run, loop: ClosedLoop) -> np.ndarray:
+    """What another loop's observer makes of a run."""
+    acted = np.concatenate([[0.0], done.signals["plant.motor_target_torque"][:-1]])
+    measured = [
+        done.signals[f"measured.{name}"] for name in ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
+    ]
+    return np.asarray(scan(loop.observer, np.column_stack([acted, *measured]))["hand_torque"])

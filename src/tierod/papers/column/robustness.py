@@ -11,32 +11,36 @@ import numpy as np
 from tierod.core.claims import Claim, at_most, exactly
 from tierod.core.content import Item, Table
 from tierod.experiments.effort import Effort
-from tierod.papers.column.closed_loop import BEGIN, ClosedLoop, Run, run
+from tierod.papers.column.closed_loop import BEGIN, ClosedLoop, Followed, Run, error, followed, run, sine, sweep
 from tierod.papers.column.control.position_control import TorqueLimits
 from tierod.papers.column.control.reference import Step, Sweep
-from tierod.papers.column.followed import Followed, error, followed, sine, sweep
-from tierod.papers.column.scatter import FRESH, scattered
-from tierod.papers.column.tracking import GOAL, SHARES, SOURCE, changed, deaf
+from tierod.papers.column.parameter_sets import FRESH, scattered
+from tierod.papers.column.tracking import CHOSEN, GOAL, SHARES, SOURCE, changed, deaf, loop_with
 
 
 def items(loop: ClosedLoop, effort: Effort) -> Iterator[Item]:
     """Tables of scatter, friction and saturation, and their claims."""
-    yield from _scatter(loop, effort)
+    yield from _scatter(effort)
     yield from _friction(loop, effort)
     yield from _saturation(loop)
 
 
-def _scatter(loop: ClosedLoop, effort: Effort) -> Iterator[Item]:
+def _scattered(case: tuple[float, int, bool]) -> tuple[Followed, Followed, int]:
+    """Sweep and sine of 3 Hz with a column off by a share, and how often a driver was found in the sweep."""
+    share, seed, quick = case
+    loop = replace(loop_with(CHOSEN), bench=scattered(share, FRESH + seed))
+    still = deaf(loop)
+    return sweep(still, seed, quick)[1], sine(still, 3.0, seed, quick), sweep(loop, seed, quick)[1].found
+
+
+def _scatter(effort: Effort) -> Iterator[Item]:
     count = 4 if effort.quick else 100
     rows: list[tuple[str, ...]] = []
     for share in (0.0, *SHARES):
-        benches = [scattered(share, FRESH + seed) for seed in range(1 if share == 0.0 else count)]
-        still = [replace(deaf(loop), bench=bench) for bench in benches]
-        swept = [sweep(each, seed, effort.quick)[1] for seed, each in enumerate(still)]
-        late = [sine(each, 3.0, seed, effort.quick) for seed, each in enumerate(still)]
-        heard = [replace(loop, bench=bench) for bench in benches]
-        ended = sum(sweep(each, seed, effort.quick)[1].found for seed, each in enumerate(heard))
-        rows.append((f"{100.0 * share:g} %", *_spread(swept, late), f"{ended} of {len(benches)}"))
+        cases = [(share, seed, effort.quick) for seed in range(1 if share == 0.0 else count)]
+        swept, late, ends = map(list, zip(*effort.made(_scattered, cases), strict=True))
+        ended = sum(ends)
+        rows.append((f"{100.0 * share:g} %", *_spread(swept, late), f"{ended} of {len(cases)}"))
         if share > 0.0:
             yield _scatter_claim(share, swept, late, ended)
     yield Table(
@@ -52,7 +56,7 @@ def _scatter(loop: ClosedLoop, effort: Effort) -> Iterator[Item]:
         ),
         tuple(rows),
         "Inertias, dampings, stiffnesses and friction of the bench; observer and controller keep those of its file. "
-        "Error and phase with nobody listening for a driver.",
+        "Error and phase with the rule for a driver's hands off.",
     )
 
 
@@ -139,7 +143,7 @@ def _saturation(loop: ClosedLoop) -> Iterator[Item]:
         ("run", "largest error, or overshoot, in °", "within 1° for good after, in s", "rms in ° at the end"),
         tuple(rows),
         "A jump is no reference that a column can follow; the weak motor overshoots less, since it turns more slowly. "
-        "Nobody listens for a driver here.",
+        "The rule for a driver's hands is off here.",
     )
     yield Claim(
         "position.windup",

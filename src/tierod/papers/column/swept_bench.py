@@ -1,17 +1,23 @@
-"""The bench's column swept by its motor while hands turn the wheel: the test of the paper's observers, simulated."""
+"""The bench's column swept by its motor while hands turn the wheel, and the errors of observers on such runs."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from functools import lru_cache
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Block
 from tierod.core.graph import scan
 from tierod.core.graph.maths import limit
+from tierod.experiments.effort import Effort
+from tierod.models.steering_column import ColumnParameters
 from tierod.proving_ground.cars.column_bench import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
 from tierod.proving_ground.parts import SOUND
+from tierod.vehicles import load
 
 AMPLITUDE = math.radians(30.0)
 """Of the sweep, as in figure 10 of the paper [rad]."""
@@ -121,7 +127,7 @@ def _hands(hands: str, time: np.ndarray, seed: int) -> np.ndarray:
 
 def swept(
     hands: str, seconds: float = 40.0, seed: int = 0, bench: SweptBench | None = None, pace: str = "octaves"
-) -> dict[str, Any]:
+) -> dict[str, np.ndarray]:
     """One run of the bench: what an observer is given, with the sensors' noise, and the truth.
 
     Args:
@@ -149,3 +155,95 @@ def swept(
         columns[name] = np.asarray(true[truth])
     columns["time"] = np.arange(len(true)) * plant.bench.step_time
     return columns
+
+
+FROM = 0.5
+"""Errors count from here on: the observers begin at rest with nothing known [s]."""
+
+SIGNALS = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
+"""Columns of `ColumnSample`."""
+
+DELAY = 20
+"""Samples of the output with a lag: 20 ms."""
+
+GOAL = "goal of tierod"
+
+Change = Callable[[np.ndarray], np.ndarray]
+
+
+def known_column() -> ColumnParameters:
+    """The bench's column by its vehicle file: exact, unless it is made wrong."""
+    return load("column-bench").parameters_for(ColumnParameters)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Root mean square errors over some runs.
+
+    Args:
+        hand_torque: [N m]
+        disturbance_torque: [N m]; NaN where it is not estimated
+        nis: mean normalised innovation squared; NaN likewise
+    """
+
+    hand_torque: float
+    disturbance_torque: float
+    nis: float
+
+
+def seeds(effort: Effort) -> tuple[int, ...]:
+    """Of the runs that are reported; the observers were tuned on 1 and 2."""
+    return (11,) if effort.quick else (11, 12, 13, 14, 15)
+
+
+@lru_cache(maxsize=64)
+def drive(hands: str, seed: int, pace: str = "octaves") -> dict[str, np.ndarray]:
+    """One run of the bench of 40 s, kept."""
+    return swept(hands, 40.0, seed, pace=pace)
+
+
+def driven(hands: str, effort: Effort, pace: str = "octaves") -> list[dict[str, np.ndarray]]:
+    """The runs that are reported."""
+    return [drive(hands, seed, pace) for seed in seeds(effort)]
+
+
+def samples(run: Mapping[str, np.ndarray]) -> np.ndarray:
+    """What an observer is given, in the order of `ColumnSample`."""
+    return np.column_stack([run[name] for name in SIGNALS])
+
+
+def rms(parts: Sequence[np.ndarray]) -> float:
+    """Root mean square over all parts; NaN where there is none."""
+    return float(np.sqrt(np.mean(np.square(np.concatenate(parts))))) if len(parts) else float("nan")
+
+
+def errors(
+    block: Block, runs: Sequence[Mapping[str, np.ndarray]], delay: int = 0, change: Change | None = None
+) -> Errors:
+    """Errors of an observer over some runs.
+
+    Args:
+        block: observer of `ColumnSample`
+        runs: of `swept`
+        delay: samples by which the estimate is late
+        change: what is done to the samples before
+    """
+    hand, disturbance, nis = [], [], []
+    for run in runs:
+        given = samples(run)
+        found = scan(block, given if change is None else change(given))
+        late, known = slice(delay, None), slice(len(given) - delay)
+        counted = run["time"][known] > FROM
+        hand.append((found["hand_torque"][late] - run["hand_torque"][known])[counted])
+        if "disturbance_torque" in found.names:
+            disturbance.append((found["disturbance_torque"][late] - run["disturbance_torque"][known])[counted])
+        if "nis" in found.names:
+            nis.append(found["nis"][late][counted])
+    return Errors(rms(hand), rms(disturbance), float(np.mean(np.concatenate(nis))) if nis else float("nan"))
+
+
+def over_hands(
+    block: Block, effort: Effort, delay: int = 0, change: Change | None = None, pace: str = "octaves"
+) -> dict[str, Errors]:
+    """Errors of an observer on the runs that are reported, for everything that the hands may do."""
+    return {hands: errors(block, driven(hands, effort, pace), delay, change) for hands in HANDS}

@@ -11,10 +11,9 @@ import numpy as np
 from tierod.core.claims import Claim, at_least, at_most, exactly
 from tierod.core.content import Chart, Item, Lines, Panel, Table
 from tierod.experiments.effort import Effort
-from tierod.papers.column.closed_loop import BEGIN, ClosedLoop, Run, holding, run
+from tierod.papers.column.closed_loop import BEGIN, ClosedLoop, Run, holding, run, sweep
 from tierod.papers.column.control.reference import Sweep
-from tierod.papers.column.followed import sweep
-from tierod.papers.column.tracking import CHOSEN, PRINTED, deaf
+from tierod.papers.column.tracking import CHOSEN, PRINTED, deaf, loop_with
 from tierod.proving_ground.cars.column_bench import ColumnBench
 
 HOLDS = {"light, 10 N·m/rad": 10.0, "firm, 30 N·m/rad": 30.0, "stiff, 100 N·m/rad": 100.0}
@@ -58,18 +57,17 @@ def _first(time: np.ndarray, holds: np.ndarray) -> float:
 def items(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
     """Tables of grips and of wrong inertias, a picture, and their claims."""
     loop = loops[CHOSEN]
-    yield from _grips(loop, 4 if effort.quick else 16)
+    yield from _grips(effort)
     yield _picture(loop)
     yield from _false(loops, effort)
     yield from _inertia(loop)
 
 
-def _grips(loop: ClosedLoop, count: int) -> Iterator[Item]:
-    holds = {
-        (name, frequency): _taken(replace(loop, bench=holding(stiffness)), frequency, count)
-        for name, stiffness in HOLDS.items()
-        for frequency in FREQUENCIES
-    }
+def _grips(effort: Effort) -> Iterator[Item]:
+    count = 4 if effort.quick else 16
+    kinds = [(name, frequency) for name in HOLDS for frequency in FREQUENCIES]
+    grips = effort.made(_taken, [(name, frequency, k, count) for name, frequency in kinds for k in range(count)])
+    holds = {kind: grips[count * place : count * (place + 1)] for place, kind in enumerate(kinds)}
     rows = []
     for (name, frequency), found in holds.items():
         columns = [np.array(column) for column in zip(*found, strict=True)]
@@ -95,11 +93,12 @@ def _grips(loop: ClosedLoop, count: int) -> Iterator[Item]:
     yield from _claims(firm)
 
 
-def _taken(loop: ClosedLoop, frequency: float, count: int) -> list[Taken]:
-    """Grips at instants spread over a period; other noise than the rule was tried on."""
-    grips = [BEGIN + 2.0 + (k + 0.2) / count / frequency for k in range(count)]
-    source = Sweep(start=frequency, stop=frequency)
-    return [taken(run(loop, source, grip + 2.0, 100 + k, grip), grip) for k, grip in enumerate(grips)]
+def _taken(case: tuple[str, float, int, int]) -> Taken:
+    """One of some grips at instants spread over a period; other noise than the rule was tried on."""
+    hold, frequency, k, count = case
+    grip = BEGIN + 2.0 + (k + 0.2) / count / frequency
+    loop = replace(loop_with(CHOSEN), bench=holding(HOLDS[hold]))
+    return taken(run(loop, Sweep(start=frequency, stop=frequency), grip + 2.0, 100 + k, grip), grip)
 
 
 def _claims(firm: Mapping[float, list[Taken]]) -> Iterator[Item]:

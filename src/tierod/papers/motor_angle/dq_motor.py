@@ -1,13 +1,24 @@
-"""A permanent-magnet motor in the rotor's axes, with its load as an input or as a state."""
+"""A permanent-magnet motor in the rotor's axes: with its load as an input or as a state, and linear across the flux."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+import numpy as np
+
+from tierod.core.block import Scalar
+from tierod.core.errors import ParameterError, nearest
+from tierod.models.linear import LinearSystem
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.physics.clarke_park import RotorVector
-from tierod.physics.pm_motor import current_rate, electromagnetic_torque, rotor_acceleration
+from tierod.physics.pm_motor import (
+    back_emf_constant,
+    current_rate,
+    electromagnetic_torque,
+    rotor_acceleration,
+    torque_constant,
+)
 
 
 @dataclass(frozen=True)
@@ -15,7 +26,7 @@ class DqMotorParameters(MotorParameters):
     """A motor whose inductance may differ along and across the flux.
 
     Args:
-        motor_saliency: L_sq over L_sd, `motor_inductance` being L_sd; 1 where a vehicle file does not tell it []
+        motor_saliency: L_sq over L_sd, `motor_inductance` being L_sd; 1 where a vehicle file does not give it []
     """
 
     motor_saliency: Annotated[float, ""] = 1.0
@@ -96,7 +107,12 @@ class LoadedDqMotor:
         return DqMotor.Output(x.current_d, x.current_q)
 
 
-def _rates(x: Any, u: Any, load_torque: Any, p: DqMotorParameters) -> tuple[Any, Any, Any]:
+def _rates(
+    x: DqMotor.State | LoadedDqMotor.State,
+    u: DqMotor.Input | LoadedDqMotor.Input,
+    load_torque: Scalar,
+    p: DqMotorParameters,
+) -> tuple[Scalar, Scalar, Scalar]:
     """Rates of both currents and of the speed."""
     current = RotorVector(x.current_d, x.current_q)
     along, across = p.motor_inductance, p.motor_saliency * p.motor_inductance
@@ -112,3 +128,50 @@ def _rates(x: Any, u: Any, load_torque: Any, p: DqMotorParameters) -> tuple[Any,
     )
     torque = electromagnetic_torque(current, p.motor_pole_pairs, p.motor_flux, along, across)
     return (*currents, rotor_acceleration(torque, load_torque, x.speed, p.motor_inertia, p.motor_damping))
+
+
+READINGS = ("corrected", "printed")
+"""Whether the torque constant is 3/2 c_M, as amplitude-invariant vectors want it, or c_M as printed."""
+
+
+def q_axis_motor(p: MotorParameters, reading: str = "corrected") -> LinearSystem:
+    """From the voltage across the flux to the current across it.
+
+    Args:
+        p: of the motor
+        reading: "corrected" or "printed", of the torque constant
+
+    Returns:
+        states `current_q`, `speed`; input `voltage_q`; output `current_q`
+
+    Raises:
+        ParameterError: another reading
+
+    Validity: no current along the flux, and no load.
+    Source: Reinelt et al., eqs (15), (16), (19) and (20), which print c_M where 3/2 c_M belongs in the mechanical row.
+    """
+    if reading not in READINGS:
+        raise ParameterError(f"reading is '{reading}'{nearest(reading, READINGS)}; expected {' or '.join(READINGS)}")
+    emf = back_emf_constant(p.motor_pole_pairs, p.motor_flux)
+    torque = torque_constant(p.motor_pole_pairs, p.motor_flux) if reading == "corrected" else emf
+    electrical = [-p.motor_resistance / p.motor_inductance, -emf / p.motor_inductance]
+    mechanical = [torque / p.motor_inertia, -p.motor_damping / p.motor_inertia]
+    return _system([electrical, mechanical], p, ("current_q", "speed"))
+
+
+def with_load(motor: LinearSystem, inertia: float) -> LinearSystem:
+    """The same with a load torque that stays, as a third state `load_torque`.
+
+    Args:
+        motor: of `q_axis_motor`
+        inertia: of the rotor [kg*m**2]
+    """
+    A = np.zeros((3, 3))
+    A[:2, :2], A[1, 2] = motor.A, -1.0 / inertia
+    B, C = np.vstack([motor.B, [[0.0]]]), np.hstack([motor.C, [[0.0]]])
+    return LinearSystem(A, B, C, motor.D, (*motor.states, "load_torque"), motor.inputs, motor.outputs)
+
+
+def _system(A: list[list[float]], p: MotorParameters, states: tuple[str, ...]) -> LinearSystem:
+    B, C = np.array([[1.0 / p.motor_inductance], [0.0]]), np.array([[1.0, 0.0]])
+    return LinearSystem(np.array(A), B, C, np.zeros((1, 1)), states, ("voltage_q",), ("current_q",))

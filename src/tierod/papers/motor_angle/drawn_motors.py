@@ -12,16 +12,23 @@ from tierod.core.claims import Claim, at_most
 from tierod.core.content import Heading, Item, Table
 from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle.fault_drives import RATE, SUBSTEPS, course
-from tierod.papers.motor_angle.observer_accuracy import parameters
-from tierod.papers.motor_angle.observer_drives import ObserverDrive, bench, drive, to_and_fro
+from tierod.papers.motor_angle.fault_drives import bench_time, course
+from tierod.papers.motor_angle.observer_drives import (
+    ObserverDrive,
+    bench,
+    drive,
+    parameters,
+    rms,
+    to_and_fro,
+    with_true,
+)
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.varied import Varied
 
 DRAWS, SECONDS, FIRST = 20, 20.0, 700
 """Motors, length of a drive [s], and first seed; those below were used while the observer was tuned."""
 RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
-"""True values over those that the observer is told."""
+"""True values over those that the observer assumes."""
 TARGET = "target of tierod"
 
 
@@ -38,16 +45,16 @@ def items(effort: Effort) -> Iterator[Item]:
         "Motors that differ from the vehicle file",
         (
             f"Drives of {SECONDS:g} s under load. Resistance, flux and inductance of the motor are 0.8 to 1.3, 0.94 to "
-            "1.02 and 0.93 to 1.07 times those that the observer is told; or the resistance alone is 20 % higher, or "
+            "1.02 and 0.93 to 1.07 times those that the observer assumes; or the resistance alone is 20 % higher, or "
             "rises by 40 % over the drive while the flux falls by 4 % and the inductance is 10 % lower.",
         ),
     )
-    draws = [drawn(seed) for seed in range(FIRST, FIRST + (3 if effort.quick else DRAWS))]
+    draws = effort.made(drawn, range(FIRST, FIRST + (3 if effort.quick else DRAWS)))
     seeds = range(FIRST + 100, FIRST + (101 if effort.quick else 103))
-    warm, warming = [_told(seed, 1.2, 1.0, 1.0) for seed in seeds], [ramped(seed) for seed in seeds]
-    rms = [each.rms for each in draws]
+    warm, warming = effort.made(_warm, seeds), effort.made(ramped, seeds)
+    found = [each.rms for each in draws]
     rows = (
-        (f"{len(draws)} draws", f"{np.median(rms):.4f}", f"{max(rms):.4f}", f"{max(e.most for e in draws):.3f}"),
+        (f"{len(draws)} draws", f"{np.median(found):.4f}", f"{max(found):.4f}", f"{max(e.most for e in draws):.3f}"),
         *(
             (name, f"{np.median([e.rms for e in each]):.4f}", f"{_worst(each):.4f}", f"{max(e.most for e in each):.3f}")
             for name, each in (("resistance +20 %", warm), ("resistance rising by 40 %", warming))
@@ -55,9 +62,9 @@ def items(effort: Effort) -> Iterator[Item]:
     )
     header = ("", "rms, median [rad]", "rms, worst [rad]", "most [rad]")
     yield Table("Error of the default's angle", header, rows)
-    median, note = float(np.median(rms)), f"{len(draws)} motors"
+    median, note = float(np.median(found)), f"{len(draws)} motors"
     yield _claim("median", "Error of the angle over drawn motors, root mean square: median.", median, 0.006, note)
-    yield _claim("worst", "The same: worst motor.", max(rms), 0.01, note)
+    yield _claim("worst", "The same: worst motor.", max(found), 0.01, note)
     yield _claim("most", "The same: largest error at any instant.", max(each.most for each in draws), 0.07, note)
     yield _claim("warm", "Resistance 20 % higher than told: worst root mean square.", _worst(warm), 0.006)
     yield _claim("warming", "Resistance rising by 40 %: worst root mean square.", _worst(warming), 0.006)
@@ -66,14 +73,18 @@ def items(effort: Effort) -> Iterator[Item]:
 def drawn(seed: int) -> Errors:
     """A drive of a motor that differs by chance."""
     random = np.random.default_rng([seed, 13])
-    return _told(seed, *(random.uniform(*span) for span in (RESISTANCE, FLUX, INDUCTANCE)))
+    return _with_true(seed, *(random.uniform(*span) for span in (RESISTANCE, FLUX, INDUCTANCE)))
+
+
+def _warm(seed: int) -> Errors:
+    return _with_true(seed, 1.2, 1.0, 1.0)
 
 
 def ramped(seed: int) -> Errors:
     """A drive over which the resistance rises by 40 %, with less flux and inductance."""
     plant = bench()
     machine = plant.motor.machine
-    time = np.arange(round(SECONDS * RATE / SUBSTEPS)) * SUBSTEPS / RATE
+    time = bench_time(SECONDS)
     paths = ("motor.machine.resistance", "motor.machine.flux")
     share = time / SECONDS
     varying = (machine.resistance * (1.0 + 0.4 * share), machine.flux * (1.0 - 0.04 * share))
@@ -88,20 +99,14 @@ def _lighter(plant: MotorBench) -> MotorBench:
     return replace(plant, motor=replace(plant.motor, machine=lower))
 
 
-def _told(seed: int, resistance: float, flux: float, inductance: float) -> Errors:
-    p = parameters()[1]
-    other = replace(
-        p,
-        motor_resistance=p.motor_resistance / resistance,
-        motor_flux=p.motor_flux / flux,
-        motor_inductance=p.motor_inductance / inductance,
-    )
-    return _errors(MotorAngleObserver(other), to_and_fro(seed, SECONDS))
+def _with_true(seed: int, resistance: float, flux: float, inductance: float) -> Errors:
+    assumed = with_true(parameters()[1], resistance, flux, inductance)
+    return _errors(MotorAngleObserver(assumed), to_and_fro(seed, SECONDS))
 
 
 def _errors(observer: MotorAngleObserver, seen: ObserverDrive) -> Errors:
-    away = seen.observed(observer)["motor_angle"] - seen.angle
-    return Errors(float(np.sqrt(np.mean(away**2))), float(np.abs(away).max()))
+    away = seen.error(observer)
+    return Errors(rms(away), float(np.abs(away).max()))
 
 
 def _worst(found: list[Errors]) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tierod.core.block import Block
 from tierod.core.graph import Result, scan
 from tierod.core.graph.trace import trace
 from tierod.monitors.motor_angle.signals import MotorAngleSample
@@ -14,16 +15,20 @@ from tierod.papers.motor_angle.fault_kinds import Fault
 from tierod.proving_ground.cars.motor_bench import MotorBench
 
 RATE, SUBSTEPS = 1e4, 10
-CURRENT_NOISE, VOLTAGE_NOISE, ANGLE_NOISE = 0.15, 0.03, 5e-4
 NOISES = {
-    "motor_current_alpha": CURRENT_NOISE,
-    "motor_current_beta": CURRENT_NOISE,
-    "motor_voltage_alpha": VOLTAGE_NOISE,
-    "motor_voltage_beta": VOLTAGE_NOISE,
-    "motor_angle_mechanical": ANGLE_NOISE,
+    "motor_current_alpha": 0.15,
+    "motor_current_beta": 0.15,
+    "motor_voltage_alpha": 0.03,
+    "motor_voltage_beta": 0.03,
+    "motor_angle_mechanical": 5e-4,
 }
 """Standard deviations by signal."""
 ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
+
+
+def bench_time(seconds: float) -> np.ndarray:
+    """Instants of the bench's steps, a millisecond apart [s]."""
+    return np.arange(round(seconds * RATE / SUBSTEPS)) * SUBSTEPS / RATE
 
 
 def course(time: np.ndarray, seed: int) -> np.ndarray:
@@ -33,7 +38,7 @@ def course(time: np.ndarray, seed: int) -> np.ndarray:
         random.uniform(0.4, 1.0) / (0.4 + f) * np.sin(2.0 * np.pi * f * time + random.uniform(0.0, 2.0 * np.pi))
         for f in (0.15, 0.4, 0.9, 1.7)
     ]
-    return 12.0 * np.sum(parts, axis=0) * np.clip(2.0 * time, 0.0, 1.0)
+    return np.asarray(12.0 * np.sum(parts, axis=0) * np.clip(2.0 * time, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -60,7 +65,7 @@ def drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 
     Args:
         seed: of course and noises
         seconds: how long
-        fault: None for a sound one
+        fault: None for a fault-free drive
         start: of the fault [s]
     """
     return noisy(clean_drive(seed, seconds, fault, start), np.random.default_rng([seed, 77]))
@@ -68,7 +73,7 @@ def drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 
 
 def clean_drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 0.0) -> BenchDrive:
     """The same without noise; arguments as of `drive`."""
-    time = np.arange(round(seconds * RATE / SUBSTEPS)) * SUBSTEPS / RATE
+    time = bench_time(seconds)
     inputs = bench_inputs(course(time, seed))
     if fault is not None:
         inputs |= faulty_ports(fault, time - start, inputs["target_motor_angle"])
@@ -82,9 +87,18 @@ def bench_inputs(target: np.ndarray) -> dict[str, np.ndarray]:
     Args:
         target: angle, a value per step of the bench [rad]
     """
-    names = trace(MotorBench()).sample
-    inputs = {name: np.full(len(target), 1.0 if name.endswith(".gain") else 0.0) for name in names}
-    return inputs | {"control": np.ones(len(target)), "target_motor_angle": target}
+    return inputs_of(MotorBench(), target_motor_angle=target, control=np.ones(len(target)))
+
+
+def inputs_of(plant: Block, **given: np.ndarray) -> dict[str, np.ndarray]:
+    """All inputs of a bench, in its order: those given, a value per step, and no fault in its ports."""
+    steps = len(next(iter(given.values())))
+    return {name: np.full(steps, 1.0 if name.endswith(".gain") else 0.0) for name in trace(plant).sample} | given
+
+
+def fine(found: Result, name: str) -> np.ndarray:
+    """A signal of the motor at `RATE`, from the outputs of its bench."""
+    return np.column_stack([found[f"motor.fine.{name}.{k}"] for k in range(SUBSTEPS)]).ravel()
 
 
 def faulty_ports(fault: Fault, since: np.ndarray, target: np.ndarray) -> dict[str, np.ndarray]:
@@ -116,20 +130,19 @@ def recorded(found: Result, inputs: Mapping[str, np.ndarray], quantum: float = 0
         start: of these steps [s]
     """
 
-    def fine(name: str) -> np.ndarray:
-        return np.column_stack([found[f"motor.fine.{name}.{k}"] for k in range(SUBSTEPS)]).ravel()
-
     def through(name: str) -> np.ndarray:
-        port, values = f"ports.{name}", fine(name)
+        port, values = f"ports.{name}", fine(found, name)
         held = np.repeat(inputs[f"{port}.held"], SUBSTEPS) > 0.5
         if held.any():
             values = np.where(held, values[np.argmax(held) - 1], values)
-        return np.repeat(inputs[f"{port}.gain"], SUBSTEPS) * values + np.repeat(inputs[f"{port}.offset"], SUBSTEPS)
+        return np.asarray(
+            np.repeat(inputs[f"{port}.gain"], SUBSTEPS) * values + np.repeat(inputs[f"{port}.offset"], SUBSTEPS)
+        )
 
-    speed = fine("motor_speed")
+    speed = fine(found, "motor_speed")
     samples = np.full((len(speed), len(MotorAngleSample._fields)), np.nan)
     for name in NOISES:
-        samples[:, MotorAngleSample._fields.index(name)] = fine(name) if "voltage" in name else through(name)
+        samples[:, MotorAngleSample._fields.index(name)] = fine(found, name) if "voltage" in name else through(name)
     if quantum:
         angle = samples[round(start * RATE) :, ANGLE]
         angle[:] = quantum * np.round(angle / quantum)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.graph import Memory, Result, scan
-from tierod.experiments.processes import in_processes
+from tierod.experiments.effort import Effort
 from tierod.papers.motor_angle.fault_drives import (
     RATE,
     SUBSTEPS,
@@ -89,20 +89,20 @@ def target(trial: Trial, steps: int) -> np.ndarray:
     return np.cumsum(rate) * SUBSTEPS / RATE
 
 
-def found_in(trials: Sequence[Trial], processes: int | None = 1) -> list[dict[str, Found]]:
+def found_in(trials: Sequence[Trial], effort: Effort) -> list[dict[str, Found]]:
     """Every fault in every trial, by the fault's name; nothing of a trial in which the motor does not turn.
 
     Args:
         trials: drives
-        processes: that work at a time; one per core if None
+        effort: that makes them
 
     Raises:
         TierodError: a trial could not be simulated
     """
-    return [each for each in in_processes(all_faults, trials, processes) if each]
+    return [each for each in effort.made(all_faults, trials) if each]
 
 
-def found_anywhere(names: Sequence[str], seeds: Sequence[int], processes: int | None = 1) -> dict[str, list[Found]]:
+def found_anywhere(names: Sequence[str], seeds: Sequence[int], effort: Effort) -> dict[str, list[Found]]:
     """Faults that begin at any instant of drives, by name; further arguments and errors as of `found_in`.
 
     Args:
@@ -110,7 +110,7 @@ def found_anywhere(names: Sequence[str], seeds: Sequence[int], processes: int | 
         seeds: of the drives
     """
     tasks = [(name, seed) for name in names for seed in seeds]
-    found = in_processes(_anywhere, tasks, processes)
+    found = effort.made(_anywhere, tasks)
     return {name: [each for (other, _), each in zip(tasks, found, strict=True) if other == name] for name in names}
 
 
@@ -154,32 +154,32 @@ def found(begun: Begun, fault: Fault) -> Found:
 def anywhere(fault: Fault, seed: int, seconds: float = 9.0) -> Found:
     """A fault that begins at any instant of a drive, standing and in the first seconds included."""
     start = np.random.default_rng([seed, 3]).integers(500, round(1e3 * (seconds - AFTER))) * 1e-3
-    told = scan(bench_monitor(), drive(seed, seconds, fault, start).samples)
-    return delays(told, round(start * RATE), fault)
+    outputs = scan(bench_monitor(), drive(seed, seconds, fault, start).samples)
+    return delays(outputs, round(start * RATE), fault)
 
 
-def delays(told: Result, start: int, fault: Fault) -> Found:
+def delays(outputs: Result, start: int, fault: Fault) -> Found:
     """Delay until the first alarm.
 
     Args:
-        told: outputs of the monitor
+        outputs: of the monitor
         start: sample at which the fault begins
         fault: which
     """
-    alarms = alarms_after(told, start)
+    alarms = alarms_after(outputs, start)
     if not alarms:
         return NOTHING
     name = min(alarms, key=lambda each: alarms[each])
     grown = round(fault.size * RATE)
     delay = 1e3 * (alarms[name] - grown) / RATE
-    turned = 1e3 * float(told["known"][start + grown : start + alarms[name]].sum()) / RATE
+    turned = 1e3 * float(outputs["compared.known"][start + grown : start + alarms[name]].sum()) / RATE
     return Found(delay, min(turned, delay), name)
 
 
-def alarms_after(told: Result, start: int) -> dict[str, int]:
+def alarms_after(outputs: Result, start: int) -> dict[str, int]:
     """Samples from the start to the begin of every alarm."""
-    names = [name for name in told.names if name.startswith("alarms.") and (told[name][start:] > 0.5).any()]
-    return {name.rsplit(".", 1)[-1]: int(np.argmax(told[name][start:] > 0.5)) for name in names}
+    names = [name for name in outputs.names if name.startswith("alarms.") and (outputs[name][start:] > 0.5).any()]
+    return {name.rsplit(".", 1)[-1]: int(np.argmax(outputs[name][start:] > 0.5)) for name in names}
 
 
 def _on(
@@ -188,5 +188,5 @@ def _on(
     """Bench and monitor some steps on, and whether the angle was known."""
     ran = scan(MotorBench(), asked, bench)
     names = dict(zip(bench_inputs(np.zeros(1)), asked.T, strict=True))
-    told = scan(bench_monitor(), noisy(recorded(ran, names), random).samples, monitor)
-    return ran.state, told.state, told["known"]
+    outputs = scan(bench_monitor(), noisy(recorded(ran, names), random).samples, monitor)
+    return ran.state, outputs.state, outputs["compared.known"]

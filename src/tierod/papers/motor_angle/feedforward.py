@@ -1,29 +1,30 @@
-"""The angle of a motor from its back-EMF alone: no model of the rotor, no observer."""
+"""The angle of a motor from its back-EMF: alone, and followed by a model of the rotor with a load."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+import numpy as np
+
+from tierod.core.block import Scalar, Tree, Truth
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import all_of, arctan2, both, either, hypot, limit, present, sqrt, where
+from tierod.methods.estimators.linear_algebra import add
+from tierod.methods.estimators.pole_placement import discrete_poles, observer_gain
+from tierod.models.linear import LinearSystem, sampled
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.papers.motor_angle.printed_signals import (
-    WIDEST,
-    Sample,
-    fresh,
-    output_class,
-    residual,
-)
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.papers.motor_angle.printed_observers import WIDEST, Sample, fresh, output_class, residual
 from tierod.physics.angle import wrapped
-from tierod.physics.clarke_park import Direction, StatorVector, direction, park, turned
+from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
 from tierod.physics.lag import share_reached
-from tierod.physics.pm_motor import stator_flux_rate
+from tierod.physics.pm_motor import rotor_acceleration, stator_flux_rate, torque_constant
 
 READINGS = ("corrected", "printed")
 SLOW = ("held", "increments")
-"""While the back-EMF tells nothing: the angle is held, or it follows the increments of the sensor."""
+"""While the back-EMF is too small: the angle is held, or it follows the increments of the sensor."""
 
 
 class FeedforwardState(NamedTuple):
@@ -36,32 +37,32 @@ class FeedforwardState(NamedTuple):
         speed: electrical [rad/s]
         lagging: electrical angle of the filtered back-EMF [rad], unbounded
         sensed: last angle of the sensor [rad]
-        begun: whether the sensor has told the beginning
+        begun: whether the sensor has given the beginning
     """
 
     emf: StatorVector
     current: StatorVector
-    known: Any
-    speed: Any
-    lagging: Any
-    sensed: Any
-    begun: Any
+    known: Scalar
+    speed: Scalar
+    lagging: Scalar
+    sensed: Scalar
+    begun: Scalar
 
 
 class Turning(NamedTuple):
-    """What the back-EMF tells.
+    """Angle and speed from the back-EMF.
 
     Args:
         lagging: electrical angle of the filtered back-EMF [rad]
         electrical_angle: the same without the lag [rad]
         electrical_speed: with its sign [rad/s]
-        standing: 1 while it is too small to tell anything: the angle is held
+        standing: 1 while it is too small for an angle, which is held
     """
 
-    lagging: Any
-    electrical_angle: Any
-    electrical_speed: Any
-    standing: Any
+    lagging: Scalar
+    electrical_angle: Scalar
+    electrical_speed: Scalar
+    standing: Scalar
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class FeedforwardAngle:
     The quotient of (46) leaves half a turn open: of the two angles the one within a quarter of a turn of the last is
     taken, and with it the sign of the speed.
 
-    Validity: the back-EMF of a slow motor tells nothing. A motor that turns a quarter of an electrical turn while its
+    Validity: the back-EMF of a slow motor is too small. A motor that turns a quarter of an electrical turn while its
     angle is held leaves it wrong by half turns for good.
     Source: Reinelt et al., eq (46); corrected: minus L dI/dt in both axes, the arctangent of two arguments.
     """
@@ -105,7 +106,7 @@ class FeedforwardAngle:
         none = StatorVector(0.0, 0.0)
         return FeedforwardState(none, none, 0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def step(self, state: FeedforwardState, sample: Any) -> tuple[FeedforwardState, Any]:
+    def step(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> tuple[FeedforwardState, Tree]:
         """One sample on."""
         pole_pairs = self.parameters.motor_pole_pairs
         after, turning = self.turned(state, sample)
@@ -114,24 +115,27 @@ class FeedforwardAngle:
         speed = turning.electrical_speed / pole_pairs
         return after, output_class("standing")(angle, speed, turning.standing, away)
 
-    def turned(self, state: FeedforwardState, sample: Any) -> tuple[FeedforwardState, Turning]:
-        """One sample on: the memory, and what the back-EMF tells."""
+    def turned(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> tuple[FeedforwardState, Turning]:
+        """One sample on: the memory, and angle and speed from the back-EMF."""
         p = self.parameters
         first = fresh(state.begun, sample)
         begun = where(either(state.begun, first), 1.0, 0.0)
         emf = self._emf(state, sample)
         before = where(first, p.motor_pole_pairs * sample.motor_angle_mechanical, state.lagging)
         turning = self._turning(emf, before, self._increment(state, sample))
-        current, tells = StatorVector(sample.motor_current_alpha, sample.motor_current_beta), self._tells(sample)
-        kept = StatorVector(*(where(tells, new, old) for new, old in zip(current, state.current, strict=True)))
+        current, complete = (
+            StatorVector(sample.motor_current_alpha, sample.motor_current_beta),
+            self._has_current(sample),
+        )
+        kept = StatorVector(*(where(complete, new, old) for new, old in zip(current, state.current, strict=True)))
         sensed = where(present(sample.motor_angle_mechanical), sample.motor_angle_mechanical, state.sensed)
-        known, speed = where(tells, 1.0, 0.0), turning.electrical_speed
+        known, speed = where(complete, 1.0, 0.0), turning.electrical_speed
         return FeedforwardState(emf, kept, known, speed, turning.lagging, sensed, begun), turning
 
-    def _tells(self, sample: Any) -> Any:
+    def _has_current(self, sample: MotorAngleObserver.Sample) -> Truth:
         return both(present(sample.motor_current_alpha), present(sample.motor_current_beta))
 
-    def _emf(self, state: FeedforwardState, sample: Any) -> StatorVector:
+    def _emf(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> StatorVector:
         """The filtered back-EMF; turned on where anything is missing."""
         p = self.parameters
         mean = StatorVector(
@@ -151,14 +155,14 @@ class FeedforwardAngle:
             where(whole, state.emf.beta + share * (beta - state.emf.beta), carried.sine),
         )
 
-    def _increment(self, state: FeedforwardState, sample: Any) -> Any:
-        """Electrical angle that the sensor has gained [rad]; 0 where it is not asked or tells nothing."""
+    def _increment(self, state: FeedforwardState, sample: MotorAngleObserver.Sample) -> Scalar:
+        """Electrical angle that the sensor has gained [rad]; 0 where it is not used or missing."""
         if self.slow == "held":
             return 0.0
         gained = wrapped(sample.motor_angle_mechanical - state.sensed)
         return self.parameters.motor_pole_pairs * where(both(present(gained), state.begun), gained, 0.0)
 
-    def _turning(self, emf: StatorVector, before: Any, increment: Any) -> Turning:
+    def _turning(self, emf: StatorVector, before: Scalar, increment: Scalar) -> Turning:
         """The angle of the back-EMF nearest to the one before."""
         p = self.parameters
         own = park(emf, direction(before))
@@ -170,7 +174,7 @@ class FeedforwardAngle:
         moved = where(standing, 0.0, sign * lag)
         return Turning(lagging, lagging + moved, where(standing, 0.0, sign * speed), standing)
 
-    def _lag(self, filtered: Any) -> tuple[Any, Any]:
+    def _lag(self, filtered: Scalar) -> tuple[Scalar, Scalar]:
         """Angle by which the filtered back-EMF is behind, and the speed, from the speed that its length shows.
 
         A first-order filter s/(1 - a/z), a = 1 - s, shortens by sqrt(1 + a x^2/s^2) and delays by
@@ -184,3 +188,99 @@ class FeedforwardAngle:
         per_sample = p.sample_time * speed
         behind = arctan2(kept * per_sample, share + 0.5 * kept * per_sample * per_sample)
         return behind + 0.5 * per_sample, speed
+
+
+FOLLOWING_POLES = (-250.0, -251.0, -252.0)
+"""Of the error of angle, speed and load [1/s]: above a reversing load, well below the filter of the derivative."""
+
+
+class RotorState(NamedTuple):
+    """Angle, speed and load."""
+
+    angle: Annotated[float, "rad"]
+    speed: Annotated[float, "rad/s"]
+    load_torque: Annotated[float, "N*m"]
+
+
+class FollowedState(NamedTuple):
+    """Memory of the feedforward and of the rotor, and whether the sensor has given the beginning."""
+
+    feedforward: FeedforwardState
+    rotor: RotorState
+    begun: Scalar
+
+
+@dataclass(frozen=True)
+class FeedforwardWithLoad:
+    """Luenberger observer of angle, speed and load, fed by the torque of the current and by the angle of (46).
+
+    Args:
+        feedforward: gives the angle
+        gain: of angle, speed and load per radian between that angle and the own one
+
+    While the back-EMF is too small, the model is drawn to the angle that is held: a load that reverses at rest would
+    carry it away otherwise.
+
+    Source: Reinelt et al., eqs (16) and (46); the combination and the load are additions.
+    """
+
+    feedforward: FeedforwardAngle
+    gain: tuple[float, float, float]
+
+    Sample = Sample
+
+    @classmethod
+    def of(
+        cls, parameters: SampledMotorParameters, poles: tuple[float, ...] = FOLLOWING_POLES, slow: str = "held"
+    ) -> FeedforwardWithLoad:
+        """The usual one of a motor.
+
+        Args:
+            parameters: of the motor
+            poles: of the error of angle, speed and load [1/s]
+            slow: what `FeedforwardAngle` does below its least speed
+
+        Raises:
+            ParameterError: the poles do not fit
+        """
+        p, A = parameters, np.zeros((3, 3))
+        A[0, 1], A[1, 1], A[1, 2] = 1.0, -p.motor_damping / p.motor_inertia, -1.0 / p.motor_inertia
+        system = sampled(LinearSystem.of(A, [[1.0, 0.0, 0.0]], states=RotorState._fields), p.sample_time)
+        gain = observer_gain(system, discrete_poles(poles, p.sample_time))
+        return cls(FeedforwardAngle(p, slow=slow), tuple(row[0] for row in gain))  # type: ignore[arg-type]
+
+    def init(self) -> FollowedState:
+        """Nothing seen."""
+        return FollowedState(self.feedforward.init(), RotorState(0.0, 0.0, 0.0), 0.0)
+
+    def step(self, state: FollowedState, sample: MotorAngleObserver.Sample) -> tuple[FollowedState, Tree]:
+        """One sample on."""
+        p = self.feedforward.parameters
+        first = fresh(state.begun, sample)
+        inner, turning = self.feedforward.turned(state.feedforward, sample)
+        rotor = self._predicted(state.rotor, sample)
+        away = turning.electrical_angle / p.motor_pole_pairs - rotor.angle
+        usable = both(inner.begun, present(away))
+        shift = where(usable, away, 0.0)
+        rotor = RotorState(*add(rotor, tuple(gain * shift for gain in self.gain)))
+        begun = inner.begun
+        rotor = RotorState(*(where(begun, new, old) for new, old in zip(rotor, state.rotor, strict=True)))
+        rotor = rotor._replace(angle=where(first, sample.motor_angle_mechanical, rotor.angle))
+        away_from_sensor = residual(begun, sample, rotor.angle, p.motor_pole_pairs)
+        output = output_class("motor_load_torque", "standing")(
+            rotor.angle, rotor.speed, rotor.load_torque, turning.standing, away_from_sensor
+        )
+        return FollowedState(inner, rotor, begun), output
+
+    def _predicted(self, rotor: RotorState, sample: MotorAngleObserver.Sample) -> RotorState:
+        """The rotor a sample on, by the current's torque; as it was where the current is missing."""
+        p = self.feedforward.parameters
+        own = direction(electrical_angle(rotor.angle, p.motor_pole_pairs))
+        current = park(StatorVector(sample.motor_current_alpha, sample.motor_current_beta), own)
+        torque = torque_constant(p.motor_pole_pairs, p.motor_flux) * current.q
+        gained = p.sample_time * rotor_acceleration(
+            torque, rotor.load_torque, rotor.speed, p.motor_inertia, p.motor_damping
+        )
+        gained = where(present(gained), gained, 0.0)
+        angle = rotor.angle + p.sample_time * (rotor.speed + 0.5 * gained)
+        return RotorState(angle, rotor.speed + gained, rotor.load_torque)

@@ -3,17 +3,76 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
+from tierod.core.block import Block
 from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
+from tierod.core.graph import Result, scan
 from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle.car_drives import CAR, CarDrive, car_drive
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.papers.motor_angle.fault_drives import RATE
-from tierod.papers.motor_angle.observer_accuracy import Accuracy, accuracy, methods
-from tierod.papers.motor_angle.observer_drives import to_and_fro
+from tierod.papers.motor_angle.observer_drives import Accuracy, accuracy, methods, rms, to_and_fro
+from tierod.proving_ground import courses
+from tierod.proving_ground.cars import catalogue
+from tierod.proving_ground.run import run
+from tierod.proving_ground.sensors import SensorSet
+
+CAR = "active-front-steering"
+"""Name of the car, and of its vehicle file."""
+
+
+@dataclass(frozen=True)
+class CarDrive:
+    """A drive, and the truth every ten milliseconds.
+
+    Args:
+        samples: of `MotorAngleObserver.Sample`, (n, 5), at `RATE`
+        places: samples at which the truth is known, (m,)
+        angle, speed: of the motor's shaft [rad], [rad/s], (m,)
+    """
+
+    samples: np.ndarray
+    places: np.ndarray
+    angle: np.ndarray
+    speed: np.ndarray
+
+    @property
+    def time(self) -> np.ndarray:
+        """Of the truth, from the first sample on [s]."""
+        return self.places / RATE
+
+    def observed(self, observer: Block) -> Result:
+        """Outputs of an observer."""
+        return scan(observer, self.samples)
+
+    def error(self, observer: Block) -> np.ndarray:
+        """Error of its angle where the truth is known [rad]."""
+        return np.asarray(self.observed(observer)["motor_angle"][self.places] - self.angle)
+
+
+@lru_cache(maxsize=8)
+def car_drive(course: str, seconds: float, seed: int = 1) -> CarDrive:
+    """A drive with the sensors of a production car; that of the motor's angle is read ten times as often.
+
+    Args:
+        course: of the virtual proving ground
+        seconds: how long
+        seed: of all chance
+    """
+    sensors = SensorSet.production()
+    angle = replace(dict(sensors.items())["motor_angle_mechanical"], rate=RATE)
+    sensors = sensors.with_sensors({"motor_angle_mechanical": angle})
+    channels = run(catalogue.load(CAR).block, courses.load(course), seconds, seed, sensors).recording.channels
+    samples = np.column_stack([channels[name].values for name in MotorAngleObserver.Sample._fields])
+    truth = channels["truth_motor_angle_mechanical"]
+    places = np.round(truth.time * RATE).astype(int)
+    kept = places < len(samples)
+    return CarDrive(samples, places[kept], truth.values[kept], channels["truth_motor_speed"].values[kept])
+
 
 PRINTED = (
     "Luenberger, as printed",
@@ -72,11 +131,11 @@ def _table(errors: dict[str, dict[str, np.ndarray]], effort: Effort) -> Table:
     bench = [to_and_fro(seed, 6.0 if effort.quick else 20.0) for seed in ((0,) if effort.quick else (0, 1, 2))]
     beside = {name: accuracy(observer, bench) for name, observer in methods().items()}
 
-    def told(each: Accuracy) -> tuple[str, str]:
+    def cells(each: Accuracy) -> tuple[str, str]:
         return f"{each.angle:.4f}", f"{each.largest:.3f}"
 
     rows = tuple(
-        (name, *(cell for drive in errors.values() for cell in _cells(drive[name])), *told(beside[name]))
+        (name, *(cell for drive in errors.values() for cell in _cells(drive[name])), *cells(beside[name]))
         for name in beside
     )
     header = ("observer", *(f"{name}, {what}" for name in (*errors, "bench") for what in ("rms", "most")))
@@ -84,7 +143,7 @@ def _table(errors: dict[str, dict[str, np.ndarray]], effort: Effort) -> Table:
 
 
 def _cells(error: np.ndarray) -> tuple[str, str]:
-    return f"{_rms(error):.4f}", f"{np.abs(error).max():.3f}"
+    return f"{rms(error):.4f}", f"{np.abs(error).max():.3f}"
 
 
 def _whole(name: str, title: str, seen: CarDrive, errors: dict[str, np.ndarray]) -> Chart:
@@ -109,7 +168,7 @@ def _section(name: str, title: str, seen: CarDrive, errors: dict[str, np.ndarray
     part = (seen.time >= span[0]) & (seen.time <= span[1])
     time, first = seen.time[part], int(np.argmax(part))
     measured = Lines("measured", time, seen.samples[seen.places, 4][part])
-    lines: list[Any] = [
+    lines: list[Lines] = [
         Lines(each, time, (seen.angle + errors[each])[part] - errors[each][first], dashed=True)
         for each in (*PRINTED, "default")
     ]
@@ -134,13 +193,13 @@ def _paper_claims(parking: CarDrive, errors: dict[str, dict[str, np.ndarray]]) -
         "The observers follow the overall dynamics: worst error of the printed three in the slalom, root mean square.",
         f"{paper}, Figures 4 and 5",
         "pretty well",
-        max(_rms(errors["slalom"][name]) for name in observers),
+        max(rms(errors["slalom"][name]) for name in observers),
         None,
         "rad",
         "they do not, under load; the paper tells no figure, and shows some seconds",
     )
     name, speed = "feedforward, increments when slow", np.abs(parking.speed)
-    fast, slow = (_rms(errors["parking"][name][part]) for part in (speed > 40.0, (speed > 6.0) & (speed < 20.0)))
+    fast, slow = (rms(errors["parking"][name][part]) for part in (speed > 40.0, (speed > 6.0) & (speed < 20.0)))
     yield Claim(
         "car.feedforward-fast",
         "The feedforward keeps better track at higher speeds: its error above 40 over that from 6 to 20 rad/s.",
@@ -164,7 +223,7 @@ def _paper_claims(parking: CarDrive, errors: dict[str, dict[str, np.ndarray]]) -
 
 def _own_claims(slalom: CarDrive, parking: CarDrive, errors: dict[str, dict[str, np.ndarray]]) -> Iterator[Claim]:
     gain = [
-        _rms(errors["slalom"][f"{name}, as printed"]) / _rms(errors["slalom"][f"{name}, with load"])
+        rms(errors["slalom"][f"{name}, as printed"]) / rms(errors["slalom"][f"{name}, with load"])
         for name in ("Luenberger", "reduced Luenberger", "Kalman filter")
     ]
     yield Claim(
@@ -184,7 +243,7 @@ def _own_claims(slalom: CarDrive, parking: CarDrive, errors: dict[str, dict[str,
         at_most(0.001),
         "rad",
     )
-    worst = max(_rms(each["default"]) for each in errors.values())
+    worst = max(rms(each["default"]) for each in errors.values())
     yield Claim(
         "car.default",
         "Error of the default in the car, root mean square of the worse drive.",
@@ -201,7 +260,3 @@ def _lost(seen: CarDrive, error: np.ndarray, span: tuple[float, float]) -> float
     """Change of the error over a section, between means of half a second [rad]."""
     begin, end = ((seen.time >= edge) & (seen.time < edge + 0.5) for edge in (span[0], span[1] - 0.5))
     return abs(float(error[end].mean() - error[begin].mean()))
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, where
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.papers.motor_angle.printed_signals import WIDEST, Sample, fresh, output_class, residual
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.papers.motor_angle.printed_observers import WIDEST, Sample, fresh, output_class, residual
 from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park, turned
 from tierod.physics.pm_motor import stator_flux_rate
 
@@ -22,23 +24,23 @@ class FluxState(NamedTuple):
         known: whether that is known
         angle: electrical [rad], unbounded
         speed: electrical [rad/s]
-        begun: whether the sensor has told the beginning
+        begun: whether the sensor has given the beginning
     """
 
     flux: StatorVector
     current: StatorVector
-    known: Any
-    angle: Any
-    speed: Any
-    begun: Any
+    known: Scalar
+    angle: Scalar
+    speed: Scalar
+    begun: Scalar
 
 
 @dataclass(frozen=True)
 class FluxObserver:
     """The stator's flux from its voltages, the magnets' part held to its length, its direction followed by a loop.
 
-    No model of the rotor: a load does not disturb it. At low speed it needs the exact resistance, and standing it tells
-    nothing and drifts.
+    No model of the rotor: a load does not disturb it. At low speed it needs the exact resistance, and at rest it is
+    blind and drifts.
 
     Args:
         parameters: of the motor; inertia and damping are not used
@@ -63,7 +65,7 @@ class FluxObserver:
         """Nothing seen."""
         return FluxState(StatorVector(self.parameters.motor_flux, 0.0), StatorVector(0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
 
-    def step(self, state: FluxState, sample: Any) -> tuple[FluxState, Any]:
+    def step(self, state: FluxState, sample: MotorAngleObserver.Sample) -> tuple[FluxState, Tree]:
         """One sample on."""
         p, time = self.parameters, self.parameters.sample_time
         first = fresh(state.begun, sample)
@@ -73,9 +75,9 @@ class FluxObserver:
         rotor = direction(ahead)
         flux = self._advanced(state, sample)
         magnets = park(self._less_leakage(flux, current), rotor)
-        tells = both(present(magnets.d), present(magnets.q))
-        short = where(tells, p.motor_flux - magnets.d, 0.0)
-        away = where(tells, limit(magnets.q / p.motor_flux, -1.0, 1.0), 0.0)
+        known = both(present(magnets.d), present(magnets.q))
+        short = where(known, p.motor_flux - magnets.d, 0.0)
+        away = where(known, limit(magnets.q / p.motor_flux, -1.0, 1.0), 0.0)
         kept = limit(
             (p.motor_resistance / p.motor_inductance + 2.0 * self.damping * absolute(state.speed)) * time, 0.0, 1.0
         )
@@ -84,10 +86,10 @@ class FluxObserver:
         speed = state.speed + self.bandwidth * self.bandwidth * time * away
         after = self._begun(state, first, begun, sample, FluxState(flux, current, 1.0, angle, speed, begun))
         shaft = after.angle / p.motor_pole_pairs
-        told = residual(begun, sample, shaft, p.motor_pole_pairs)
-        return after, output_class()(shaft, after.speed / p.motor_pole_pairs, told)
+        away_from_sensor = residual(begun, sample, shaft, p.motor_pole_pairs)
+        return after, output_class()(shaft, after.speed / p.motor_pole_pairs, away_from_sensor)
 
-    def _advanced(self, state: FluxState, sample: Any) -> StatorVector:
+    def _advanced(self, state: FluxState, sample: MotorAngleObserver.Sample) -> StatorVector:
         """The flux a sample on; turned with the rotor where anything is missing."""
         p = self.parameters
         mean = StatorVector(
@@ -110,19 +112,21 @@ class FluxObserver:
         inductance = self.parameters.motor_inductance
         return StatorVector(flux.alpha - inductance * current.alpha, flux.beta - inductance * current.beta)
 
-    def _begun(self, state: FluxState, first: Any, begun: Any, sample: Any, after: FluxState) -> FluxState:
+    def _begun(
+        self, state: FluxState, first: Scalar, begun: Scalar, sample: MotorAngleObserver.Sample, after: FluxState
+    ) -> FluxState:
         """The memory, begun at the sensor's angle; before that, as it was."""
         p = self.parameters
         at = electrical_angle(sample.motor_angle_mechanical, p.motor_pole_pairs)
         rotor: Direction = direction(at)
-        tells = both(present(after.current.alpha), present(after.current.beta))
-        made = [where(tells, p.motor_inductance * each, 0.0) for each in after.current]
+        known = both(present(after.current.alpha), present(after.current.beta))
+        made = [where(known, p.motor_inductance * each, 0.0) for each in after.current]
         flux = [
             where(first, p.motor_flux * axis + own, where(state.begun, new, old))
             for axis, own, new, old in zip(rotor, made, after.flux, state.flux, strict=True)
         ]
-        current = [where(tells, new, old) for new, old in zip(after.current, state.current, strict=True)]
+        current = [where(known, new, old) for new, old in zip(after.current, state.current, strict=True)]
         angle = where(first, at, where(state.begun, after.angle, state.angle))
         speed = where(state.begun, after.speed, state.speed)
-        known = where(tells, 1.0, 0.0)
+        known = where(known, 1.0, 0.0)
         return FluxState(StatorVector(*flux), StatorVector(*current), known, angle, speed, begun)

@@ -1,28 +1,29 @@
-"""Many drives of the bench with sound sensors and motors that differ from the vehicle file: alarms and residuals."""
+"""Fault-free drives of the bench with motors that differ from the vehicle file: alarms and residuals."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.graph import scan
-from tierod.core.graph.maths import any_of, maximum, where
-from tierod.experiments.processes import in_processes
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor
+from tierod.core.graph.maths import greatest_of, maximum
+from tierod.experiments.effort import Effort
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.papers.motor_angle.fault_drives import RATE, clean_drive, noisy
+from tierod.papers.motor_angle.observer_drives import with_true
 from tierod.vehicles import load
 
 SECONDS = 60.0
 """Of a drive [s]."""
 MOTORS = 3
-"""Motors, each with noise of its own, that are told one drive: the bench takes as long as the monitor."""
+"""Motors, each with noise of its own, that share one drive: the bench takes as long as the monitor."""
 RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
-"""True values over those that the monitor is told: temperatures, tolerances."""
+"""True values over those that the monitor assumes: temperatures, tolerances."""
 STEPS = (0.819173, 0.671044, 0.549700)
 """Of a number that spreads evenly over three ranges: powers of 1/1.220744, the root of x^4 = x + 1."""
 
@@ -42,8 +43,8 @@ class AlarmWatch:
     class State(NamedTuple):
         """Of the monitor, and whether it has alarmed."""
 
-        monitor: Any
-        alarmed: Any
+        monitor: Tree
+        alarmed: Scalar
 
     class Output(NamedTuple):
         """1 while the angle is known, 1 from the first alarm on, the residual, and 1 where it counts."""
@@ -57,16 +58,17 @@ class AlarmWatch:
         """Nothing seen."""
         return self.State(self.monitor.init(), 0.0)
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
         """One sample on."""
-        after, told = self.monitor.step(state.monitor, sample)
-        alarms = any_of(*(each > 0.5 for each in (*told.alarms[:-1], *told.alarms.electrical)))
-        alarmed = maximum(state.alarmed, where(alarms, 1.0, 0.0))
-        return self.State(after, alarmed), self.Output(told.known, alarmed, told.residual, told.counts)
+        after, output = self.monitor.step(state.monitor, sample)
+        alarmed = maximum(state.alarmed, greatest_of(*output.alarms.in_order()))
+        return self.State(after, alarmed), self.Output(
+            output.compared.known, alarmed, output.estimate.angle_residual_electrical, output.compared.counts
+        )
 
 
 class HealthyDrive(NamedTuple):
-    """What one sound drive gave.
+    """What one fault-free drive gave.
 
     Args:
         turning: time in which the angle was known [s]
@@ -81,7 +83,7 @@ class HealthyDrive(NamedTuple):
 
 @dataclass(frozen=True)
 class HealthyDrives:
-    """Sound drives, every one with a motor of its own.
+    """Fault-free drives, every one with a motor of its own.
 
     Args:
         drives: in the order of their seeds
@@ -116,25 +118,25 @@ class HealthyDrives:
         return [scale * drive.residuals.astype(float) for drive in self.drives[first:last] if len(drive.residuals)]
 
 
-def healthy_drives(courses: int, first: int, processes: int | None = 1, seconds: float = SECONDS) -> HealthyDrives:
-    """Sound drives.
+def healthy_drives(courses: int, first: int, effort: Effort, seconds: float = SECONDS) -> HealthyDrives:
+    """Fault-free drives.
 
     Args:
-        courses: how many, each told to `MOTORS` motors
+        courses: how many, each driven by `MOTORS` motors
         first: seed
-        processes: that work at a time; one per core if None
+        effort: that makes them
         seconds: of each drive
 
     Raises:
         TierodError: a drive failed
     """
     tasks = [(seed, seconds) for seed in range(first, first + courses)]
-    told = in_processes(_drives, tasks, processes)
-    return HealthyDrives(tuple(drive for drives in told for drive in drives), seconds)
+    made = effort.made(_drives, tasks)
+    return HealthyDrives(tuple(drive for drives in made for drive in drives), seconds)
 
 
 def other_motor(monitor: MotorAngleMonitor, number: int) -> MotorAngleMonitor:
-    """The monitor, told parameters of another motor.
+    """The monitor with the parameters of another motor.
 
     Args:
         monitor: with those of the vehicle file
@@ -145,13 +147,8 @@ def other_motor(monitor: MotorAngleMonitor, number: int) -> MotorAngleMonitor:
     resistance, flux, inductance = (
         low + share * (high - low) for (low, high), share in zip((RESISTANCE, FLUX, INDUCTANCE), shares, strict=True)
     )
-    told = replace(
-        p,
-        motor_resistance=p.motor_resistance / resistance,
-        motor_flux=p.motor_flux / flux,
-        motor_inductance=p.motor_inductance / inductance,
-    )
-    return replace(monitor, observer=replace(monitor.observer, parameters=told))
+    assumed = with_true(p, resistance, flux, inductance)
+    return replace(monitor, observer=replace(monitor.observer, parameters=assumed))
 
 
 @cache
@@ -161,14 +158,12 @@ def bench_monitor() -> MotorAngleMonitor:
 
 
 def _drives(task: tuple[int, float]) -> list[HealthyDrive]:
-    return list(_told(*task))
-
-
-def _told(seed: int, seconds: float) -> Iterator[HealthyDrive]:
-    clean = clean_drive(seed, seconds)
+    seed, seconds = task
+    clean, drives = clean_drive(seed, seconds), []
     for motor in range(MOTORS):
         random = np.random.default_rng([seed, 11, motor])
         watch = AlarmWatch(other_motor(bench_monitor(), seed * MOTORS + motor))
         found = scan(watch, noisy(clean, random).samples)
         kept = found["residual"][found["counts"] > 0.5].astype(np.float32)
-        yield HealthyDrive(float(found["known"].sum()) / RATE, bool(found["alarmed"][-1]), kept)
+        drives.append(HealthyDrive(float(found["known"].sum()) / RATE, bool(found["alarmed"][-1]), kept))
+    return drives

@@ -12,12 +12,12 @@ from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Channel, Recording
 from tierod.experiments.effort import Effort
-from tierod.methods.identification.motor import identify_motor
-from tierod.methods.identification.motor_result import MotorIdentification
+from tierod.methods.identification.experiment import INTERVAL, Found
+from tierod.methods.identification.motor import MotorIdentification, identify_motor
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle.fault_drives import RATE, SUBSTEPS, course
-from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, bench, drive
+from tierod.papers.motor_angle.fault_drives import bench_time, course
+from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, bench, drive, rms
 from tierod.physics.pm_motor import flux_at
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.motor import Machine
@@ -26,7 +26,6 @@ from tierod.vehicles import load
 _SECONDS = 10.0
 _FIRST_SEED = 400
 """Seeds from here on were not looked at while the method was made."""
-_INTERVAL = 1.959964
 _GOAL = "goal of tierod"
 
 
@@ -46,13 +45,13 @@ class Drawn:
 
     @property
     def plant(self) -> MotorBench:
-        """The bench with this motor; its control believes in the motor of the vehicle file."""
+        """The bench with this motor; its control assumes the motor of the vehicle file."""
         usual = bench(self.temperature)
         return replace(usual, motor=replace(usual.motor, machine=self.machine))
 
     def driven(self, seed: int, seconds: float = _SECONDS) -> ObserverDrive:
         """A drive to and fro against a spring."""
-        time = np.arange(round(seconds * RATE / SUBSTEPS)) * SUBSTEPS / RATE
+        time = bench_time(seconds)
         return drive(self.plant, course(time, seed), np.zeros(len(time)), seed)
 
 
@@ -94,7 +93,7 @@ def recording(seen: ObserverDrive, temperature: float | None = None) -> Recordin
 
 
 def identified(motor: Drawn) -> MotorIdentification:
-    """What a recorded drive of a motor tells."""
+    """Parameters identified from a recorded drive of a motor."""
     parameters = load("motor-bench").parameters_for(MotorParameters)
     return identify_motor(parameters, {"drive": recording(motor.driven(motor.seed), motor.temperature)})
 
@@ -113,7 +112,7 @@ class Errors(NamedTuple):
     @property
     def covered(self) -> int:
         """Motors whose true value lies in the 95 % interval."""
-        return int(np.count_nonzero(np.abs(self.errors) <= _INTERVAL * self.deviations))
+        return int(np.count_nonzero(np.abs(self.errors) <= INTERVAL * self.deviations))
 
 
 def errors(motors: list[Drawn], found: list[MotorIdentification]) -> dict[str, Errors]:
@@ -138,12 +137,13 @@ def errors(motors: list[Drawn], found: list[MotorIdentification]) -> dict[str, E
     return {name: Errors(*np.array(each).T) for name, each in rows.items()}
 
 
-def angle_errors(motor: Drawn, result: MotorIdentification, seconds: float) -> tuple[float, float, float]:
+def _angle_errors(task: tuple[Drawn, tuple[Found, ...], float]) -> tuple[float, float, float]:
     """Angle of the default observer on another drive, rms [rad]: identified, true and the vehicle file's parameters."""
+    motor, parameters, seconds = task
     seen = motor.driven(motor.seed + 5000, seconds)
     usual, m = load("motor-bench").parameters_for(SampledMotorParameters), motor.machine
     usual = replace(usual, sample_time=SAMPLE_TIME)
-    told = {each.name: each.value for each in result.found if hasattr(usual, each.name)}
+    known = {each.name: each.value for each in parameters if hasattr(usual, each.name)}
     true = replace(
         usual,
         motor_resistance=m.resistance,
@@ -152,9 +152,8 @@ def angle_errors(motor: Drawn, result: MotorIdentification, seconds: float) -> t
         motor_inertia=m.inertia,
         motor_damping=m.damping,
     )
-    sets = (replace(usual, **told), true, usual)
-    away = [seen.observed(MotorAngleObserver(each))["motor_angle"] - seen.angle for each in sets]
-    found, best, without = (float(np.sqrt(np.mean(each**2))) for each in away)
+    sets = (replace(usual, **known), true, usual)
+    found, best, without = (rms(seen.error(MotorAngleObserver(each))) for each in sets)
     return found, best, without
 
 
@@ -162,13 +161,13 @@ def items(effort: Effort) -> Iterator[Item]:
     """Bias, intervals and the observer."""
     count = 4 if effort.quick else 50
     motors = [drawn(_FIRST_SEED + number) for number in range(count)]
-    found = [identified(motor) for motor in motors]
+    found = effort.made(identified, motors)
     table = errors(motors, found)
     yield Heading(
         "Parameters from a drive",
         (
             f"{count} motors with drawn parameters and temperatures, each identified from one drive of {_SECONDS:g} s "
-            "to and fro against a spring that nobody recorded, with noise of 0.15 A, 0.03 V and 0.0005 rad at 10 kHz. "
+            "to and fro against an unrecorded spring, with noise of 0.15 A, 0.03 V and 0.0005 rad at 10 kHz. "
             "Resistance at 20 degrees, flux as warm as the magnets were.",
         ),
     )
@@ -214,7 +213,8 @@ def _claims(table: dict[str, Errors], count: int, quick: bool) -> Iterator[Item]
 def _observer(motors: list[Drawn], found: list[MotorIdentification], effort: Effort) -> Iterator[Item]:
     few = 2 if effort.quick else 12
     pairs = list(zip(motors, found, strict=True))[:few]
-    away = np.array([angle_errors(motor, result, 5.0 if effort.quick else 20.0) for motor, result in pairs])
+    seconds = 5.0 if effort.quick else 20.0
+    away = np.array(effort.made(_angle_errors, [(motor, result.found, seconds) for motor, result in pairs]))
     median = np.median(away, axis=0)
     rows = tuple(
         (name, f"{median[k]:.3g}", f"{away[:, k].max():.3g}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -12,15 +11,15 @@ from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
-from tierod.methods.identification.inverter_knee import InverterFit, identify_inverter
+from tierod.methods.identification.inverter import InverterFit, identify_inverter
 from tierod.methods.identification.motor_recording import MotorRecording
 from tierod.models.stator_frame_motor import CommandedMotorParameters
-from tierod.monitors.motor_angle.inverter_finding import Lost, inverter_remarks
+from tierod.monitors.motor_angle.drive import InverterLoss
+from tierod.monitors.motor_angle.finding import inverter_remarks
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.monitors.motor_angle.signals import COMMANDED
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
-from tierod.monitors.motor_angle.voltages import COMMANDED
-from tierod.papers.motor_angle.observer_accuracy import parameters
-from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, to_and_fro
+from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, parameters, rms, to_and_fro
 from tierod.proving_ground.motor import Inverter
 from tierod.vehicles import load
 
@@ -42,7 +41,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading(
         "Voltages as commanded",
         (
-            "A recording often holds the voltage that the inverter was told to make, not the one that it made. Dead "
+            "A recording often holds the voltage that was commanded, not the one that the inverter made. Dead "
             "time and semiconductors take a constant voltage of each phase against its current, less below a knee. The "
             "bench's inverter has 1 µs of dead time and 0.7 V of drop here. The observer knows the command alone; its "
             "states are then the loss and the logarithm of the knee besides.",
@@ -74,19 +73,19 @@ def said_wrong(seen: ObserverDrive, knee: float) -> bool:
         knee: of the vehicle file [A]
     """
     observer = _observer(knee)
-    told = scan(observer, seen.commanded)
-    last = {name: float(told[f"inverter_{name}"][-1]) for name in Lost._fields[:3]}
-    lost = Lost(**last, nominal_knee=knee, widest=observer.tuning.widest_knee)
+    found = scan(observer, seen.commanded)
+    last = {name: float(found[f"inverter_{name}"][-1]) for name in InverterLoss._fields[:3]}
+    lost = InverterLoss(**last, nominal_knee=knee, widest=observer.tuning.widest_knee)
     return len(inverter_remarks(lost, COMMANDED)) > 1
 
 
 def _observer(knee: float, loss: float | None = None, tuning: MotorAngleTuning | None = None) -> MotorAngleObserver:
-    told = load("motor-bench").parameters_for(CommandedMotorParameters)
+    known = load("motor-bench").parameters_for(CommandedMotorParameters)
     changed = replace(
-        told,
+        known,
         sample_time=SAMPLE_TIME,
         inverter_knee_current=knee,
-        inverter_voltage_loss=told.inverter_voltage_loss if loss is None else loss,
+        inverter_voltage_loss=known.inverter_voltage_loss if loss is None else loss,
     )
     return MotorAngleObserver(changed, tuning or MotorAngleTuning())
 
@@ -104,12 +103,12 @@ def _observers(fit: InverterFit) -> dict[str, MotorAngleObserver]:
     return found
 
 
-def _errors(observer: MotorAngleObserver, drives: Sequence[ObserverDrive], commanded: bool = True) -> Any:
+def _errors(observer: MotorAngleObserver, drives: Sequence[ObserverDrive], commanded: bool = True) -> np.ndarray:
     """Of every drive: root mean square and the largest error [rad], (2, n)."""
     found = []
     for seen in drives:
         away = scan(observer, seen.commanded if commanded else seen.samples)["motor_angle"] - seen.angle
-        found.append((np.sqrt(np.mean(away**2)), np.abs(away).max()))
+        found.append((rms(away), np.abs(away).max()))
     return np.array(found).T
 
 
@@ -126,7 +125,7 @@ def _identified_table(fit: InverterFit) -> Table:
     return Table("The inverter, identified from another drive", ("", "true", "identified"), rows, note)
 
 
-def _table(found: Mapping[str, Any]) -> Table:
+def _table(found: Mapping[str, np.ndarray]) -> Table:
     rows = tuple(
         (name, f"{np.median(each[0]):.4f}", f"{each[0].max():.4f}", f"{each[1].max():.3f}")
         for name, each in found.items()
@@ -142,8 +141,8 @@ def _chart(seen: ObserverDrive) -> Chart:
     thin = slice(None, None, 100)
     marks = []
     for knee in (1.0 / WRONG, WRONG):
-        told = scan(_observer(knee), seen.commanded)
-        marks.append(Lines(f"{knee:g} A told", seen.time[thin], told["inverter_knee_current"][thin]))
+        found = scan(_observer(knee), seen.commanded)
+        marks.append(Lines(f"{knee:g} A told", seen.time[thin], found["inverter_knee_current"][thin]))
     panel = Panel("", "time (s)", "knee (A)", tuple(marks), levels=(("true", LOSSY.knee_current),))
     return Chart(
         "motor-angle-knee",
@@ -154,17 +153,17 @@ def _chart(seen: ObserverDrive) -> Chart:
     )
 
 
-def _claims(found: Mapping[str, Any], drives: Sequence[ObserverDrive]) -> Iterator[Claim]:
-    rms = found["loss and knee identified"][0]
+def _claims(found: Mapping[str, np.ndarray], drives: Sequence[ObserverDrive]) -> Iterator[Claim]:
+    known = found["loss and knee identified"][0]
     yield Claim(
         "motor-angle.commanded.identified",
         "Commanded voltages and an identified inverter tell the angle",
         TARGET,
         None,
-        float(rms.max()),
+        float(known.max()),
         at_most(0.01),
         "rad",
-        f"Worst rms of {len(rms)} drives; dead time 1 µs, 0.7 V; with measured voltages "
+        f"Worst rms of {len(known)} drives; dead time 1 µs, 0.7 V; with measured voltages "
         f"{found['voltage measured'][0].max():.4f} rad.",
     )
     learnt = np.concatenate([each[0] for name, each in found.items() if name.startswith(LEARNT)])

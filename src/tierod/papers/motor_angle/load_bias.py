@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from tierod.core.block import Block
 from tierod.core.claims import Claim, at_most
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.experiments.effort import Effort
-from tierod.papers.motor_angle.dq_motor import DqMotorParameters
-from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, SUBSTEPS, ObserverDrive, bench, drive, locked
+from tierod.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
+from tierod.papers.motor_angle.fault_drives import SUBSTEPS
+from tierod.papers.motor_angle.luenberger import full_observer, reduced_observer, speed_per_load
+from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, bench, drive, locked
 from tierod.papers.motor_angle.printed_observers import (
     FULL_POLES,
     LOAD_POLE,
@@ -21,8 +23,6 @@ from tierod.papers.motor_angle.printed_observers import (
     luenberger,
     reduced_luenberger,
 )
-from tierod.papers.motor_angle.q_axis_motor import q_axis_motor, with_load
-from tierod.papers.motor_angle.reduced_observer import full_observer, reduced_observer, speed_per_load
 from tierod.physics.pm_motor import back_emf_constant, torque_constant
 from tierod.vehicles import load
 
@@ -41,7 +41,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading(
         "A load that is not known makes the speed wrong",
         (
-            "The observers of the paper leave out the load: so the balance of torques, not the current, tells them the "
+            "The observers of the paper leave out the load: so the balance of torques, not the current, gives them the "
             "speed. In steady state the error follows from the gains: -1/(b + c_M (K_t - J k_2)/(R + L k_1)) for the "
             "full observer, 1/(J p) for the reduced one. Park's transform turns by the measured angle here.",
         ),
@@ -57,13 +57,13 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def standing() -> tuple[float, float]:
-    """Speed that the observer with load tells of a motor held still with a warm winding: measured, computed [rad/s]."""
+    """Speed that the observer with load estimates of a motor held still and warm: measured, computed [rad/s]."""
     p, torque = load("motor-bench").parameters_for(DqMotorParameters), 0.6
     seen = locked(bench(), np.full(1000, torque), 5)
-    told = seen.observed(_observers()["full, with load, R 20 % higher than known"])["motor_speed"][5000:].mean()
+    estimated = seen.observed(_observers()["full, with load, R 20 % higher than known"])["motor_speed"][5000:].mean()
     current = torque / torque_constant(p.motor_pole_pairs, p.motor_flux)
     missing = p.motor_resistance * (1.0 - 1.0 / WARMER)
-    return float(told), missing * current / back_emf_constant(p.motor_pole_pairs, p.motor_flux)
+    return float(estimated), missing * current / back_emf_constant(p.motor_pole_pairs, p.motor_flux)
 
 
 def stepped(seed: int) -> ObserverDrive:
@@ -72,17 +72,17 @@ def stepped(seed: int) -> ObserverDrive:
     return drive(bench(stiffness=0.0), SPEED * time, np.repeat(LEVELS, STEPS), seed)
 
 
-def settled(observer: Any, seen: ObserverDrive) -> tuple[np.ndarray, np.ndarray]:
+def settled(observer: Block, seen: ObserverDrive) -> tuple[np.ndarray, np.ndarray]:
     """Mean load and mean error of the speed, true less estimated, at every level."""
 
     def mean(values: np.ndarray) -> np.ndarray:
         halves = values.reshape(len(LEVELS), -1)
-        return halves[:, halves.shape[1] // 2 :].mean(axis=1)
+        return np.asarray(halves[:, halves.shape[1] // 2 :].mean(axis=1))
 
     return mean(seen.load), mean(seen.speed - seen.observed(observer)["motor_speed"])
 
 
-def slope(observer: Any, drives: list[ObserverDrive]) -> float:
+def slope(observer: Block, drives: list[ObserverDrive]) -> float:
     """Error of the speed per load [rad/s per N*m]."""
     return float(np.mean([np.polyfit(*settled(observer, seen), 1)[0] for seen in drives]))
 
@@ -106,19 +106,20 @@ def predicted() -> dict[str, float]:
     }
 
 
-def _observers() -> dict[str, Any]:
+def _observers() -> dict[str, Block]:
     p = load("motor-bench").parameters_for(DqMotorParameters)
     colder = replace(p, motor_resistance=p.motor_resistance / WARMER)
-    common: dict[str, Any] = {"sample_time": SAMPLE_TIME, "axes": "measured"}
     return {
-        "full": luenberger(p, load=False, **common),
-        "full, torque constant as printed": luenberger(p, load=False, torque_constant="printed", **common),
-        "full, with load": luenberger(p, **common),
-        "full, with load, R 20 % higher than known": luenberger(colder, **common),
-        "reduced": reduced_luenberger(p, load=False, **common),
-        "reduced, with load": reduced_luenberger(p, **common),
-        "Kalman filter": extended_kalman(p, load=False, **common),
-        "Kalman filter, with load": extended_kalman(p, **common),
+        "full": luenberger(p, load=False, sample_time=SAMPLE_TIME, axes="measured"),
+        "full, torque constant as printed": luenberger(
+            p, load=False, torque_constant="printed", sample_time=SAMPLE_TIME, axes="measured"
+        ),
+        "full, with load": luenberger(p, sample_time=SAMPLE_TIME, axes="measured"),
+        "full, with load, R 20 % higher than known": luenberger(colder, sample_time=SAMPLE_TIME, axes="measured"),
+        "reduced": reduced_luenberger(p, load=False, sample_time=SAMPLE_TIME, axes="measured"),
+        "reduced, with load": reduced_luenberger(p, sample_time=SAMPLE_TIME, axes="measured"),
+        "Kalman filter": extended_kalman(p, load=False, sample_time=SAMPLE_TIME, axes="measured"),
+        "Kalman filter, with load": extended_kalman(p, sample_time=SAMPLE_TIME, axes="measured"),
     }
 
 

@@ -1,24 +1,31 @@
-"""Drives of the motor bench for its observers: to and fro against a spring, or at one speed with steps of load."""
+"""Every observer of a motor's angle by name, drives of the motor bench for them, and how they follow."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from tierod.core.block import Block
 from tierod.core.graph import Result, scan
-from tierod.core.graph.trace import trace
+from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle.fault_drives import ANGLE_NOISE, CURRENT_NOISE, RATE, SUBSTEPS, VOLTAGE_NOISE, course
+from tierod.papers.motor_angle.dq_motor import DqMotorParameters
+from tierod.papers.motor_angle.fault_drives import NOISES, RATE, SUBSTEPS, bench_time, course, fine, inputs_of
+from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
+from tierod.papers.motor_angle.flux_observer import FluxObserver
+from tierod.papers.motor_angle.printed_observers import extended_kalman, luenberger, reduced_luenberger
 from tierod.physics.pm_motor import REFERENCE_TEMPERATURE
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.motor import AFS_MOTOR, Inverter, Warming
+from tierod.vehicles import load
 
 SAMPLE_TIME = 1.0 / RATE
-NOISE = (CURRENT_NOISE, CURRENT_NOISE, VOLTAGE_NOISE, VOLTAGE_NOISE, ANGLE_NOISE)
+NOISE = tuple(NOISES[name] for name in MotorAngleObserver.Sample._fields)
 """Standard deviations, in the order of a sample."""
 
 
@@ -30,7 +37,7 @@ class ObserverDrive:
         samples: of `MotorAngleObserver.Sample`, (n, 5), at `RATE`
         angle, speed: of the shaft [rad], [rad/s], (n,)
         load: all that opposes the rotor but its viscous friction [N*m], (n,)
-        commands: voltages that the inverter was told to make, in the stator's axes [V], (n, 2)
+        commands: voltages that the inverter was commanded to make, in the stator's axes [V], (n, 2)
         resistance: of a phase, as warm as it is [ohm], (n,)
     """
 
@@ -51,9 +58,13 @@ class ObserverDrive:
         """From the first sample [s]."""
         return np.arange(len(self.angle)) / RATE
 
-    def observed(self, observer: Any) -> Result:
+    def observed(self, observer: Block) -> Result:
         """Outputs of an observer."""
         return scan(observer, self.samples)
+
+    def error(self, observer: Block) -> np.ndarray:
+        """Error of an observer's angle [rad]."""
+        return np.asarray(self.observed(observer)["motor_angle"] - self.angle)
 
 
 def bench(
@@ -82,7 +93,7 @@ def to_and_fro(
         temperature: of the motor [K]
         inverter: between battery and motor
     """
-    time = np.arange(round(seconds * RATE / SUBSTEPS)) * SUBSTEPS / RATE
+    time = bench_time(seconds)
     return drive(bench(temperature, inverter=inverter), course(time, seed), np.zeros(len(time)), seed)
 
 
@@ -111,17 +122,88 @@ def locked(plant: Block, torque: np.ndarray, seed: int) -> ObserverDrive:
 
 
 def _run(plant: Block, seed: int, **given: np.ndarray) -> ObserverDrive:
-    steps = len(next(iter(given.values())))
-    inputs = {name: np.full(steps, 1.0 if name.endswith(".gain") else 0.0) for name in trace(plant).sample} | given
-    found = scan(plant, np.column_stack(list(inputs.values())))
-
-    def fine(name: str) -> np.ndarray:
-        return np.column_stack([found[f"motor.fine.{name}.{k}"] for k in range(SUBSTEPS)]).ravel()
-
-    true = np.column_stack([fine(name) for name in MotorAngleObserver.Sample._fields])
+    found = scan(plant, np.column_stack(list(inputs_of(plant, **given).values())))
+    true = np.column_stack([fine(found, name) for name in MotorAngleObserver.Sample._fields])
     noise = np.random.default_rng([seed, 5]).normal(size=true.shape) * NOISE
     opposing = found["motor.truth_load_torque"] + found["motor.truth_motor_friction_torque"]
-    commands = np.column_stack([fine(f"motor_target_voltage_{axis}") for axis in ("alpha", "beta")])
-    angle, speed = fine("motor_angle_mechanical"), fine("motor_speed")
+    commands = np.column_stack([fine(found, f"motor_target_voltage_{axis}") for axis in ("alpha", "beta")])
+    angle, speed = fine(found, "motor_angle_mechanical"), fine(found, "motor_speed")
     load, resistance = (np.repeat(each, SUBSTEPS) for each in (opposing, found["motor.truth_motor_resistance"]))
     return ObserverDrive(true + noise, angle, speed, load, commands, resistance)
+
+
+SPEEDS = (0.0, 20.0, 40.0, 80.0, math.inf)
+"""Edges of the ranges of speed [rad/s]."""
+
+
+def with_true(p: SampledMotorParameters, resistance: float, flux: float, inductance: float) -> SampledMotorParameters:
+    """Parameters for an observer of which the true ones are so many times as large."""
+    return replace(
+        p,
+        motor_resistance=p.motor_resistance / resistance,
+        motor_flux=p.motor_flux / flux,
+        motor_inductance=p.motor_inductance / inductance,
+    )
+
+
+class Accuracy(NamedTuple):
+    """How an observer follows: root mean squares of speed [rad/s] and angle [rad], the largest error of that [rad]."""
+
+    speed: float
+    angle: float
+    largest: float
+
+
+def parameters(name: str = "motor-bench") -> tuple[DqMotorParameters, SampledMotorParameters]:
+    """Of a vehicle, for observers in the rotor's and in the stator's axes."""
+    vehicle = load(name)
+    return vehicle.parameters_for(DqMotorParameters), vehicle.parameters_for(SampledMotorParameters)
+
+
+def methods(vehicle: str = "motor-bench") -> dict[str, Block]:
+    """Every observer of a vehicle's motor by name."""
+    dq, fixed = parameters(vehicle)
+    found: dict[str, Block] = {}
+    for name, make in (
+        ("Luenberger", luenberger),
+        ("reduced Luenberger", reduced_luenberger),
+        ("Kalman filter", extended_kalman),
+    ):
+        found[f"{name}, as printed"] = make(dq, SAMPLE_TIME, load=False, axes="measured")
+        found[f"{name}, with load"] = make(dq, SAMPLE_TIME, axes="measured")
+        found[f"{name}, with load, own axes"] = make(dq, SAMPLE_TIME)
+    found["feedforward, held when slow"] = FeedforwardAngle(fixed)
+    found["feedforward, increments when slow"] = FeedforwardAngle(fixed, slow="increments")
+    found["feedforward, increments, with load"] = FeedforwardWithLoad.of(fixed, slow="increments")
+    found["flux observer"] = FluxObserver(fixed)
+    found["default"] = MotorAngleObserver(fixed)
+    return found
+
+
+def accuracy(observer: Block, drives: list[ObserverDrive]) -> Accuracy:
+    """How an observer follows some drives."""
+    squares, largest = np.zeros(2), 0.0
+    for seen in drives:
+        found = seen.observed(observer)
+        away = found["motor_angle"] - seen.angle
+        squares += np.mean((found["motor_speed"] - seen.speed) ** 2), np.mean(away**2)
+        largest = max(largest, float(np.abs(away).max()))
+    speed, angle = np.sqrt(squares / len(drives))
+    return Accuracy(float(speed), float(angle), largest)
+
+
+def by_speed(observer: Block, drives: list[ObserverDrive]) -> list[float]:
+    """Root mean square of the electrical error, whole turns left out, per range of speed [rad]."""
+    within = electrical(np.concatenate([seen.error(observer) for seen in drives]))
+    speed = np.abs(np.concatenate([seen.speed for seen in drives]))
+    return [rms(within[(speed >= low) & (speed < high)]) for low, high in pairwise(SPEEDS)]
+
+
+def electrical(angle: np.ndarray) -> np.ndarray:
+    """Electrical angle of one of the bench's shaft, whole turns left out [rad]."""
+    return np.angle(np.exp(1j * parameters()[0].motor_pole_pairs * angle))
+
+
+def rms(values: np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))

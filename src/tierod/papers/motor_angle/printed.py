@@ -11,12 +11,23 @@ import numpy as np
 from tierod.core.claims import Claim, at_least, between
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.experiments.effort import Effort
+from tierod.papers.motor_angle.dq_motor import q_axis_motor
 from tierod.papers.motor_angle.feedforward import FeedforwardAngle
-from tierod.papers.motor_angle.observer_accuracy import SPEEDS, Accuracy, accuracy, by_speed, methods, parameters
-from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, bench, drive, to_and_fro
+from tierod.papers.motor_angle.luenberger import full_observer, printed_reduced_observer, speed_per_load
+from tierod.papers.motor_angle.observer_drives import (
+    SAMPLE_TIME,
+    SPEEDS,
+    Accuracy,
+    ObserverDrive,
+    accuracy,
+    bench,
+    by_speed,
+    drive,
+    methods,
+    parameters,
+    to_and_fro,
+)
 from tierod.papers.motor_angle.printed_observers import FULL_POLES, REDUCED_POLES, extended_kalman
-from tierod.papers.motor_angle.q_axis_motor import q_axis_motor
-from tierod.papers.motor_angle.reduced_observer import full_observer, printed_reduced_observer, speed_per_load
 from tierod.physics.pm_motor import torque_constant
 
 ROOM = 298.15

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from tierod.core.block import Tree
+from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.derivatives import jacobian
 from tierod.methods.estimators.gaussian import Prediction
@@ -48,8 +47,8 @@ class KalmanSpeed:
     filter: KalmanFilter
 
     @property
-    def tells(self) -> tuple[str, ...]:
-        """What it tells besides the speed."""
+    def extras(self) -> tuple[str, ...]:
+        """What it estimates besides the speed."""
         return ("motor_load_torque", "nis") if self._loaded else ("nis",)
 
     @property
@@ -60,7 +59,7 @@ class KalmanSpeed:
         """At rest."""
         return self.filter.init()
 
-    def advance(self, before: Belief, voltage: RotorVector, current: RotorVector) -> tuple[Belief, Any]:
+    def advance(self, before: Belief, voltage: RotorVector, current: RotorVector) -> tuple[Belief, tuple[Scalar, ...]]:
         """One sample on: (belief, (speed, load, nis))."""
         model = self.filter.model
         inputs = model.Input(*voltage) if self._loaded else model.Input(*voltage, 0.0)

@@ -1,21 +1,59 @@
-"""The printed observers of a motor's angle in the rotor's axes: a speed, integrated from the sensor's first value."""
+"""The printed observers of a motor's angle in the rotor's axes: a speed, integrated from the sensor's first angle."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from functools import lru_cache
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree, Truth, named_tuple
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import POSITIVE
-from tierod.core.graph.maths import either, present, where
+from tierod.core.graph.maths import both, either, present, where
+from tierod.models.linear import LinearSystem
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
-from tierod.papers.motor_angle.dq_motor import DqMotorParameters
+from tierod.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
+from tierod.papers.motor_angle.luenberger import LinearSpeed, full_observer, reduced_observer
 from tierod.papers.motor_angle.printed_kalman import KalmanSpeed, speed_filter
-from tierod.papers.motor_angle.printed_linear import LinearSpeed
-from tierod.papers.motor_angle.printed_signals import AXES, Sample, fresh, output_class, residual
-from tierod.papers.motor_angle.q_axis_motor import q_axis_motor, with_load
-from tierod.papers.motor_angle.reduced_observer import full_observer, reduced_observer
-from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, park
+from tierod.physics.angle import wrapped
+from tierod.physics.clarke_park import RotorVector, StatorVector, direction, electrical_angle, park
+
+Sample = MotorAngleObserver.Sample
+
+AXES = ("own", "measured")
+"""By which angle Park's transform turns: the observer's own, or the sensor's, as printed."""
+
+UNITS = {
+    "motor_angle": "rad",
+    "motor_speed": "rad/s",
+    "motor_load_torque": "N*m",
+    "angle_residual_electrical": "rad",
+    "standing": "",
+    "nis": "",
+}
+
+WIDEST = 0.3
+"""Electrical angle between two samples [rad], up to which a vector is carried on while samples are missing."""
+
+
+@lru_cache(maxsize=32)
+def output_class(*extras: str) -> type:
+    """Class of an output: angle, speed, what else is estimated, and how the sensor differs (electrical)."""
+    names = ("motor_angle", "motor_speed", *extras, "angle_residual_electrical")
+    return named_tuple("Output", [(name, Annotated[float, UNITS[name]]) for name in names])
+
+
+def fresh(begun: Scalar, sample: MotorAngleObserver.Sample) -> Truth:
+    """Whether this sample is the first one with an angle."""
+    return both(begun < 0.5, present(sample.motor_angle_mechanical))
+
+
+def residual(begun: Scalar, sample: MotorAngleObserver.Sample, angle: Scalar, pole_pairs: Scalar) -> Scalar:
+    """Electrical angle of the sensor less the observer's [rad]; zero until that has begun."""
+    return where(begun, wrapped(pole_pairs * (sample.motor_angle_mechanical - angle)), 0.0)
+
 
 FULL_POLES = (-600.0, -700.0)
 """Of the error of current and speed [1/s]: above the 500 1/s of the current itself, below a tenth of 10 kHz."""
@@ -26,12 +64,12 @@ LOAD_POLE = -300.0
 
 
 class RotorFrameState(NamedTuple):
-    """Memory of the speed's observer, the angle, the speed, and whether the sensor has told the beginning."""
+    """Memory of the speed's observer, the angle, the speed, and whether the sensor has given the beginning."""
 
-    inner: Any
-    angle: Any
-    speed: Any
-    begun: Any
+    inner: Tree
+    angle: Scalar
+    speed: Scalar
+    begun: Scalar
 
 
 @dataclass(frozen=True)
@@ -65,19 +103,21 @@ class RotorFrameObserver:
         """Nothing seen."""
         return RotorFrameState(self.inner.start(), 0.0, 0.0, 0.0)
 
-    def step(self, state: RotorFrameState, sample: Any) -> tuple[RotorFrameState, Any]:
+    def step(self, state: RotorFrameState, sample: MotorAngleObserver.Sample) -> tuple[RotorFrameState, Tree]:
         """One sample on."""
         first = fresh(state.begun, sample)
         begun = where(either(state.begun, first), 1.0, 0.0)
         before = where(first, sample.motor_angle_mechanical, state.angle)
         travel = where(state.begun, self.sample_time * state.speed, 0.0)
-        inner, (speed, *extras) = self.inner.advance(state.inner, *self._turned(before + travel, travel, sample, begun))
+        inner, (speed, *extras) = self.inner.advance(state.inner, *self._turned(before + travel, travel, sample))
         angle = where(state.begun, before + 0.5 * (travel + self.sample_time * speed), before)
         away = residual(begun, sample, angle, self.pole_pairs)
-        output = output_class(*self.inner.tells)(angle, speed, *extras, away)
+        output = output_class(*self.inner.extras)(angle, speed, *extras, away)
         return RotorFrameState(inner, angle, speed, begun), output
 
-    def _turned(self, predicted: Any, travel: Any, sample: Any, begun: Any) -> tuple[Any, Any]:
+    def _turned(
+        self, predicted: Scalar, travel: Scalar, sample: MotorAngleObserver.Sample
+    ) -> tuple[RotorVector, RotorVector]:
         """Voltage and current in the rotor's axes; the voltage is a mean, so it is turned by the angle halfway."""
         sensed = sample.motor_angle_mechanical
         at = predicted if self.axes == "own" else where(present(sensed), sensed, predicted)
@@ -153,7 +193,7 @@ def extended_kalman(
 
 
 def _linear(
-    design: Any,
+    design: Callable[[LinearSystem, Sequence[complex]], LinearSystem],
     p: DqMotorParameters,
     sample_time: float,
     load: bool,

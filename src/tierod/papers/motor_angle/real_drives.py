@@ -1,4 +1,4 @@
-"""Recordings of a real drive: what they show of a motor's angle and parameters, and what they cannot show."""
+"""Recordings of a real drive: what they show of a motor's angle, parameters and friction, and what they cannot show."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Block
 from tierod.core.claims import Claim, at_least, at_most, between
 from tierod.core.content import Heading, Item, Table
 from tierod.core.errors import InputError
@@ -18,15 +19,61 @@ from tierod.core.graph import scan
 from tierod.core.recording import Channel, Recording
 from tierod.experiments.effort import Effort
 from tierod.io.readers import read
+from tierod.methods.identification.modulation import Modulation
 from tierod.methods.identification.motor import identify_motor
+from tierod.methods.identification.regression import Fit, Rows, regress
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
-from tierod.papers.motor_angle import real_friction
 from tierod.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod.papers.motor_angle.flux_observer import FluxObserver
-from tierod.papers.motor_angle.real_friction import column
 from tierod.papers.sideslip.real_recordings import DATA, NO_DATA
+
+_STANDS = 0.05
+"""Speed [1/s] around which dry friction is smeared."""
+
+
+def column(recording: Recording, name: str) -> np.ndarray:
+    """A channel by the last part of its name."""
+    return recording[next(each for each in recording.names if each.rpartition(".")[2] == name)].values
+
+
+def friction(speed: Recording, position: Recording) -> Iterator[Item]:
+    """Current across the flux over speed and position: friction and inertia in amperes."""
+    fit, step = motion(position)
+    there, needed = float(np.mean(column(speed, "UserSpeed"))), float(np.mean(column(speed, "motor_current_q")))
+    predicted = fit.values[1] * there + fit.values[2]
+    names = ("acceleration (A per 1/s²)", "speed (A per 1/s)", "dry friction (A)", "constant (A)")
+    rows = tuple((n, f"{v:.3g}", f"{d:.2g}") for n, v, d in zip(names, fit.values, fit.deviations, strict=True))
+    yield Heading(
+        "Friction in amperes",
+        (
+            f"One file holds current and position of a motion to and fro, every {1e3 * step:.3g} ms. "
+            "The unit of its position is the recorder's, and no torque constant is known: inertia and friction come in "
+            "amperes.",
+        ),
+    )
+    yield Table("Current across the flux explained by the motion", ("by", "value", "σ"), rows)
+    yield Claim(
+        "real.friction",
+        "Current that this friction needs at the speed of the other file, over what was recorded there.",
+        "another recording of the same drive",
+        None,
+        float(predicted / needed),
+        between(0.9, 1.1),
+    )
+
+
+def motion(recording: Recording) -> tuple[Fit, float]:
+    """Current over acceleration, speed and direction of the position; and the time between samples [s]."""
+    name = next(each for each in recording.names if each.rpartition(".")[2] == "PosFeedBack")
+    step = float(np.median(np.diff(recording[name].time)))
+    window, place = Modulation(16, 2, step), recording[name].values
+    direction = np.tanh(column(recording, "UserSpeed") / _STANDS)
+    columns = [window.acceleration(place), window.rate(place), window.mean(direction)]
+    regressors = np.column_stack([*columns, np.ones_like(columns[0])])
+    return regress([Rows(window.mean(column(recording, "motor_current_q")), regressors, regressors)]), step
+
 
 FOLDER = "pmsm_drive"
 DRAGGED, TURNING, BESIDE = "SigRecSaveE.mat", "SigRecSave_20250918_da89e76.mat", "SigRecSave1.mat"
@@ -62,9 +109,7 @@ def items(effort: Effort) -> Iterator[Item]:
         found = recorded(name)
         yield from part(found) if found is not None else _absent(part.__name__)
     speed, position = recorded(SPEED), recorded(POSITION)
-    yield from (
-        real_friction.items(speed, position) if speed is not None and position is not None else _absent("friction")
-    )
+    yield from (friction(speed, position) if speed is not None and position is not None else _absent("friction"))
 
 
 class Agreement(NamedTuple):
@@ -116,7 +161,7 @@ def dragged(recording: Recording) -> Iterator[Item]:
         "A current that is counted the other way",
         (
             f'`tierod identify motor` says to {DRAGGED} as recorded: "{said}".',
-            "With the currents turned round it tells "
+            "With the currents turned round it identifies "
             f"{_listed([each.name for each in right.found]) or 'no parameter'}, and not "
             f"{_listed([each.name for each in right.untold])}: at one speed and one current they do not separate.",
         ),
@@ -189,7 +234,7 @@ def beside(recording: Recording) -> Iterator[Item]:
 _CURRENTS = ("motor_current_alpha", "motor_current_beta")
 
 
-def _observers() -> dict[str, Any]:
+def _observers() -> dict[str, Block]:
     """With resistance and flux held: at one speed and one current the angle would go with them."""
     fixed = SampledMotorParameters(**vars(ASSUMED), sample_time=_FINE)
     held = replace(MotorAngleTuning(), resistance_wander=0.0, first_resistance=1e-3, flux_wander=0.0, first_flux=0.02)

@@ -1,11 +1,11 @@
-"""The default observer with a winding that is warmer than it is told, from the start or while it turns."""
+"""The default observer with a winding that is warmer than assumed, from the start or while it turns."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,15 +15,22 @@ from tierod.experiments.effort import Effort
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
-from tierod.papers.motor_angle.fault_drives import RATE, SUBSTEPS, course
-from tierod.papers.motor_angle.observer_accuracy import parameters
-from tierod.papers.motor_angle.observer_drives import ObserverDrive, bench, drive, to_and_fro
+from tierod.papers.motor_angle.fault_drives import bench_time, course
+from tierod.papers.motor_angle.observer_drives import (
+    ObserverDrive,
+    bench,
+    drive,
+    electrical,
+    parameters,
+    rms,
+    to_and_fro,
+)
 from tierod.proving_ground.motor import Warming
 
 SPEEDS = (0.0, 20.0, 44.0, 110.0, np.inf)
 """Edges of the ranges of electrical speed [rad/s]."""
 WARMER = 1.2
-"""Resistance over what the observer is told."""
+"""Resistance over the assumed one."""
 CAPACITY = 1.95
 """Heat capacity of a winding that gains about 40 % of resistance in 20 s of the bench's work [J/K]."""
 FIRST = 4000
@@ -31,13 +38,27 @@ FIRST = 4000
 TARGET = "target of tierod"
 
 
+class Errors(NamedTuple):
+    """Errors of the angle over some drives, root mean squares.
+
+    Args:
+        drives: of every drive [rad]
+        ranges: of all drives, electrical, by range of speed [rad]
+        rise: of the resistance from begin to end, mean over the drives []
+    """
+
+    drives: np.ndarray
+    ranges: list[float]
+    rise: float
+
+
 def items(effort: Effort) -> Iterator[Item]:
     """Errors of the angle by speed, and the resistance that is learnt."""
     yield Heading(
         "A warmer winding",
         (
-            "Nobody measures the resistance of a winding while it works. It is 20 % higher than the observer is told, "
-            "or rises by 40 % in the drive, with magnets 4 % weaker and an inductance 10 % smaller than told besides.",
+            "The resistance of a winding at work is not measured. It is 20 % higher than the observer assumes, "
+            "or rises by 40 % in the drive, with magnets 4 % weaker and an inductance 10 % smaller than assumed.",
         ),
     )
     count, seconds = (2, 8.0) if effort.quick else (8, 20.0)
@@ -58,84 +79,79 @@ def ramped(seed: int, seconds: float) -> ObserverDrive:
     capacity = CAPACITY * seconds / 20.0
     warming = Warming(capacity, 1e9, winding_conductance=0.0, ambient_temperature=293.15)
     plant = replace(plant, motor=replace(plant.motor, warming=warming))
-    time = np.arange(round(seconds * RATE / SUBSTEPS)) * SUBSTEPS / RATE
+    time = bench_time(seconds)
     return drive(plant, course(time, seed), np.zeros(len(time)), seed)
 
 
-def _cases() -> dict[str, tuple[Any, bool]]:
+def _cases() -> dict[str, tuple[MotorAngleObserver, bool]]:
     """Observer and whether the winding warms, by name."""
-    told = parameters()[1]
-    colder = replace(told, motor_resistance=told.motor_resistance / WARMER)
+    known = parameters()[1]
+    colder = replace(known, motor_resistance=known.motor_resistance / WARMER)
     fixed = MotorAngleTuning(first_resistance=1e-6, first_flux=1e-6, resistance_wander=0.0, flux_wander=0.0)
     return {
-        "as told": (MotorAngleObserver(told), False),
+        "as told": (MotorAngleObserver(known), False),
         "20 % higher": (MotorAngleObserver(colder), False),
         "20 % higher, resistance and flux not learnt": (MotorAngleObserver(colder, fixed), False),
-        "rising by 40 %": (MotorAngleObserver(_other(told)), True),
+        "rising by 40 %": (MotorAngleObserver(_other(known)), True),
     }
 
 
-def _other(told: SampledMotorParameters) -> SampledMotorParameters:
-    return replace(told, motor_flux=told.motor_flux / 0.96, motor_inductance=told.motor_inductance / 0.9)
+def _other(known: SampledMotorParameters) -> SampledMotorParameters:
+    return replace(known, motor_flux=known.motor_flux / 0.96, motor_inductance=known.motor_inductance / 0.9)
 
 
-def _errors(observer: Any, warms: bool, seeds: Sequence[int], seconds: float) -> Mapping[str, Any]:
-    """Root mean squares of the angle: of every drive [rad], and electrical by range of speed [rad]; the ramp's end."""
+def _errors(observer: MotorAngleObserver, warms: bool, seeds: Sequence[int], seconds: float) -> Errors:
     drives = [ramped(seed, seconds) if warms else to_and_fro(seed, seconds) for seed in seeds]
-    away = [seen.observed(observer)["motor_angle"] - seen.angle for seen in drives]
-    pairs = parameters()[0].motor_pole_pairs
-    within = np.angle(np.exp(1j * pairs * np.concatenate(away)))
-    speed = pairs * np.abs(np.concatenate([seen.speed for seen in drives]))
+    away = [seen.error(observer) for seen in drives]
+    within = electrical(np.concatenate(away))
+    speed = parameters()[0].motor_pole_pairs * np.abs(np.concatenate([seen.speed for seen in drives]))
     ranges = [(speed >= low) & (speed < high) for low, high in pairwise(SPEEDS)]
-    return {
-        "drives": np.array([np.sqrt(np.mean(each**2)) for each in away]),
-        "ranges": [float(np.sqrt(np.mean(within[each] ** 2))) for each in ranges],
-        "rise": float(np.mean([seen.resistance[-1] / seen.resistance[0] - 1.0 for seen in drives])),
-    }
+    rise = float(np.mean([seen.resistance[-1] / seen.resistance[0] - 1.0 for seen in drives]))
+    return Errors(np.array([rms(each) for each in away]), [rms(within[each]) for each in ranges], rise)
 
 
-def _table(found: Mapping[str, Mapping[str, Any]]) -> Table:
+def _table(found: Mapping[str, Errors]) -> Table:
     header = ("resistance", "angle, median", "worst", "below 20 rad/s", "20 to 44", "44 to 110", "above 110")
     rows = tuple(
         (
             name,
-            f"{np.median(each['drives']):.4f}",
-            f"{each['drives'].max():.4f}",
-            *(f"{value:.3f}" for value in each["ranges"]),
+            f"{np.median(each.drives):.4f}",
+            f"{each.drives.max():.4f}",
+            *(f"{value:.3f}" for value in each.ranges),
         )
         for name, each in found.items()
     )
     note = (
         "Angle of the shaft over whole drives; then the electrical error, whole turns left out, by electrical speed. "
-        f"The rise was {100.0 * found['rising by 40 %']['rise']:.0f} % in the mean."
+        f"The rise was {100.0 * found['rising by 40 %'].rise:.0f} % in the mean."
     )
     return Table("Error of the angle with a wrong resistance, rms (rad)", header, rows, note)
 
 
 def _chart(seen: ObserverDrive) -> Chart:
-    told = seen.observed(MotorAngleObserver(_other(parameters()[1])))
+    learnt = seen.observed(MotorAngleObserver(_other(parameters()[1])))
     thin = slice(None, None, 100)
     panel = Panel(
         "",
         "time (s)",
         "resistance (mΩ)",
         (
-            Lines("learnt", seen.time[thin], 1e3 * told["motor_resistance"][thin]),
+            Lines("learnt", seen.time[thin], 1e3 * learnt["motor_resistance"][thin]),
             Lines("true", seen.time[thin], 1e3 * seen.resistance[thin], dashed=True),
         ),
     )
     return Chart(
         "motor-angle-resistance",
         "A resistance that rises while the motor works",
-        "The observer is told the cold one and a wrong flux and inductance; it learns where 3 A flow or more.",
+        "The observer assumes the cold one and a wrong flux and inductance; it learns where 3 A flow or more.",
         "The learnt resistance follows the true one upwards by some 40 percent.",
         (panel,),
     )
 
 
-def _claims(found: Mapping[str, Mapping[str, Any]]) -> Iterator[Claim]:
+def _claims(found: Mapping[str, Errors]) -> Iterator[Claim]:
     for key, name in (("warm", "20 % higher"), ("ramp", "rising by 40 %")):
-        each = found[name]["drives"]
+        each = found[name].drives
         yield Claim(
             f"motor-angle.resistance.{key}",
             f"The default observer keeps the angle with a resistance that is {name} than told"

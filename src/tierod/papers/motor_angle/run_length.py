@@ -72,7 +72,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading("Time between false alarms", TEXT)
     yield from _white(effort.quick)
     courses = 2 if effort.quick else 800 if effort.thorough else 75
-    drives = healthy_drives(courses, FIRST, effort.processes)
+    drives = healthy_drives(courses, FIRST, effort)
     found = tried_lengths(drives)
     yield from _sound(drives, effort.thorough)
     yield _tried_table(found, drives)
@@ -125,7 +125,7 @@ def _white(quick: bool) -> Iterator[Item]:
         "White residuals: the run length is as designed, for every rule.",
         "target of tierod",
         None,
-        # Some hundred alarms tell a run length within 7 % only.
+        # Some hundred alarms give a run length within 7 % only.
         None if quick else 100.0 * worst,
         at_most(5.0),
         "percent",
@@ -213,7 +213,7 @@ def _chart(found: list[TriedLength]) -> Chart:
 
 
 def _claims(found: list[TriedLength]) -> Iterator[Claim]:
-    told = found[-1].alarms >= ENOUGH
+    enough = found[-1].alarms >= ENOUGH
     for each in found:
         if each.wanted not in (60.0, 600.0):
             continue
@@ -222,9 +222,9 @@ def _claims(found: list[TriedLength]) -> Iterator[Claim]:
             f"Coloured residuals: designed for {each.wanted:g} s between false alarms, found over that.",
             "target of tierod",
             None,
-            each.measured / each.wanted if told else None,
+            each.measured / each.wanted if enough else None,
             between(0.8, 1.2),
             "",
             f"{each.alarms} alarms"
-            + ("" if told else f", {found[-1].alarms} at {WANTED[-1]:g} s: judged with '--thorough'"),
+            + ("" if enough else f", {found[-1].alarms} at {WANTED[-1]:g} s: judged with '--thorough'"),
         )

@@ -27,12 +27,12 @@ TARGET = "target of tierod"
 
 TEXT = (
     "The bench's motor turns to and fro under control of its angle. At a random instant at which it turns fast enough "
-    f"for its currents to tell the angle, a fault begins and is watched for {AFTER:g} s. It lies inside the loop: the "
+    f"for its currents to show the angle, a fault begins and is watched for {AFTER:g} s. It lies inside the loop: the "
     "current control reads the wrong sensor, and what it reads is recorded; only steps of the angle are put into the "
     "recording alone. The drives turn at many speeds up to some 100 rad/s, those by speed to and fro at one of them.",
     "A delay runs from when the fault is as large as five degrees electrical to the first alarm of any test, and is "
-    "told twice: from the clock, and of time in which the motor turned so fast that its angle was known. Between two "
-    "strokes the motor stands, and nothing can be told.",
+    "given twice: from the clock, and of time in which the motor turned so fast that its angle was known. Between two "
+    "strokes the motor stands, and nothing shows.",
 )
 
 
@@ -71,14 +71,14 @@ def items(effort: Effort) -> Iterator[Item]:
     """Coverage and delays, of all faults and by speed, and of those that let the drive stall."""
     yield Heading("Faults of the angle sensor", TEXT)
     many, few, whole = (3, 1, 3) if effort.quick else (40, 10, 40)
-    mixed = tried(None, range(FIRST, FIRST + many), effort.processes)
+    mixed = tried(None, range(FIRST, FIRST + many), effort)
     by_speed = {
-        speed: tried(speed, range(FIRST + 100 * place, FIRST + 100 * place + few), effort.processes)
+        speed: tried(speed, range(FIRST + 100 * place, FIRST + 100 * place + few), effort)
         for place, speed in enumerate(SPEEDS, 1)
     }
     seeds, names = range(FIRST_ANYWHERE, FIRST_ANYWHERE + whole), [fault.name for fault in STALLS]
-    told = found_anywhere(names, seeds, effort.processes)
-    stalls = {name: Delays(tuple(found)) for name, found in told.items()}
+    anywhere = found_anywhere(names, seeds, effort)
+    stalls = {name: Delays(tuple(found)) for name, found in anywhere.items()}
     yield _table(mixed)
     yield _speed_table(by_speed)
     yield _stall_table(stalls)
@@ -87,15 +87,15 @@ def items(effort: Effort) -> Iterator[Item]:
     yield from _claims(mixed, stalls)
 
 
-def tried(speed: float | None, seeds: Sequence[int], processes: int | None = 1) -> Outcome:
+def tried(speed: float | None, seeds: Sequence[int], effort: Effort) -> Outcome:
     """All faults in drives of some seeds.
 
     Args:
         speed: of the strokes [rad/s]; None for drives of many speeds
         seeds: of the drives
-        processes: that work at a time; one per core if None
+        effort: that makes them
     """
-    trials = found_in([Trial(seed, speed) for seed in seeds], processes)
+    trials = found_in([Trial(seed, speed) for seed in seeds], effort)
     return {fault.name: Delays(tuple(trial[fault.name] for trial in trials)) for fault in FAULTS}
 
 

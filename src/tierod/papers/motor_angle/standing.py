@@ -1,42 +1,162 @@
-"""The default observer where the currents tell no angle: a motor that is held still, and a wrong beginning."""
+"""The default observer where the currents do not determine the angle: held still, and after a wrong beginning."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from tierod.core.claims import Claim, at_least, at_most
-from tierod.core.content import Band, Chart, Heading, Item, Lines, Panel, Table
+from tierod.core.block import Block
+from tierod.core.claims import Claim, Goal, at_least, at_most
+from tierod.core.content import Band, Chart, Heading, Item, Lines, Mark, Panel, Table
 from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle import wrong_beginning
-from tierod.papers.motor_angle.fault_drives import RATE, SUBSTEPS
-from tierod.papers.motor_angle.observer_accuracy import methods, parameters
-from tierod.papers.motor_angle.observer_drives import ObserverDrive, bench, drive
-from tierod.papers.motor_angle.wrong_beginning import (
-    BEGUN_SPEED,
-    FIRST,
-    TARGET,
-    WITHIN,
-    settled,
+from tierod.papers.motor_angle.fault_drives import RATE, SUBSTEPS, bench_time
+from tierod.papers.motor_angle.observer_drives import (
+    ObserverDrive,
+    bench,
+    drive,
+    electrical,
+    methods,
+    parameters,
+    to_and_fro,
     with_true,
-    within_a_turn,
 )
+
+WITHIN, KEPT = 0.03, 0.1
+"""An angle is settled when its error stays below this [rad] for so long [s]; whole electrical turns left out."""
+BEGUN_SPEED = 1.0
+"""From this speed on a motor that starts is said to turn [rad/s]."""
+WATCHED = 2.0
+"""After a wrong beginning [s]."""
+FIRST = 3000
+"""Seed; those below were used while the observer was tuned."""
+TARGET = "target of tierod"
+
+
+def within_a_turn(angle: np.ndarray) -> np.ndarray:
+    """An angle of the shaft without whole electrical turns [rad]."""
+    return electrical(angle) / parameters()[1].motor_pole_pairs
+
+
+def settled(wrong: np.ndarray) -> float:
+    """Time after which nothing is wrong for `KEPT`; infinite where that never comes [s].
+
+    Args:
+        wrong: a value per sample
+    """
+    kept = round(KEPT * RATE)
+    summed = np.concatenate([[0], np.cumsum(wrong)])
+    good = np.flatnonzero(summed[kept:] == summed[:-kept])
+    return float(good[0]) / RATE if len(good) else math.inf
+
+
+def settling(error: float, begins: str, trials: int) -> np.ndarray:
+    """Times in which the observer finds the angle after a wrong beginning [s].
+
+    Args:
+        error: of the sensor, either way [rad]
+        begins: "from rest" or "reversing"
+        trials: how many
+    """
+    found = []
+    for trial in range(trials):
+        random = np.random.default_rng([FIRST + trial, 9])
+        seen, start = BEGINNINGS[begins](trial, random)
+        samples = seen.samples.copy()
+        samples[:, 4] += error * random.choice((-1.0, 1.0))
+        away = within_a_turn(replace(seen, samples=samples).error(_another_motor(random)))
+        found.append(settled(np.abs(away[start:]) > WITHIN))
+    return np.array(found)
+
+
+def _from_rest(trial: int, random: np.random.Generator) -> tuple[ObserverDrive, int]:
+    time = bench_time(WATCHED)
+    speed = random.uniform(20.0, 100.0) * random.choice((-1.0, 1.0)) * np.clip((time - 0.3) / 0.05, 0.0, 1.0)
+    seen = drive(bench(), np.cumsum(speed) * SUBSTEPS / RATE, np.zeros(len(time)), FIRST + trial)
+    return seen, int(np.argmax(np.abs(seen.speed) > BEGUN_SPEED))
+
+
+def _reversing(trial: int, random: np.random.Generator) -> tuple[ObserverDrive, int]:
+    seen, length = to_and_fro(FIRST + trial % 6, 20.0), round(WATCHED * RATE)
+    turns = np.flatnonzero(np.diff(np.sign(seen.speed)) != 0.0)
+    turns = turns[(turns > RATE) & (turns < len(seen.speed) - length)]
+    begin = int(random.choice(turns) - random.integers(0, round(0.1 * RATE)))
+    part = slice(begin, begin + length)
+    cut = {name: values[part] for name, values in vars(seen).items() if values is not None}
+    return ObserverDrive(**cut), 0
+
+
+BEGINNINGS: dict[str, Callable[[int, np.random.Generator], tuple[ObserverDrive, int]]] = {
+    "from rest": _from_rest,
+    "reversing": _reversing,
+}
+"""Drives, and the sample from which the time counts."""
+
+
+def _another_motor(random: np.random.Generator) -> MotorAngleObserver:
+    p = parameters()[1]
+    return MotorAngleObserver(
+        with_true(p, random.uniform(0.8, 1.3), random.uniform(0.94, 1.02), random.uniform(0.93, 1.07))
+    )
+
+
+def _wrong_beginnings(trials: int) -> Iterator[Item]:
+    """Time until the error is gone, by size.
+
+    Args:
+        trials: of every size
+    """
+    errors = (0.1, 0.3, 0.5, 0.75)
+    found = {(begins, error): settling(error, begins, trials) for begins in BEGINNINGS for error in errors}
+    rows = tuple(
+        (f"{begins}, {error:g} rad", *(_milliseconds(each, share) for share in (0.5, 0.95, 1.0)))
+        for (begins, error), each in found.items()
+    )
+    note = (
+        f"{trials} trials each; a quarter of an electrical turn is 0.39 rad, half of one 0.79 rad. ∞: not within "
+        f"{WATCHED:g} s."
+    )
+    yield Table(
+        "Time until the error of a wrong beginning stays below 0.03 rad [ms]",
+        ("", "median", "95 %", "most"),
+        rows,
+        note,
+    )
+    for begins, goal in (("from rest", 0.1), ("reversing", 0.3)):
+        values = found[begins, 0.3]
+        yield Claim(
+            f"standing.begin-{begins.replace(' ', '-')}",
+            f"A first error of 0.3 rad, {begins}, is gone: 95 % of the time to 0.03 rad.",
+            TARGET,
+            None,
+            float(np.quantile(values, 0.95, method="higher")),
+            at_most(goal),
+            "s",
+            f"median {np.median(values):.3f} s, most {values.max():.3f} s of {trials}",
+        )
+
+
+def _milliseconds(values: Sequence[float] | np.ndarray, share: float) -> str:
+    value = 1e3 * float(np.quantile(values, share, method="higher"))
+    return f"{value:.0f}" if math.isfinite(value) else "∞"
+
 
 MOVING, HELD, AFTER = 5.6, 10.0, 5.0
 """The motor turns, is held against the load, and turns on for so long [s]."""
 WARMER = 1.2
-"""Resistance over what the observer is told."""
+"""Resistance over the assumed one."""
 
 
 class Held(NamedTuple):
-    """What an observer tells of a motor that is held.
+    """Estimates of an observer while the motor is held.
 
     Args:
         drift: of the angle from the first to the last second [rad]
-        early, late: standard deviation that it tells, after the first second and at the end [rad]
+        early, late: standard deviation that it claims, after the first second and at the end [rad]
         back: time from turning again until it knows the angle [s]
     """
 
@@ -52,8 +172,8 @@ def items(effort: Effort) -> Iterator[Item]:
         "Standing, and a wrong beginning",
         (
             f"The bench's motor turns for {MOVING:g} s, is held against 0.8 N·m for {HELD:g} s, and turns on. "
-            "Held, its currents tell nothing: the observer goes on by the increments of the sensor and says so by a "
-            "variance that grows. It knows its angle again when it tells less than 0.03 rad, and is right within that.",
+            "Held, its currents show nothing: the observer goes on by the increments of the sensor and says so by a "
+            "variance that grows. It knows its angle again when it claims less than 0.03 rad and is right within.",
             "A wrong beginning: the sensor is off by a constant when the observer begins. From rest, the motor then "
             f"starts one way, and the time counts from {BEGUN_SPEED:g} rad/s; reversing, the motor turns the other way "
             "within a tenth of a second. Resistance, flux and inductance differ from the file's.",
@@ -64,7 +184,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield _held_table(held)
     yield _held_chart(held_drive(FIRST))
     yield from _held_claims(held)
-    yield from wrong_beginning.items(6 if effort.quick else 60)
+    yield from _wrong_beginnings(6 if effort.quick else 60)
 
 
 def held_drive(seed: int) -> ObserverDrive:
@@ -73,17 +193,17 @@ def held_drive(seed: int) -> ObserverDrive:
     Args:
         seed: of the noises and the place
     """
-    time = np.arange(round((MOVING + HELD + AFTER) * RATE / SUBSTEPS)) * SUBSTEPS / RATE
+    time = bench_time(MOVING + HELD + AFTER)
     moving = np.where(time < MOVING + HELD, np.minimum(time, MOVING), time - HELD)
     # So that a quarter of the period ends where the motor is held: at the greatest angle.
     rate = 2.0 * np.pi * (0.25 + np.random.default_rng(seed).integers(1, 4)) / MOVING
     return drive(bench(), 10.0 * np.sin(rate * moving) * np.clip(2.0 * time, 0.0, 1.0), np.zeros(len(time)), seed)
 
 
-def standing(observer: Any, seen: ObserverDrive) -> Held:
-    """What an observer tells of such a drive."""
-    told = seen.observed(observer)
-    away, deviation = told["motor_angle"] - seen.angle, told["motor_angle_standard_deviation"]
+def standing(observer: Block, seen: ObserverDrive) -> Held:
+    """Estimates of an observer on such a drive."""
+    found = seen.observed(observer)
+    away, deviation = found["motor_angle"] - seen.angle, found["motor_angle_standard_deviation"]
     first, second, last, end = (
         round(second * RATE) for second in (MOVING + 0.5, MOVING + 1.5, MOVING + HELD - 1.0, MOVING + HELD)
     )
@@ -123,19 +243,19 @@ def _held_table(held: dict[str, list[Held]]) -> Table:
 
 def _held_chart(seen: ObserverDrive) -> Chart:
     part = slice(round((MOVING - 0.6) * RATE), round((MOVING + HELD + 1.0) * RATE), 20)
-    told = seen.observed(MotorAngleObserver(parameters()[1]))
-    time, deviation = seen.time[part], 2.0 * told["motor_angle_standard_deviation"][part]
-    marks: list[Any] = [Band("default", time, -deviation, deviation)]
+    found = seen.observed(MotorAngleObserver(parameters()[1]))
+    time, deviation = seen.time[part], 2.0 * found["motor_angle_standard_deviation"][part]
+    marks: list[Mark] = [Band("default", time, -deviation, deviation)]
     others = methods()
     names = ("Luenberger, with load", "Kalman filter, with load")
     for name, observer in (*((name, others[name]) for name in names), ("default", None)):
-        away = (told if observer is None else seen.observed(observer))["motor_angle"] - seen.angle
+        away = (found if observer is None else seen.observed(observer))["motor_angle"] - seen.angle
         marks.append(Lines(name, time, away[part] - away[part][0]))
     return Chart(
         "motor-angle-held",
         "An observer's angle while the motor is held (Figure 7)",
         f"Held from {MOVING:g} to {MOVING + HELD:g} s. Errors from the begin of the section on; the band is twice the "
-        "standard deviation that the default tells. The others integrate a speed and turn by the measured angle.",
+        "standard deviation that the default claims. The others integrate a speed and turn by the measured angle.",
         "Errors of three observers while the motor stands: the default stays, and its band grows.",
         (Panel("", "time (s)", "error of the angle (rad)", tuple(marks)),),
     )
@@ -145,7 +265,7 @@ def _held_claims(held: dict[str, list[Held]]) -> Iterator[Claim]:
     every = [each for found in held.values() for each in found]
     note = "worst of all drives, with the right and with a warmer winding"
 
-    def claim(key: str, text: str, measured: float, goal: Any, unit: str) -> Claim:
+    def claim(key: str, text: str, measured: float, goal: Goal, unit: str) -> Claim:
         return Claim(f"standing.{key}", text, TARGET, None, measured, goal, unit, note)
 
     drift = max(each.drift for each in every)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,11 +16,9 @@ from tierod.core.graph.operation_count import OperationCount, operation_count
 from tierod.core.graph.trace import initial_memory
 from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle.feedforward import FeedforwardAngle
-from tierod.papers.motor_angle.feedforward_load import FeedforwardWithLoad
+from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
 from tierod.papers.motor_angle.flux_observer import FluxObserver
-from tierod.papers.motor_angle.observer_accuracy import parameters
-from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, to_and_fro
+from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, parameters, to_and_fro
 from tierod.papers.motor_angle.printed_observers import extended_kalman, luenberger, reduced_luenberger
 
 
@@ -72,15 +70,17 @@ def items(effort: Effort) -> Iterator[Item]:
     yield from _claims(counts)
 
 
-def observers() -> dict[str, Any]:
+def observers() -> dict[str, Block]:
     """The printed ones first, then with load, then the others."""
     dq, fixed = parameters()
-    makers: dict[str, Callable[..., Any]] = {
+    makers: dict[str, Callable[..., Block]] = {
         "Luenberger": luenberger,
         "reduced Luenberger": reduced_luenberger,
         "Kalman filter": extended_kalman,
     }
-    found: dict[str, Any] = {name: make(dq, SAMPLE_TIME, load=False, axes="measured") for name, make in makers.items()}
+    found: dict[str, Block] = {
+        name: make(dq, SAMPLE_TIME, load=False, axes="measured") for name, make in makers.items()
+    }
     found["feedforward"] = FeedforwardAngle(fixed)
     found |= {f"{name}, with load": make(dq, SAMPLE_TIME) for name, make in makers.items()}
     found["feedforward, with load"] = FeedforwardWithLoad.of(fixed)

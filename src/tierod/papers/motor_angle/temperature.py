@@ -12,10 +12,9 @@ from tierod.core.content import Chart, Heading, Item, Lines, Panel, Points, Tabl
 from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.papers.motor_angle.fault_drives import RATE, SUBSTEPS, course
+from tierod.papers.motor_angle.fault_drives import bench_time, course
 from tierod.papers.motor_angle.healthy_drives import AlarmWatch, bench_monitor
-from tierod.papers.motor_angle.observer_accuracy import parameters
-from tierod.papers.motor_angle.observer_drives import ObserverDrive, drive, to_and_fro
+from tierod.papers.motor_angle.observer_drives import ObserverDrive, drive, parameters, to_and_fro
 from tierod.physics.pm_motor import flux_at, resistance_at
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.motor import AFS_MOTOR, Warming
@@ -40,7 +39,7 @@ class AtTemperature:
         name: in words
         rms, most: of the error of the angle [rad]
         resistance, flux: true ones at the end, over the vehicle file's []
-        told_resistance, told_flux: as the observer tells them, likewise []
+        learnt_resistance, learnt_flux: as the observer estimates them, likewise []
         alarms: drives with an alarm of any test
         drives: how many
     """
@@ -50,8 +49,8 @@ class AtTemperature:
     most: float
     resistance: float
     flux: float
-    told_resistance: float
-    told_flux: float
+    learnt_resistance: float
+    learnt_flux: float
     alarms: int
     drives: int
 
@@ -61,7 +60,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading(
         "Temperature",
         (
-            "Winding and magnets of the bench's motor are as warm as told; resistance and flux follow. The observer "
+            "Winding and magnets of the bench's motor are as warm as named; resistance and flux follow. The observer "
             "knows those at 20 °C. A ramp goes through the whole range within a minute, far faster than any motor.",
         ),
     )
@@ -88,7 +87,7 @@ def ramp(seed: int, begin: float, end: float) -> ObserverDrive:
         seed: of course and noises
         begin, end: temperatures [degree Celsius]
     """
-    time = np.arange(round(RAMP * RATE / SUBSTEPS)) * SUBSTEPS / RATE
+    time = bench_time(RAMP)
     # Almost nothing to heat: winding and magnets are as warm as the air at every instant.
     light = Warming(1.0, 1.0, 20.0, 20.0, ambient_temperature=ZERO + begin)
     path = "motor.warming.ambient_temperature"
@@ -106,18 +105,18 @@ def judged(name: str, degrees: float, drives: list[ObserverDrive]) -> AtTemperat
         drives: that it is shown
     """
     p = parameters()[1]
-    square, most, alarms, told = 0.0, 0.0, 0, np.zeros(2)
+    square, most, alarms, learnt = 0.0, 0.0, 0, np.zeros(2)
     for seen in drives:
         found = seen.observed(MotorAngleObserver(p))
         away = found["motor_angle"] - seen.angle
         square += float(np.mean(away**2))
         most = max(most, float(np.abs(away).max()))
-        told += found["motor_resistance"][-1] / p.motor_resistance, found["motor_flux"][-1] / p.motor_flux
+        learnt += found["motor_resistance"][-1] / p.motor_resistance, found["motor_flux"][-1] / p.motor_flux
         alarms += alarmed(seen)
-    told /= len(drives)
+    learnt /= len(drives)
     resistance, flux = resistance_at(ZERO + degrees, 1.0), flux_at(ZERO + degrees, 1.0)
     rms = float(np.sqrt(square / len(drives)))
-    return AtTemperature(name, rms, most, resistance, flux, float(told[0]), float(told[1]), alarms, len(drives))
+    return AtTemperature(name, rms, most, resistance, flux, float(learnt[0]), float(learnt[1]), alarms, len(drives))
 
 
 def alarmed(seen: ObserverDrive) -> bool:
@@ -132,8 +131,8 @@ def _table(found: list[AtTemperature]) -> Table:
     rows = tuple(
         (
             each.name,
-            f"{each.resistance:.2f}, {each.told_resistance:.2f}",
-            f"{each.flux:.3f}, {each.told_flux:.3f}",
+            f"{each.resistance:.2f}, {each.learnt_resistance:.2f}",
+            f"{each.flux:.3f}, {each.learnt_flux:.3f}",
             f"{each.rms:.4f}",
             f"{each.most:.3f}",
             f"{each.alarms} of {each.drives}",
@@ -150,15 +149,15 @@ def _table(found: list[AtTemperature]) -> Table:
 
 def _chart(temperatures: tuple[float, ...], found: list[AtTemperature]) -> Chart:
     lines = [
-        ("resistance", [each.resistance for each in found], [each.told_resistance for each in found]),
-        ("flux", [each.flux for each in found], [each.told_flux for each in found]),
+        ("resistance", [each.resistance for each in found], [each.learnt_resistance for each in found]),
+        ("flux", [each.flux for each in found], [each.learnt_flux for each in found]),
     ]
     marks = [
         mark
-        for name, true, told in lines
+        for name, true, learnt in lines
         for mark in (
             Lines(f"{name}, true", temperatures, true, dashed=True),
-            Points(f"{name}, told", temperatures, told),
+            Points(f"{name}, told", temperatures, learnt),
         )
     ]
     errors = (
@@ -179,16 +178,16 @@ def _chart(temperatures: tuple[float, ...], found: list[AtTemperature]) -> Chart
 
 def _ramp_chart(seen: ObserverDrive) -> Chart:
     p, kept = parameters()[1], slice(None, None, 100)
-    told = seen.observed(MotorAngleObserver(p))
+    found = seen.observed(MotorAngleObserver(p))
     time = seen.time[kept]
     air = ZERO + COLD + (HOT - COLD) * time / RAMP
     learnt = (
         Lines("resistance, true", time, resistance_at(air, 1.0), dashed=True),
-        Lines("resistance, told", time, told["motor_resistance"][kept] / p.motor_resistance),
+        Lines("resistance, told", time, found["motor_resistance"][kept] / p.motor_resistance),
         Lines("flux, true", time, flux_at(air, 1.0), dashed=True),
-        Lines("flux, told", time, told["motor_flux"][kept] / p.motor_flux),
+        Lines("flux, told", time, found["motor_flux"][kept] / p.motor_flux),
     )
-    away = Lines("error", time, (told["motor_angle"] - seen.angle)[kept])
+    away = Lines("error", time, (found["motor_angle"] - seen.angle)[kept])
     return Chart(
         "motor-angle-ramp",
         "A motor that warms from -40 to 120 °C within a minute",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,16 +13,16 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
-from tierod.experiments.processes import in_processes
-from tierod.monitors.motor_angle.detector import MotorAngleMonitor
-from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Angles, Superposition, VariableGain
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
+from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain
 from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, NOT_MOTOR, PINION, WHEEL, WhichAngle
-from tierod.papers.motor_angle.car_drives import CAR
 from tierod.papers.motor_angle.fault_drives import RATE
+from tierod.papers.motor_angle.figures import CAR
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.faults import AtTime, Drift, Fault, Offset, Stuck
+from tierod.proving_ground.faults.behaviours import AnyBehaviour
 from tierod.proving_ground.run import run
 from tierod.vehicles import load
 
@@ -48,7 +48,7 @@ KINDS = ("offset", "drift", "stuck")
 
 
 class Case(NamedTuple):
-    """A drive with a fault; a sound one where the angle is empty."""
+    """A drive with a fault; a fault-free one where the angle is empty."""
 
     course: str
     seed: int
@@ -57,11 +57,11 @@ class Case(NamedTuple):
 
 
 class Told(NamedTuple):
-    """What the plausibility says over such a drive.
+    """Findings of the plausibility over such a drive.
 
     Args:
         delay: from the fault to its alarm [s]; infinite without one
-        motion: who is suspected by motion alone, for most of the time
+        motion: the angle that motion alone suspects, for most of the time
         suspect: with the observer and the variable ratio besides; the motor, where a test of its own alarmed before
         largest: disagreement at the pinion before the fault [rad]
         early: whether it alarmed before the fault
@@ -90,10 +90,10 @@ def items(effort: Effort) -> Iterator[Item]:
     )
     seeds = range(FIRST, FIRST + (1 if effort.quick else 3))
     chosen = {"slalom": COURSES["slalom"]} if effort.quick else COURSES
-    sound = in_processes(told_of, [Case(course, seed) for course in chosen for seed in seeds], effort.processes)
+    sound = effort.made(told_of, [Case(course, seed) for course in chosen for seed in seeds])
     kinds = [(angle, kind) for angle in ANGLES for kind in KINDS]
     cases = [Case(course, seed, angle, kind) for angle, kind in kinds for course in chosen for seed in seeds]
-    found = dict(zip(cases, in_processes(told_of, cases, effort.processes), strict=True))
+    found = dict(zip(cases, effort.made(told_of, cases), strict=True))
     groups = {pair: [each for case, each in found.items() if (case.angle, case.kind) == pair] for pair in kinds}
     yield _table(groups)
     yield from _claims(groups, sound)
@@ -108,21 +108,18 @@ def told_of(case: Case) -> Told:
     ).recording
     samples, monitor = _samples(recording), _monitor()
     found = scan(monitor, samples)
-    assert monitor.plausibility is not None
-    columns = [MotorAngleSample._fields.index(name) for name in Angles._fields]
-    moved = scan(monitor.plausibility, samples[:, columns])
     alarm, begin = found["alarms.plausibility"] > 0.5, round(start * RATE)
     late = np.flatnonzero(alarm[begin:])
     delay = float(late[0]) / RATE if len(late) and case.angle else np.inf
-    motion, suspect = (_mostly(each["suspect"][alarm]) for each in (moved, found))
+    motion, suspect = (_mostly(found[f"plausible.{name}"][alarm]) for name in ("by_motion", "suspect"))
     sooner = len(late) and any((found[f"alarms.{name}"][begin : begin + late[0]] > 0.5).any() for name in OWN_TESTS)
     until = begin if case.angle else len(alarm)
-    largest, early = float(np.abs(found["mismatch"][:until]).max()), bool(alarm[:until].any())
+    largest, early = float(np.abs(found["plausible.mismatch"][:until]).max()), bool(alarm[:until].any())
     return Told(delay, motion, CODES[MOTOR] if sooner else suspect, largest, early)
 
 
 def _mostly(codes: np.ndarray) -> str:
-    """Who was suspected for most of the time, if anybody was."""
+    """The angle that was suspected for most of the time, if any was."""
     counts = np.bincount(codes.astype(int), minlength=2)[1:]
     return CODES[float(np.argmax(counts) + 1) if counts.any() else NONE]
 
@@ -131,8 +128,12 @@ def _faults(case: Case, start: float) -> tuple[Fault, ...]:
     if not case.angle:
         return ()
     element, larger = ANGLES[case.angle]
-    behaviour: Any = {"offset": Offset(SIZE * larger), "drift": Drift(RAMP * larger), "stuck": Stuck()}[case.kind]
-    return (Fault(element, behaviour, AtTime(start)),)
+    kinds: dict[str, AnyBehaviour] = {
+        "offset": Offset(SIZE * larger),
+        "drift": Drift(RAMP * larger),
+        "stuck": Stuck(),
+    }
+    return (Fault(element, kinds[case.kind], AtTime(start)),)
 
 
 def _samples(recording: Recording) -> np.ndarray:
@@ -161,7 +162,7 @@ def _right(angle: str, suspect: str) -> bool:
 
 
 def _not_wrong(angle: str, suspect: str) -> bool:
-    """Whether the name is right, or not yet told, or leaves two open of which one is right."""
+    """Whether the name is right, or none yet, or leaves two open of which one is right."""
     return _right(angle, suspect) or suspect == "none" or (suspect == "not the motor" and angle != "motor")
 
 

@@ -15,7 +15,7 @@ from tierod.core.graph import Result, scan
 from tierod.core.recording import Recording
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.monitors.sideslip.combined import CombinedSideslip
-from tierod.monitors.sideslip.combined_sample import CombinedSample
+from tierod.monitors.sideslip.combined_estimate import CombinedSample
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning
 from tierod.papers.sideslip.setting import actuator, virtual_car
 from tierod.proving_ground import Sensor, SensorSet, run

@@ -93,7 +93,7 @@ def fixed_tyres(laps: Recording, car: Vehicle, until: float) -> Vehicle:
     early = settled.values[: round(len(settled.values) * FITTED)]
     values = {"stiffness_wander": 0.0}
     for axle in ("front", "rear"):
-        share = float(np.median(early[:, settled.names.index(f"{axle}_stiffness")]))
+        share = float(np.median(early[:, settled.names.index(f"estimate.{axle}_stiffness")]))
         values[f"{axle}_cornering_stiffness"] = share * car[f"{axle}_cornering_stiffness"]
     return calibrated(laps, with_parameters(car, values), TYRES, until)
 

@@ -11,8 +11,7 @@ import numpy as np
 from tierod.core.content import Table
 from tierod.core.errors import InputError
 from tierod.core.recording import Recording
-from tierod.methods.analysis.frequency_response import frequency_response
-from tierod.methods.analysis.measured_response import MeasuredResponse, measured_response
+from tierod.methods.analysis.frequency_response import MeasuredResponse, frequency_response, measured_response
 from tierod.models.linear import LinearSystem
 from tierod.report.display import number, words
 

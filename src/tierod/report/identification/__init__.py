@@ -14,7 +14,7 @@ from tierod.core.files import holding, write_text
 from tierod.core.recording import Recording
 from tierod.core.user_files import read_text
 from tierod.io.readers import ChannelMap, read
-from tierod.methods.identification.column_result import Found
+from tierod.methods.identification.experiment import Found
 from tierod.report.analysis.analysis import Analysis, render_analysis
 from tierod.report.html import Origin
 from tierod.report.identification.subject import Subject

@@ -10,9 +10,8 @@ import numpy as np
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.core.recording import Recording
 from tierod.methods.identification.inverter import InverterIdentification, identified_inverter
-from tierod.methods.identification.motor import identify_motor
+from tierod.methods.identification.motor import MotorIdentification, identify_motor
 from tierod.methods.identification.motor_mechanical import Course
-from tierod.methods.identification.motor_result import MotorIdentification
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.report.display import number
 from tierod.report.identification.subject import Subject, before, found_table

@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.core.content import Item, Table
 from tierod.core.shown import written
-from tierod.methods.identification.column_result import Found
+from tierod.methods.identification.experiment import Found
 from tierod.report.display import number
 from tierod.vehicles import QUANTITIES, Vehicle
 

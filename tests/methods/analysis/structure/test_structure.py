@@ -18,7 +18,7 @@ from tierod.methods.analysis.structure import (
     minimal_test_sets,
     structure_of,
 )
-from tierod.methods.analysis.structure.decomposition import redundancy
+from tierod.methods.analysis.structure.redundancy import redundancy
 
 
 def drawn(seed, equations=12, unknowns=8, faults=5):

@@ -7,7 +7,7 @@ import pytest
 from controlled_column import COLUMN, CONTROL, STEP, turn
 from tierod.core.errors import ParameterError
 from tierod.models.two_inertia_column import without_gear
-from tierod.papers.column.control.column_regulator import column_system, regulator
+from tierod.papers.column.control.lqr import column_system, regulator
 from tierod.papers.column.control.position_control import (
     ObservedColumn,
     PositionControl,

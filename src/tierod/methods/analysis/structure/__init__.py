@@ -1,10 +1,14 @@
-"""What can be told from the structure of equations alone: redundancy, detectable and isolable faults."""
+"""What follows from the structure of equations alone: redundancy, detectable and isolable faults."""
 
-from tierod.methods.analysis.structure.decomposition import Decomposition, decompose, overdetermined
 from tierod.methods.analysis.structure.isolability import Isolability, SensorGain, gain_of_sensors, isolability
-from tierod.methods.analysis.structure.of_model import structure_of
-from tierod.methods.analysis.structure.redundant_sets import minimal_redundant_sets, minimal_test_sets
-from tierod.methods.analysis.structure.structural_model import Equation, StructuralModel
+from tierod.methods.analysis.structure.redundancy import (
+    Decomposition,
+    decompose,
+    minimal_redundant_sets,
+    minimal_test_sets,
+    overdetermined,
+)
+from tierod.methods.analysis.structure.structural_model import Equation, StructuralModel, structure_of
 
 __all__ = [
     "Decomposition",

@@ -1,4 +1,4 @@
-"""Which faults a set of equations shows, which it tells apart, and what another sensor would add."""
+"""Which faults a set of equations shows, which it isolates, and what another sensor would add."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tierod.methods.analysis.structure.decomposition import overdetermined
+from tierod.methods.analysis.structure.redundancy import overdetermined
 from tierod.methods.analysis.structure.structural_model import Equation, StructuralModel
 
 
@@ -30,7 +30,7 @@ class Isolability:
 
     @cached_property
     def groups(self) -> tuple[tuple[str, ...], ...]:
-        """Detectable faults that are told from all others but not from each other; a fault by itself is isolable."""
+        """Detectable faults, isolable from all others but not from each other; a fault by itself is isolable."""
         alike = self.mistaken & self.mistaken.T
         seen: set[int] = set()
         groups = []
@@ -48,7 +48,7 @@ class Isolability:
 
     @property
     def isolable(self) -> tuple[str, ...]:
-        """Faults that are told from every other."""
+        """Faults that are isolable from every other."""
         alone = self.detectable & (self.mistaken.sum(axis=1) == 1)
         return tuple(fault for fault, one in zip(self.faults, alone, strict=True) if one)
 
@@ -66,7 +66,7 @@ class Isolability:
 def isolability(model: StructuralModel, at_once: int = 1) -> Isolability:
     """Detectable and isolable faults of a model, of each by itself or of several at once.
 
-    Fault A is told from B where the equation of A is still in the overdetermined part once that of B is left out. The
+    Fault A is isolable from B where its equation is still in the overdetermined part once that of B is left out. The
     smallest explanation is meant: A and B together explain whatever A does, and do not count as one of it.
 
     Args:
@@ -100,8 +100,8 @@ class SensorGain:
     Args:
         sensor: name of its equation
         detectable: faults that it makes detectable, its own left aside
-        told_apart: ordered pairs of the present faults that it tells apart
-        own_isolable: whether a fault of its own is told from all others
+        told_apart: ordered pairs of the present faults that it isolates
+        own_isolable: whether a fault of its own is isolable from all others
     """
 
     sensor: str
@@ -116,7 +116,7 @@ def gain_of_sensors(model: StructuralModel, sensors: Sequence[Equation], at_once
     Args:
         model: as it is
         sensors: an equation each, with the fault of its own
-        at_once: faults at once that are to be told apart, see `isolability`
+        at_once: faults at once that are to be isolated, see `isolability`
     """
     now = isolability(model, at_once)
     gains = []

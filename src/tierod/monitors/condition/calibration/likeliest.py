@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.block import named_tuple
 from tierod.core.errors import InputError
 from tierod.core.graph import batch, scan
-from tierod.methods.identification.long_run import sandwich
+from tierod.methods.identification.regression import sandwich
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.tuning import ModelError, SensorNoise

@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Recording
-from tierod.methods.identification.column_result import Found
+from tierod.methods.identification.experiment import Found
 from tierod.monitors.condition.bank.weighing import Weighing
 from tierod.monitors.condition.calibration.healthy_drives import HealthyDrive, healthy_drives, parted
 from tierod.monitors.condition.calibration.healthy_ratios import BLOCK, SETTLING, Watched, watch

@@ -1,10 +1,10 @@
-"""A driver who takes the wheel while it is being controlled: when control lets go, and when it may come back."""
+"""A driver who takes the wheel while it is controlled: when the controller lets go, and when it may come back."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from tierod.core.graph.maths import absolute, all_of, both, either, negated, pre
 from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.design import threshold_for
 from tierod.methods.detectors.threshold import Debounce
+from tierod.papers.column.control.position_control import ObservedColumn, PositionControl
+from tierod.papers.column.control.reference import Reference, motion_for
 
 
 class Noise(NamedTuple):
@@ -184,10 +186,10 @@ class DriverIntervention:
         return cls(cusum, restless, quiet, inertia_uncertainty, takeover.torque)
 
     def init(self) -> State:
-        """Nobody found, nothing asked for, hands not yet known to be still."""
+        """No driver found, nothing asked for, hands not yet known to be still."""
         return self.State(self.cusum.init(), self.restless.init(), self.quiet.init(), 0.0, 0.0)
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
         """One sample on."""
         acceleration = absolute(sample.steering_wheel_acceleration)
         feigned = self.inertia_uncertainty * where(present(acceleration), acceleration, 0.0)
@@ -203,3 +205,50 @@ class DriverIntervention:
         found = both(state.allowed > 0.5, sums.alarm > 0.5)
         after = self.State(cusum, restless, quiet, allowed, where(asked, 1.0, 0.0))
         return after, self.Output(allowed, where(found, 1.0, 0.0), sums.up)
+
+
+@dataclass(frozen=True)
+class SteeringController:
+    """Follow a reference until hands are found on the wheel, then let go.
+
+    Args:
+        position: the control
+        intervention: when it ends, and when it comes back
+    """
+
+    position: PositionControl
+    intervention: DriverIntervention
+
+    class Sample(NamedTuple):
+        """What is observed of the column and the hands, what is wanted, and whether it is asked for (1.0 or 0.0)."""
+
+        observed: ObservedColumn
+        hand_torque: Annotated[float, "N*m"]
+        reference: Reference
+        request: Annotated[float, ""]
+
+    class State(NamedTuple):
+        """Of both parts."""
+
+        position: PositionControl.State
+        intervention: DriverIntervention.State
+
+    class Output(NamedTuple):
+        """What both parts say; `control.motor_torque` is to be asked of the motor."""
+
+        control: PositionControl.Output
+        driver: DriverIntervention.Output
+
+    def init(self) -> State:
+        """Let go."""
+        return self.State(self.position.init(), self.intervention.init())
+
+    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
+        """One sample on."""
+        position = self.position
+        planned = motion_for(sample.reference, position.column, position.output_stiffness)
+        judged = self.intervention.Sample(sample.hand_torque, planned.steering_wheel_acceleration, sample.request)
+        intervention, driver = self.intervention.step(state.intervention, judged)
+        asked = position.Sample(sample.observed, sample.reference, driver.allowed)
+        after, control = position.step(state.position, asked)
+        return self.State(after, intervention), self.Output(control, driver)

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple, TypedDict, Unpack
 
-from tierod.core.block import leaves, map_leaves
+from tierod.core.block import Scalar, Tree, Truth, leaves, map_leaves
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE, numbers
 from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, tanh, where
 from tierod.models.two_inertia_column import TwoInertiaParameters
-from tierod.papers.column.control.column_regulator import SMOOTHING, kept_share, regulator
-from tierod.papers.column.control.flat_column import ColumnMotion, advanced, motion_for
-from tierod.papers.column.control.reference import Reference
+from tierod.papers.column.control.lqr import SMOOTHING, kept_share, regulator
+from tierod.papers.column.control.reference import ColumnMotion, Reference, advanced, motion_for
 
 
 class ObservedColumn(NamedTuple):
@@ -52,7 +51,7 @@ class TorqueLimits:
             an electric power steering of the middle class
         rate: largest change of torque; from nothing to all in 20 ms spares the gear and lets the sweep pass, which
             needs a fifth of it
-        engaging: time in which control takes hold: so slowly that nobody is startled
+        engaging: time in which control takes hold: so slowly that no driver is startled
         releasing: time in which it lets go: much shorter than a driver's push, and without a blow
     """
 
@@ -60,6 +59,16 @@ class TorqueLimits:
     rate: Annotated[float, "N*m/s", POSITIVE] = 150.0
     engaging: Annotated[float, "s", POSITIVE] = 0.3
     releasing: Annotated[float, "s", POSITIVE] = 0.1
+
+
+class Settings(TypedDict, total=False):
+    """Fields of a `PositionControl` that its design leaves open."""
+
+    limits: TorqueLimits
+    feed_forward: float
+    friction: float
+    friction_speed: float
+    disturbance_compensation: float
 
 
 @dataclass(frozen=True)
@@ -74,7 +83,7 @@ class PositionControl:
 
     Args:
         gains: of the state feedback, `design`
-        column: as the controller believes it to be
+        column: as the controller assumes it to be
         output_stiffness: between the steering wheel and the shaft that follows [N m/rad]
         limits: of the torque
         sample_time: [s]
@@ -146,12 +155,12 @@ class PositionControl:
         weights: Mapping[str, float] | None = None,
         torque_weight: float = 1.0,
         smoothing: float = SMOOTHING,
-        **settings: Any,
+        **settings: Unpack[Settings],
     ) -> PositionControl:
         """The controller of a column.
 
         Args:
-            column: as it is believed to be
+            column: as it is assumed to be
             torsion_bar_stiffness: between the steering wheel and the shaft that follows [N m/rad]
             sample_time: [s]
             weights: of states and of the `shaft`, as `lqr` takes them; `WEIGHTS` where None
@@ -191,13 +200,13 @@ class PositionControl:
         after = self.State(torque, where(hold > 0.0, integral, 0.0), hold)
         return after, self.Output(torque, shaft, error, where(limited, 1.0, 0.0), hold, planned)
 
-    def shaft_angle(self, observed: ObservedColumn) -> Any:
+    def shaft_angle(self, observed: ObservedColumn) -> Scalar:
         """Angle of the shaft that follows: between motor and steering wheel, by the stiffnesses on either side."""
         motor = observed.motor_angle / self.column.motor_ratio
         share = self.column.stiffness / self.output_stiffness
         return observed.steering_wheel_angle + share * (motor - observed.steering_wheel_angle)
 
-    def _torque(self, state: State, given: Sample, planned: ColumnMotion) -> Any:
+    def _torque(self, state: State, given: Sample, planned: ColumnMotion) -> Scalar:
         """Of plan, feedback and integral, before any limit."""
         gains, observed = self.gains, given.observed
         compensation = self.disturbance_compensation * observed.disturbance_torque
@@ -213,12 +222,12 @@ class PositionControl:
         ahead = self._planned_torque(given.reference, 1.5 * self.sample_time) + compensation
         return ahead + self.kept * aside - (1.0 - self.kept) * feedback
 
-    def _planned_torque(self, reference: Reference, ahead: float) -> Any:
+    def _planned_torque(self, reference: Reference, ahead: Scalar) -> Scalar:
         motion = motion_for(advanced(reference, ahead), self.column, self.output_stiffness)
         rubbing = self.friction * tanh(motion.motor_speed / self.friction_speed)
         return self.feed_forward * (motion.motor_torque + rubbing)
 
 
-def _kept(usable: Any, trees: tuple[Any, ...]) -> tuple[Any, ...]:
+def _kept(usable: Truth, trees: tuple[Tree, ...]) -> tuple[Tree, ...]:
     """Trees with zeros where they are not usable."""
     return tuple(map_leaves(lambda value: where(usable, value, 0.0), tree) for tree in trees)

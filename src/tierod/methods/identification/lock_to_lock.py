@@ -1,0 +1,248 @@
+"""Closed lock-to-lock loops of a steering wheel, and the work balance over them (Mohtat et al., eqs 15 to 17)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.errors import InputError
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A stretch of samples over which the steering wheel returns to where it began.
+
+    Args:
+        first: index of its first sample
+        last: index of its last sample (inclusive)
+        turning_points: indices where the direction changes, between first and last, both left out
+        gap: angle at the last sample less angle at the first one [rad]
+    """
+
+    first: int
+    last: int
+    turning_points: tuple[int, ...]
+    gap: float
+
+    @property
+    def corners(self) -> tuple[int, ...]:
+        """First sample, turning points, last sample: the ends of the strokes."""
+        return (self.first, *self.turning_points, self.last)
+
+    def shifted(self, by: int) -> Loop:
+        """The same loop where every index is moved by `by`."""
+        return Loop(self.first + by, self.last + by, tuple(turn + by for turn in self.turning_points), self.gap)
+
+
+def turning_points(angle: np.ndarray, least_return: float) -> list[int]:
+    """Indices of the extremes of an angle that is followed by a return of at least `least_return` [rad].
+
+    Args:
+        angle: shape (n,), without NaN [rad]
+        least_return: smaller returns are noise [rad]
+    """
+    found: list[int] = []
+    lowest = highest = 0
+    direction = 0
+    for index, value in enumerate(angle):
+        if value > angle[highest]:
+            highest = index
+        if value < angle[lowest]:
+            lowest = index
+        if direction >= 0 and value < angle[highest] - least_return:
+            found += [highest] * (direction > 0)
+            direction, lowest = -1, index
+        elif direction <= 0 and value > angle[lowest] + least_return:
+            found += [lowest] * (direction < 0)
+            direction, highest = 1, index
+    return found
+
+
+def closed_loops(angle: np.ndarray, minimum_stroke: float, tolerance: float, least_return: float) -> list[Loop]:
+    """All successive loops that visit both locks and close within a tolerance.
+
+    A loop begins where the wheel begins to move (or where the last loop ended), visits both locks and ends where it
+    comes nearest to its own start. What follows the last closed loop is left out.
+
+    Args:
+        angle: steering wheel angle, shape (n,), without NaN [rad]
+        minimum_stroke: least distance between the locks [rad]
+        tolerance: largest difference of the angles at both ends, and between lock visits [rad]
+        least_return: motion below this is noise [rad]
+
+    Raises:
+        InputError: the stroke is too small for a lock-to-lock test, or no loop closes
+    """
+    lowest, highest = float(np.min(angle)), float(np.max(angle))
+    if highest - lowest < minimum_stroke:
+        raise InputError(
+            f"the steering wheel moves over {math.degrees(highest - lowest):.0f} deg, but a lock-to-lock loop needs at "
+            f"least {math.degrees(minimum_stroke):.0f} deg; record a turn to one lock, to the other and back"
+        )
+    turns = np.array(turning_points(angle, least_return), dtype=int)
+    loops: list[Loop] = []
+    first = _motion_begins(angle, least_return)
+    while True:
+        last = _where_it_closes(angle, first, lowest + tolerance, highest - tolerance, tolerance)
+        if last is None:
+            break
+        within = tuple(int(turn) for turn in turns if first < turn < last)
+        loops.append(Loop(first, last, within, float(angle[last] - angle[first])))
+        first = last
+    if not loops:
+        raise InputError(
+            f"the loop does not close: it begins at {math.degrees(angle[first]):.1f} deg and ends at "
+            f"{math.degrees(angle[-1]):.1f} deg (locks at {math.degrees(lowest):.0f} and "
+            f"{math.degrees(highest):.0f} deg, tolerance {math.degrees(tolerance):.1f} deg); "
+            "turn to both locks and back to where the turn began"
+        )
+    return loops
+
+
+def _motion_begins(angle: np.ndarray, least_return: float) -> int:
+    """The last sample at rest before the wheel has moved by half of the noise limit."""
+    moved = np.flatnonzero(np.abs(angle - angle[0]) > 0.5 * least_return)
+    return max(int(moved[0]) - 1, 0)
+
+
+def _where_it_closes(angle: np.ndarray, first: int, low: float, high: float, tolerance: float) -> int | None:
+    """Index of the first return to angle[first] after both locks were visited, None where there is none."""
+    rest = angle[first:]
+    at_low, at_high = np.flatnonzero(rest <= low), np.flatnonzero(rest >= high)
+    if not len(at_low) or not len(at_high):
+        return None
+    both_visited = max(int(at_low[0]), int(at_high[0]))
+    distance = np.abs(rest[both_visited:] - rest[0])
+    near = distance <= tolerance
+    if not near.any():
+        return None
+    begin = int(np.argmax(near))
+    leaves = np.flatnonzero(~near[begin:])
+    end = begin + int(leaves[0]) if len(leaves) else len(distance)
+    return first + both_visited + begin + int(np.argmin(distance[begin:end]))
+
+
+class Motion(NamedTuple):
+    """Signals of a test on one time grid, shape (n,) each; the motor torque referred to the steering wheel axis.
+
+    Angle and rate are those of the column below the torsion bar, on which the driver's torque, measured there, works.
+    """
+
+    time: np.ndarray
+    angle: np.ndarray
+    rate: np.ndarray
+    driver_torque: np.ndarray
+    motor_torque: np.ndarray
+
+
+@dataclass(frozen=True)
+class WorkBalance:
+    """The terms of eq (16) over one closed loop, and eq (17) for the loop and for each direction.
+
+    Args:
+        start, stop: times of the loop [s]
+        driver_work, motor_work, kinetic_energy, viscous_work: terms of eq (15) [J]
+        path: integral of |d angle| [rad]
+        friction_torque: eq (17) [N m]
+        friction_towards_left, friction_towards_right: mean resisting torque of the strokes in one direction [N m];
+            they differ by twice the offset of the torque sensor where the locks lie symmetrically about the middle
+        mean_rate: viscous work over path and damping, the rate that the damping acts at [rad/s]
+        gap: angle by which the loop fails to close [rad]
+        torque_range: largest less smallest torque [N m]
+    """
+
+    start: float
+    stop: float
+    driver_work: float
+    motor_work: float
+    kinetic_energy: float
+    viscous_work: float
+    path: float
+    friction_torque: float
+    friction_towards_left: float
+    friction_towards_right: float
+    mean_rate: float
+    gap: float
+    torque_range: float
+
+
+def work_balance(loop: Loop, motion: Motion, inertia: float, damping: float) -> WorkBalance:
+    """The terms of eqs (15) to (17), stroke by stroke, so that noise on the angle adds nothing to the path.
+
+    Args:
+        loop: the stretch of samples that is balanced
+        motion: signals, without NaN
+        inertia: J_eq at the steering wheel axis, below the bar [kg m^2]
+        damping: B_eq at the steering wheel axis, below the bar [N m s/rad]
+
+    Raises:
+        InputError: the work is negative, so that a sign is wrong
+    """
+    time, angle, rate, driver, motor = motion
+    total = driver + motor - damping * rate
+    kinetic = 0.5 * inertia * rate**2
+    sides: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+    for begin, end in pairwise(loop.corners):
+        stroke = slice(begin, end + 1)
+        work = integral(total[stroke], angle[stroke]) - float(kinetic[end] - kinetic[begin])
+        sides[bool(angle[end] > angle[begin])].append((work, abs(float(angle[end] - angle[begin]))))
+    left, right = (np.sum(sides[side], axis=0) for side in (True, False))
+    whole = slice(loop.first, loop.last + 1)
+    path = float(left[1] + right[1])
+    speed_integral = integral(rate[whole], angle[whole])
+    friction = float(left[0] + right[0]) / path
+    if friction <= 0.0:
+        raise InputError(
+            f"the work done on the steering over the loop is negative ({friction * path:.1f} J), but friction only "
+            "takes work; turn the sign of the torques or of the angle (left is positive for all)"
+        )
+    return WorkBalance(
+        start=float(time[loop.first]),
+        stop=float(time[loop.last]),
+        driver_work=integral(driver[whole], angle[whole]),
+        motor_work=integral(motor[whole], angle[whole]),
+        kinetic_energy=float(kinetic[loop.last] - kinetic[loop.first]),
+        viscous_work=damping * speed_integral,
+        path=path,
+        friction_torque=friction,
+        friction_towards_left=float(left[0] / left[1]),
+        friction_towards_right=float(right[0] / right[1]),
+        mean_rate=speed_integral / path,
+        gap=loop.gap,
+        torque_range=float(np.ptp(total[whole])),
+    )
+
+
+def half_width(angle: np.ndarray, torque: np.ndarray, corners: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Half of the distance between the branches of both directions, over 41 parts of the angle."""
+    edges = np.linspace(float(np.min(angle)), float(np.max(angle)), 42)
+    sums = {True: np.zeros(41), False: np.zeros(41)}
+    counts = {True: np.zeros(41), False: np.zeros(41)}
+    for begin, end in pairwise(corners):
+        side = bool(angle[end] > angle[begin])
+        place = np.clip(np.digitize(angle[begin:end], edges) - 1, 0, 40)
+        np.add.at(sums[side], place, torque[begin:end])
+        np.add.at(counts[side], place, 1.0)
+    branch = {
+        side: np.divide(sums[side], counts[side], out=np.full(41, np.nan), where=counts[side] > 0.0) for side in sums
+    }
+    return 0.5 * (edges[1:] + edges[:-1]), 0.5 * (branch[True] - branch[False])
+
+
+def integral(values: np.ndarray, over: np.ndarray) -> float:
+    """Trapezoidal integral of sampled values over a sampled variable."""
+    return float(np.sum(0.5 * (values[1:] + values[:-1]) * np.diff(over)))
+
+
+def slope(values: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Derivative by a local parabola over 11 samples, without lag."""
+    from scipy.signal import savgol_filter
+
+    count = min(11, len(values) - 1 + len(values) % 2)
+    if count < 3:
+        return np.zeros_like(values)
+    return np.asarray(savgol_filter(values, count, 2, deriv=1, delta=(time[-1] - time[0]) / (len(time) - 1)))

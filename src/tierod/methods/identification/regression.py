@@ -1,0 +1,267 @@
+"""Regressions with instruments, real and complex, and covariances that hold with autocorrelated residuals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.errors import InputError
+
+
+def long_run_covariance(scores: Sequence[np.ndarray]) -> np.ndarray:
+    """Covariance of the sum of scores that depend on each other over time, (parameters, parameters).
+
+    Bartlett's weights over as many samples as Andrews' rule for first-order autoregression asks for, the most that any
+    parameter asks for, at most a tenth of the shortest experiment.
+
+    Args:
+        scores: derivative of the cost of every sample by the parameters, one array (n, parameters) per experiment
+
+    Source: W. K. Newey, K. D. West, Econometrica 55 (1987) 703; D. W. K. Andrews, Econometrica 59 (1991) 817, eq (6.4).
+    """
+    lags = min(_bandwidth(scores), min(len(each) for each in scores) // 10)
+    total = np.zeros((scores[0].shape[1],) * 2)
+    for each in scores:
+        total += each.T @ each
+        for lag in range(1, lags + 1):
+            shifted = each[lag:].T @ each[:-lag]
+            total += (1.0 - lag / (lags + 1.0)) * (shifted + shifted.T)
+    return total
+
+
+def _bandwidth(scores: Sequence[np.ndarray]) -> int:
+    before, after = np.concatenate([each[:-1] for each in scores]), np.concatenate([each[1:] for each in scores])
+    power = np.sum(before**2, axis=0)
+    correlation = np.sum(before * after, axis=0) / np.where(power > 0.0, power, 1.0)
+    correlation = np.clip(correlation, -0.97, 0.97)
+    alpha = 4.0 * correlation**2 / (1.0 - correlation**2) ** 2
+    return int(np.ceil(1.1447 * (np.max(alpha) * len(before)) ** (1.0 / 3.0)))
+
+
+def sandwich(
+    information: np.ndarray, scores: Sequence[np.ndarray], known_before: np.ndarray | None = None
+) -> np.ndarray:
+    """Covariance of an estimate: information^-1 J information^-1, J the long-run covariance of the scores.
+
+    Args:
+        information: second derivatives of the cost, or their expectation
+        scores: as of `long_run_covariance`
+        known_before: information that came from elsewhere and is part of the whole; it is as uncertain as it says
+
+    A coordinate of which there is no information (a noise that was found to be nil) gets no variance.
+
+    Source: P. J. Huber, Fifth Berkeley Symposium 1 (1967) 221.
+    """
+    diagonal = np.diag(information)
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, np.inf))
+    inverse = np.linalg.pinv(information * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale)
+    middle = long_run_covariance(scores)
+    return np.asarray(inverse @ (middle if known_before is None else middle + known_before) @ inverse)
+
+
+class Regression(NamedTuple):
+    """What a regression found.
+
+    Args:
+        values: coefficients
+        covariance: of them, with residuals that are coloured
+        residual: root mean square of what is left over
+        inverse: of instruments against regressors, (coefficients, coefficients)
+        strength: smallest singular value of instruments against regressors, each of size one: 0 is no information
+    """
+
+    values: np.ndarray
+    covariance: np.ndarray
+    residual: float
+    inverse: np.ndarray
+    strength: float
+
+
+def instrumental(
+    target: Sequence[np.ndarray], regressors: Sequence[np.ndarray], instruments: Sequence[np.ndarray]
+) -> Regression:
+    """Coefficients c of target = regressors c, over several experiments.
+
+    Args:
+        target: one array (n,) per experiment
+        regressors: one array (n, coefficients) per experiment; noisy
+        instruments: the same shapes: like the regressors, but with noise of their own
+
+    Raises:
+        InputError: instruments that do not move with the regressors
+
+    Source: T. Soderstrom, P. Stoica, Instrumental Variable Methods for System Identification (1983), chapter 4.
+    """
+    x, z, y = map(np.concatenate, (regressors, instruments, target))
+    cross = z.T @ x
+    sizes = np.outer(np.linalg.norm(z, axis=0), np.linalg.norm(x, axis=0))
+    strength = float(np.linalg.svd(cross / np.where(sizes > 0.0, sizes, np.inf), compute_uv=False)[-1])
+    if not strength > 1e-6:
+        raise InputError("the instruments do not move with the regressors; record a test with more motion")
+    values = np.linalg.solve(cross, z.T @ y)
+    left = [t - r @ values for t, r in zip(target, regressors, strict=True)]
+    scores = [z * e[:, None] for z, e in zip(instruments, left, strict=True)]
+    inverse = np.linalg.inv(cross)
+    whitened = [score @ inverse.T for score in scores]
+    covariance = sandwich(np.eye(len(values)), whitened)
+    residual = float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+    return Regression(values, covariance, residual, inverse, strength)
+
+
+class Rows(NamedTuple):
+    """Equations target = regressors c of one recording, c real; complex rows count twice.
+
+    Args:
+        target: (n,)
+        regressors: (n, coefficients)
+        instruments: the same shape, with noise of their own
+    """
+
+    target: np.ndarray
+    regressors: np.ndarray
+    instruments: np.ndarray
+
+
+class Fit(NamedTuple):
+    """What a regression found.
+
+    Args:
+        values: coefficients
+        covariance: of them, with residuals that are coloured
+        residual: root mean square of what is left over
+    """
+
+    values: np.ndarray
+    covariance: np.ndarray
+    residual: float
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """Standard deviations."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+
+def regress(rows: Sequence[Rows], correction: Sequence[np.ndarray] | None = None) -> Fit:
+    """Real coefficients of all rows together.
+
+    The covariance is the larger of the sandwich and of what the coefficients spread without one stretch after the
+    other: the sandwich is blind to a coefficient that rests on a single transient. Coefficients that the instruments do
+    not identify at all come out as zero with an infinite deviation; those whose regressors are nearly a combination of
+    others keep their value with an infinite deviation, since the least error of the model would decide between them.
+
+    Args:
+        rows: of every recording
+        correction: added to the regressors, not to the instruments
+
+    Source: T. Soderstrom, P. Stoica, Instrumental Variable Methods for System Identification (1983), chapter 4; H. R.
+    Kuensch, Annals of Statistics 17 (1989) 1217, on stretches left out; D. Belsley, E. Kuh, R. Welsch, Regression
+    Diagnostics (1980), ch. 3, on regressors that are nearly combinations of others.
+    """
+    added = correction or [np.zeros(1)] * len(rows)
+    shown = [each.regressors + more for each, more in zip(rows, added, strict=True)]
+    cross = sum(np.real(np.conj(r.instruments).T @ f) for r, f in zip(rows, shown, strict=True))
+    along = sum(np.real(np.conj(r.instruments).T @ r.target) for r in rows)
+    sizes = np.sqrt(np.outer(_power([r.instruments for r in rows]), _power(shown)))
+    identified = np.diag(cross) > WEAK * np.diag(sizes)
+    chosen = np.flatnonzero(identified)
+    inverse = np.zeros_like(cross)
+    if len(chosen):
+        scale = np.sqrt(np.diag(sizes))[chosen]
+        inner = cross[np.ix_(chosen, chosen)] / np.outer(scale, scale)
+        inverse[np.ix_(chosen, chosen)] = np.linalg.pinv(inner, rcond=1e-8) / np.outer(scale, scale)
+    values = inverse @ along
+    left = [r.target - f @ values for r, f in zip(rows, shown, strict=True)]
+    scores = [np.real(np.conj(r.instruments) * e[:, None]) @ inverse.T for r, e in zip(rows, left, strict=True)]
+    covariance = _larger(sandwich(np.eye(len(values)), scores), _left_out(rows, shown, values, chosen))
+    unidentified = ~identified
+    unidentified[chosen] |= _confused([each[:, chosen] for each in shown])
+    covariance[unidentified, :] = covariance[:, unidentified] = 0.0
+    covariance[unidentified, unidentified] = np.inf
+    residual = float(np.sqrt(np.mean(np.abs(np.concatenate(left)) ** 2)))
+    return Fit(values, covariance, residual)
+
+
+def _left_out(rows: Sequence[Rows], shown: Sequence[np.ndarray], values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Variances from coefficients without each of some stretches: large where a coefficient rests on a few samples."""
+    crosses, alongs = [], []
+    share = max(1, round(BLOCKS / len(rows)))
+    for row, f in zip(rows, shown, strict=True):
+        for part in np.array_split(np.arange(len(row.target)), share):
+            z = np.conj(row.instruments[part][:, chosen]).T
+            crosses.append(np.real(z @ f[part][:, chosen]))
+            alongs.append(np.real(z @ row.target[part]))
+    cross, along, count = sum(crosses), sum(alongs), len(crosses)
+    scale = 1.0 / np.sqrt(np.abs(np.diag(cross)))
+    found = []
+    for c, a in zip(crosses, alongs, strict=True):
+        inner = (cross - c) * np.outer(scale, scale)
+        found.append(scale * (np.linalg.pinv(inner, rcond=1e-8) @ (scale * (along - a))))
+    out = np.zeros(len(values))
+    out[chosen] = (count - 1.0) / count * np.sum((np.array(found) - values[chosen]) ** 2, axis=0)
+    return out
+
+
+def _confused(shown: Sequence[np.ndarray]) -> np.ndarray:
+    """Coefficients of which a combination has hardly any regressor left."""
+    if not shown[0].shape[1]:
+        return np.zeros(0, bool)
+    size = np.sqrt(_power(shown))
+    together = sum(np.real(np.conj(each).T @ each) for each in shown) / np.outer(size, size)
+    values, directions = np.linalg.eigh(together)
+    little = values < values[-1] / CONDITION**2
+    return np.asarray(np.any(np.abs(directions[:, little]) > _PART, axis=1))
+
+
+def _larger(covariance: np.ndarray, variances: np.ndarray) -> np.ndarray:
+    """A covariance with its variances no less than others, its correlations kept."""
+    own = np.diag(covariance)
+    factor = np.sqrt(np.maximum(variances / np.where(own > 0.0, own, np.inf), 1.0))
+    return np.asarray(covariance * np.outer(factor, factor))
+
+
+BLOCKS = 20
+"""Stretches that are left out one by one."""
+
+CONDITION, _PART = 30.0, 0.3
+"""Condition index from which regressors are combinations of others, the usual one; what takes part in a combination."""
+
+WEAK = 0.1
+"""Correlation of a regressor with its instrument below which the regressor is noise."""
+
+
+def _power(parts: Sequence[np.ndarray]) -> np.ndarray:
+    return np.asarray(sum(np.sum(np.abs(each) ** 2, axis=0) for each in parts))
+
+
+class Solution(NamedTuple):
+    """Parameters of a linear regression.
+
+    Args:
+        values: in the order of the regressors, (n,)
+        deviations: standard deviations for white residuals, (n,)
+        left: sum of the squared residuals
+    """
+
+    values: np.ndarray
+    deviations: np.ndarray
+    left: float
+
+
+def solved(normal: np.ndarray, right: np.ndarray, power: float, count: float, worst: float = 1e8) -> Solution | None:
+    """Solution of the normal equations; None where a regressor is zero or they are nearly dependent.
+
+    Args:
+        normal: sums of the products of the regressors, (n, n)
+        right: sums of their products with what they explain, (n,)
+        power: sum of its squares
+        count: of the samples
+        worst: greatest condition number of the equations, scaled to equal regressors []
+    """
+    size = np.sqrt(np.diag(normal))
+    if not np.all(size > 0.0) or np.linalg.cond(normal / np.outer(size, size)) > worst:
+        return None
+    values = np.linalg.solve(normal, right)
+    left = max(float(power - values @ right), 0.0)
+    return Solution(values, np.sqrt(left / count * np.diag(np.linalg.inv(normal))), left)

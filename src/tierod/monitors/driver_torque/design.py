@@ -1,0 +1,240 @@
+"""The filters of a column's observer, designed from the column of a vehicle file and a tuning."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from tierod.core.errors import ParameterError
+from tierod.methods.analysis.fitness import require_fit
+from tierod.methods.estimators.mixing import Switching
+from tierod.methods.estimators.stationary_bank import StationaryBank
+from tierod.models.column_observation import ColumnObservation, linear_column, observed_column
+from tierod.models.linear import LinearSystem
+from tierod.models.steering_column import ColumnParameters, SteeringColumn
+from tierod.models.steering_wheel import BelowBarParameters
+from tierod.models.two_inertia_column import TwoInertiaColumn, TwoInertiaParameters, without_gear
+from tierod.monitors.driver_torque.tuning import ColumnTuning
+from tierod.vehicles import Vehicle
+
+Column: TypeAlias = ColumnParameters | TwoInertiaParameters
+"""Parameters of a column with a gear, or without one."""
+
+
+class Layout(NamedTuple):
+    """What a step needs to know of the column beside its filters.
+
+    Args:
+        sample_time: [s]
+        stiffness: between steering wheel and motor, or of the bar where there is a gear [N m/rad]
+        motor_ratio: []
+        hand_torque_growth, disturbance_torque_growth: of their variances while samples are missing [(N m)^2/s]
+        outputs: that are measured
+        offset: name of the offset's state, or ""
+    """
+
+    sample_time: float
+    stiffness: float
+    motor_ratio: float
+    hand_torque_growth: float
+    disturbance_torque_growth: float
+    outputs: tuple[str, ...]
+    offset: str
+
+
+class Designed(NamedTuple):
+    """An observer's filters and its layout."""
+
+    bank: StationaryBank
+    layout: Layout
+    observation: ColumnObservation
+
+
+_POSITIVE = (
+    "steering_wheel_inertia",
+    "torsion_bar_stiffness",
+    "stiffness",
+    "motor_ratio",
+    "gear_stiffness",
+    "gear_inertia",
+    "motor_inertia",
+)
+
+
+def linear_of(parameters: Column) -> LinearSystem:
+    """The linear column of `ColumnParameters` or `TwoInertiaParameters`.
+
+    Raises:
+        ParameterError: other parameters, or inertias, stiffness or ratio that are not positive
+    """
+    if not isinstance(parameters, ColumnParameters | TwoInertiaParameters):
+        raise ParameterError(
+            f"the parameters are {type(parameters).__name__}; expected ColumnParameters (with gear) or "
+            "TwoInertiaParameters (without)"
+        )
+    for name in _POSITIVE:
+        value = getattr(parameters, name, 1.0)
+        if not 0.0 < value < math.inf:
+            raise ParameterError(f"{name} of the column is {value:g}; expected a number greater than zero")
+    return linear_column(SteeringColumn if isinstance(parameters, ColumnParameters) else TwoInertiaColumn, parameters)
+
+
+def design(parameters: Column, sample_time: float, tuning: ColumnTuning, hand_torque_order: int = 2) -> Designed:
+    """Filters of the default observer.
+
+    Args:
+        parameters: `ColumnParameters` or `TwoInertiaParameters`
+        sample_time: [s]
+        tuning: noises
+        hand_torque_order: 2 for a torque with a rate; 1 for one that walks by itself, always as fast as in a jump
+
+    Raises:
+        ParameterError: the column is unstable, cannot be observed, or is too fast for the rate; the eigenvalue or the
+            direction is named
+    """
+    column = linear_of(parameters)
+    observed = observed_column(column, sample_time, hand_torque_order, 1, tuning.offset, tuning.outputs)
+    require_fit(observed.continuous, "the column", stable="marginal", observable=True, sample_time=sample_time)
+    bank = StationaryBank.design(
+        observed.discrete,
+        observed.model,
+        observed.parameters,
+        process_noises(observed.discrete.states, parameters, sample_time, tuning),
+        tuning.variances(),
+        _switching(sample_time, tuning, smooth=hand_torque_order > 1),
+    )
+    return Designed(bank, _layout(observed, parameters, sample_time, tuning), observed)
+
+
+def process_noises(
+    states: tuple[str, ...], parameters: Column, sample_time: float, tuning: ColumnTuning
+) -> tuple[np.ndarray, ...]:
+    """Variance that each state gains per sample: with nothing new, while the hands jump, while friction reverses."""
+    pinion = tuning.pinion_torque_noise**2 * 1e-3 * sample_time  # intensity of white noise given per sample of 1 ms
+    ratio = parameters.motor_ratio
+    calm = {
+        "hand_torque_rate": tuning.hand_torque_rate_walk**2 * sample_time,
+        "disturbance_torque": tuning.disturbance_torque_walk**2 * sample_time,
+        "driver_torque_offset": tuning.offset_walk**2 * sample_time,
+        "motor_angle_offset": (tuning.offset_walk * ratio / _stiffness(parameters)) ** 2 * sample_time,
+    }
+    if isinstance(parameters, ColumnParameters):
+        calm["gear_rate"] = pinion / parameters.gear_inertia**2
+    else:
+        calm["motor_speed"] = pinion / (ratio * parameters.motor_inertia) ** 2
+    jump = calm | {"hand_torque": tuning.hand_torque_walk**2 * sample_time}
+    smooth = "hand_torque_rate" in states
+    chosen = [calm if smooth else jump]
+    if smooth and tuning.hand_torque_walk > 0.0:
+        chosen.append(jump)
+    if tuning.reversal_walk > 0.0:
+        chosen.append(calm | {"disturbance_torque": tuning.reversal_walk**2 * sample_time})
+    return tuple(np.array([each.get(name, 0.0) for name in states]) for each in chosen)
+
+
+def _switching(sample_time: float, tuning: ColumnTuning, *, smooth: bool) -> Switching:
+    """Events come alike whatever goes on: a jump is no less likely in a reversal. None is shorter than 3 samples."""
+    events, ends = [], []
+    for walk, between, during in (
+        (tuning.hand_torque_walk if smooth else 0.0, tuning.calm_time, tuning.jump_time),
+        (tuning.reversal_walk, tuning.reversal_time, tuning.reversing_time),
+    ):
+        if not (between > 0.0 and during > 0.0):
+            raise ParameterError(f"times of the tuning are {between} and {during} s; expected both above zero")
+        if walk > 0.0:
+            events.append(min(sample_time / between, 1.0 / 3.0))
+            ends.append(min(sample_time / during, 1.0 / 3.0))
+    rows = [(1.0 - sum(events), *events)]
+    for k, end in enumerate(ends):
+        others = [0.0 if k == j else share for j, share in enumerate(events)]
+        rows.append((end, *(1.0 - end - sum(others) if k == j else share for j, share in enumerate(events))))
+    return tuple(rows)
+
+
+def _stiffness(parameters: Column) -> float:
+    """Of the bar where there is a gear, else of the one spring."""
+    return parameters.torsion_bar_stiffness if isinstance(parameters, ColumnParameters) else parameters.stiffness
+
+
+def _layout(observed: ColumnObservation, parameters: Column, sample_time: float, tuning: ColumnTuning) -> Layout:
+    last = observed.discrete.states[-1]
+    return Layout(
+        float(sample_time),
+        _stiffness(parameters),
+        float(parameters.motor_ratio),
+        max(tuning.hand_torque_walk, 1.0) ** 2,
+        max(tuning.disturbance_torque_walk, tuning.reversal_walk) ** 2,
+        tuning.outputs,
+        last if tuning.offset is not None else "",
+    )
+
+
+def column_of_vehicle(vehicle: Vehicle, sample_time: float | None = None) -> Column:
+    """The column of a vehicle: with its gear where the file gives `gear_stiffness` and the rate follows it.
+
+    Else it has two inertias. A file with a motor's inertia and no column's brings them as they are; of another one,
+    what `column_inertia` and `column_damping` hold beyond the steering wheel turns with the motor.
+
+    Args:
+        vehicle: with one of these columns
+        sample_time: at which the column must be followed; None: not asked [s]
+
+    Raises:
+        ParameterError: parameters are missing, or leave nothing below the bar
+    """
+    if "gear_stiffness" in vehicle:
+        column = vehicle.parameters_for(ColumnParameters)
+        return without_gear(column) if sample_time and gear_is_too_fast(vehicle, sample_time) else column
+    if "motor_inertia" in vehicle and "column_inertia" not in vehicle:
+        return _stiff(vehicle)
+    below = vehicle.parameters_for(BelowBarParameters)
+    needed = ("steering_wheel_inertia", "torsion_bar_stiffness", "motor_ratio")
+    for name in needed:
+        vehicle[name]
+    if below.inertia <= 0.0 or below.damping < 0.0:
+        raise ParameterError(
+            f"below the torsion bar of '{vehicle.name}' remain {below.inertia:g} kg m^2 and {below.damping:g} "
+            "N m s/rad of column_inertia and column_damping; expected both larger than those of the steering wheel"
+        )
+    ratio = vehicle["motor_ratio"]
+    return TwoInertiaParameters(
+        below.steering_wheel_inertia,
+        below.steering_wheel_damping,
+        below.torsion_bar_stiffness,
+        ratio,
+        below.inertia / ratio**2,
+        below.damping / ratio**2,
+    )
+
+
+def gear_is_too_fast(vehicle: Vehicle, sample_time: float) -> bool:
+    """Whether the column has a gear whose vibration samples would take for a slower one, and the rest has not.
+
+    Args:
+        vehicle: with or without a gear
+        sample_time: [s]
+    """
+    if "gear_stiffness" not in vehicle:
+        return False
+    column = vehicle.parameters_for(ColumnParameters)
+    whole, rest = (
+        float(np.max(np.abs(np.linalg.eigvals(linear_of(each).A).imag))) for each in (column, without_gear(column))
+    )
+    return whole * sample_time >= math.pi > rest * sample_time
+
+
+def _stiff(vehicle: Vehicle) -> TwoInertiaParameters:
+    """A column whose gear has no spring in the file: it turns with the motor."""
+    ratio, inertia = vehicle["motor_ratio"], vehicle["motor_inertia"]
+    if "gear_inertia" in vehicle:
+        inertia += vehicle["gear_inertia"] / ratio**2
+    return TwoInertiaParameters(
+        vehicle["steering_wheel_inertia"],
+        vehicle["steering_wheel_damping"],
+        vehicle["torsion_bar_stiffness"],
+        ratio,
+        inertia,
+        vehicle["motor_damping"],
+    )

@@ -1,0 +1,146 @@
+"""The finding over a drive: the driver's hands, and whether the column is as the vehicle file describes it."""
+
+from __future__ import annotations
+
+import math
+
+from tierod.core.findings import Estimate, Finding, Status
+from tierod.monitors.driver_torque.decisions import MOTOR_INERTIA_SPREAD, FitRules
+from tierod.monitors.driver_torque.drive import Drive
+from tierod.monitors.driver_torque.misfits import distances, is_late, is_zeroed, misfits, suspected
+from tierod.vehicles import Vehicle
+
+LEAST_READY = 5.0
+"""Time for which the torque must be known before anything is concluded [s]: some seconds of every state."""
+STILL_TORQUE, STILL_ANGLE = 0.1, math.radians(0.5)
+"""A bar and a wheel that change by less show nothing of hands: noise and rounding of production sensors."""
+LOCKED_TORQUE = 5.0
+"""Span of the bar's torque under which no hands keep a wheel still; a lock does [N m]."""
+LONG_OFF = 5.0
+"""Hands off for longer are listed one by one [s]: driver assistance begins to warn there, or later."""
+MOST_LISTED = 20
+"""Of those stretches, the longest ones."""
+UNCHECKED = (
+    "without motor_angle_mechanical gain and offset of driver_torque and of steering_wheel_angle are not checked"
+)
+
+
+def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding:
+    """The finding over a drive.
+
+    Args:
+        drive: what was collected
+        vehicle: whose column it is
+        name: of monitor and variant
+        rules: whether vehicle file and recording fit
+    """
+    evidence = _evidence(drive, vehicle, rules)
+    if reason := _obstacle(drive):
+        status, cause, action = reason
+        headline = f"Torque of the driver's hands: {status.value}; {cause}."
+        return Finding(name, status, headline, evidence=evidence, cause=cause, action=action)
+    if wrong := misfits(drive, vehicle, rules):
+        cause = "; ".join((*wrong, *suspected(drive, wrong)))
+        action = "correct the vehicle file, or identify the column; if it is right, look for a sensor's gain or delay"
+        headline = f"Torque of the driver's hands: withheld; vehicle file and recording do not fit: {cause}."
+        notice = ("the torque of the hands, and when they were on the wheel, are withheld",)
+        decided_by = tuple(name for name, distance in distances(drive, vehicle).items() if rules.beyond(name, distance))
+        return Finding(
+            name, Status.SUSPECT, headline, evidence=evidence, cause=cause, action=action, warnings=notice,
+            decided_by=decided_by,
+        )  # fmt: skip
+    evidence |= _value(drive)
+    estimate = None  # what has no deviation has no interval
+    if drive.hand_deviation > 0.0:
+        estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
+    notices = _notices(drive, vehicle, rules)
+    action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
+    notices += () if drive.contradiction is not None else (UNCHECKED,)
+    return Finding(name, Status.HEALTHY, _headline(drive), None, estimate, evidence, action=action, warnings=notices)
+
+
+def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:
+    """What is wrong in the vehicle file without touching the torque of the hands."""
+    if drive.motor_inertia is None or not is_zeroed(vehicle) or "motor_inertia" not in vehicle:
+        return ()
+    gear = vehicle["gear_inertia"] / vehicle["motor_ratio"] ** 2 if "gear_inertia" in vehicle else 0.0
+    expected = vehicle["motor_inertia"] + gear
+    if not rules.apart(math.log(drive.motor_inertia / expected), MOTOR_INERTIA_SPREAD):
+        return ()
+    return (
+        f"motor_inertia, with the gear's, is {expected:.2g} kg·m² at the motor's shaft, but the motor turns as with "
+        f"{drive.motor_inertia:.2g}; the disturbance torque is wrong by as much, the torque of the hands hardly",
+    )
+
+
+def _headline(drive: Drive) -> str:
+    share = drive.on / drive.ready if drive.ready > 0.0 else 0.0
+    longest = max((each.duration for each in drive.stretches), default=0.0)
+    unsure = f", {drive.uncertain / drive.ready:.0%} uncertain" if drive.uncertain > 0.005 * drive.ready else ""
+    off = f"off for {longest:.1f} s at the longest" if longest > 0.0 else "never off"
+    known_to = f" ± {drive.hand_deviation:.2f}" if drive.hand_deviation > 0.0 else ""
+    torque = f"they give {drive.hand_rms:.2f}{known_to} N·m rms, {abs(drive.peak):.1f} N·m at most"
+    return f"Hands on the wheel {share:.0%} of the time, {off}{unsure}; {torque}."
+
+
+def _value(drive: Drive) -> dict[str, float]:
+    """Evidence of the hands, where vehicle file and recording fit."""
+    found = {
+        "hands_on_s": drive.on,
+        "hands_off_s": drive.off,
+        "hands_uncertain_s": drive.uncertain,
+        "longest_hands_off_s": max((each.duration for each in drive.stretches), default=0.0),
+        "hands_off_stretches": float(len(drive.stretches)),
+        "hand_torque_rms_Nm": drive.hand_rms,
+        "hand_torque_peak_Nm": drive.peak,
+    }
+    if math.isfinite(drive.error):
+        found["error_against_truth_rms_Nm"] = drive.error
+    long = sorted((each for each in drive.stretches if each.duration > LONG_OFF), key=lambda each: -each.duration)
+    for number, each in enumerate(sorted(long[:MOST_LISTED]), start=1):
+        found[f"hands_off_{number}_from_s"] = each.start
+        found[f"hands_off_{number}_for_s"] = each.duration
+    return found
+
+
+def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, float]:
+    """What the signals and the innovations show, whether or not the torque of the hands is stated."""
+    found = {
+        "ready_s": drive.ready,
+        "torsion_bar_torque_span_Nm": drive.torque_span,
+        "steering_wheel_angle_span_rad": drive.angle_span,
+        "learnt_torque_offset_Nm": drive.torque_offset,
+        "learnt_inertia_error_kgm2": drive.inertia_error,
+    }
+    if math.isfinite(drive.nis):
+        found["nis_mean"] = drive.nis
+    if drive.geometry is not None:
+        found["motor_ratio_in_recording"] = drive.geometry.ratio
+        found["stiffness_in_recording_Nm_per_rad"] = drive.geometry.stiffness
+        if is_zeroed(vehicle):
+            found["torque_offset_in_recording_Nm"] = drive.geometry.torque_offset
+        if is_late(drive, vehicle, rules):
+            found[f"{drive.geometry.late}_lag_s"] = drive.geometry.lag
+    return found
+
+
+def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
+    """Why nothing can be stated: status, cause, what to do; None where something can."""
+    if drive.turned:
+        return Status.NOT_TESTABLE, "; ".join(drive.turned), "correct the channel map and judge the recording again"
+    if drive.ready < LEAST_READY:
+        cause = f"the torque was known for {drive.ready:.1f} s, {LEAST_READY:g} s are needed"
+        return Status.NOT_ENABLED, cause, "record longer, with angle and torque throughout"
+    if drive.torque_span < STILL_TORQUE and drive.angle_span < STILL_ANGLE:
+        cause = (
+            f"the wheel stood still: its angle changed by {math.degrees(drive.angle_span):.2f} degrees, the torque of "
+            f"the bar by {drive.torque_span:.2f} N·m"
+        )
+        return Status.NOT_ENABLED, cause, "record a drive, or let the motor turn the column"
+    if drive.torque_span > LOCKED_TORQUE and drive.angle_span < STILL_ANGLE:
+        cause = (
+            f"the wheel was locked: its angle changed by {math.degrees(drive.angle_span):.2f} degrees, the torque of "
+            f"the bar by {drive.torque_span:.0f} N·m"
+        )
+        return Status.NOT_ENABLED, cause, "record with a wheel that is free or in a driver's hands"
+    return None

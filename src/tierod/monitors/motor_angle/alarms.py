@@ -1,0 +1,203 @@
+"""The alarms of the motor angle's monitor: what each means, and the courses of their trouble codes over a drive."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.findings import Status
+from tierod.core.graph import Result
+from tierod.core.statement import STATUSES, code_of
+from tierod.monitors.harness.session import StatusChange
+
+KEPT = 0.25
+"""An alarm counts for so long at least [s]: longer than a fault memory's sample of a recording."""
+
+
+class Alarm(NamedTuple):
+    """One alarm.
+
+    Args:
+        name: of its output
+        decision: that raises it
+        code: trouble code that stands for it
+        cause: what it means
+        action: what to do
+    """
+
+    name: str
+    decision: str
+    code: str
+    cause: str
+    action: str
+
+
+ALARMS = (
+    Alarm(
+        "electrical.supply_low",
+        "supply low",
+        "motor-supply-low",
+        "the supply of the controller is too low",
+        "check battery, wiring and generator",
+    ),
+    Alarm(
+        "electrical.angle_timeout",
+        "angle lost",
+        "motor-angle-lost",
+        "readings of the motor's angle fail to come",
+        "check the sensor and its line",
+    ),
+    Alarm(
+        "electrical.resolver_amplitude",
+        "resolver amplitude",
+        "motor-angle-amplitude",
+        "sine and cosine of the angle sensor have left their circle",
+        "check sensor, magnet and wiring: one of the two has lost amplitude or gained an offset",
+    ),
+    Alarm(
+        "electrical.current_sum",
+        "current sum",
+        "motor-currents",
+        "the phase currents do not add up to zero",
+        "check the current sensors; an offset or gain of one, or a leak to ground, does this",
+    ),
+    Alarm(
+        "electrical.current_saturated",
+        "current saturated",
+        "motor-currents",
+        "a current stands still at its peak while the motor turns: its measurement is saturated",
+        "widen the range of the current measurement",
+    ),
+    Alarm(
+        "electrical.voltage_saturated",
+        "voltage saturated",
+        "motor-currents",
+        "a voltage stands still at its peak while the motor turns: its measurement is saturated",
+        "widen the range of the voltage measurement",
+    ),
+    Alarm(
+        "model",
+        "model",
+        "motor-currents",
+        "currents and voltages are not those of one motor",
+        "check sign and order of the phases of currents and voltages, the sampling time, and the motor's parameters",
+    ),
+    Alarm(
+        "stuck",
+        "stuck",
+        "motor-angle-stuck",
+        "the motor turns and its angle sensor stands still",
+        "replace the sensor",
+    ),
+    Alarm(
+        "backwards",
+        "backwards",
+        "motor-angle-backwards",
+        "the angle sensor turns against the motor: sine and cosine, or two phases, are swapped",
+        "check wiring and channel map",
+    ),
+    Alarm(
+        "electrical.resolver_mismatch",
+        "resolver mismatch",
+        "motor-angle-mismatch",
+        "the motor's angle is not that of its sensor's own sine and cosine",
+        "check the zero of the angle, its calibration, and the software between sensor and control",
+    ),
+    Alarm(
+        "angle",
+        "angle",
+        "motor-angle-offset",
+        "the angle sensor differs from the angle that currents and voltages give",
+        "check the sensor's magnet and its zero",
+    ),
+    Alarm(
+        "speed",
+        "speed",
+        "motor-angle-offset",
+        "the angle sensor turns at another speed than currents and voltages give",
+        "check the sensor: its gain, or what it lost meanwhile",
+    ),
+    Alarm(
+        "electrical.angle_gradient",
+        "angle leaps",
+        "motor-angle-offset",
+        "the motor's angle leaps further than a motor can turn",
+        "check sensor and line",
+    ),
+    Alarm(
+        "not_following",
+        "not following",
+        "motor-angle-stuck",
+        "the motor's angle stays away from its target: sensor, a phase, or the motor itself stands still",
+        "check whether the motor turns; if it does, the sensor is stuck or its sine and cosine are swapped",
+    ),
+    Alarm(
+        "plausibility",
+        "plausibility",
+        "steering-angles-implausible",
+        "the angles of motor, steering wheel and pinion do not fit each other",
+        "check the sensors of these angles, and the gear's ratios in the vehicle file",
+    ),
+)
+"""From root to consequence; the kind in a statement is the place here, from 1 on."""
+
+BY_NAME = {each.name: each for each in ALARMS}
+
+CODES = {code: [each.name for each in ALARMS if each.code == code] for code in {each.code: None for each in ALARMS}}
+"""Alarms behind every trouble code."""
+
+
+class AlarmCourses:
+    """Collects first instants of alarms and courses of trouble codes over the pieces of a recording.
+
+    Args:
+        rate: of the samples [Hz]
+    """
+
+    def __init__(self, rate: float):
+        self._kept = round(KEPT * rate)
+        self.starts: dict[str, float] = {}
+        self.course: list[StatusChange] = []
+        self.codes: dict[str, list[StatusChange]] = {name: [] for name in CODES}
+        self._since = dict.fromkeys((*CODES, ""), self._kept + 1)
+
+    def add(self, time: np.ndarray, result: Result) -> None:
+        """The next piece."""
+        stated = result["statement.status"]
+        fault = stated == code_of(Status.FAULT)
+        # Beside a fault of another code, a code without one is fault-free.
+        otherwise = np.where(fault, code_of(Status.HEALTHY), stated)
+        self._follow(self.course, "", time, fault, otherwise)
+        for code, names in CODES.items():
+            flags = [result[f"alarms.{name}"] > 0.5 for name in names]
+            for name, each in zip(names, flags, strict=True):
+                if name not in self.starts and each.any():
+                    self.starts[name] = float(time[np.argmax(each)])
+            self._follow(self.codes[code], code, time, np.any(flags, axis=0), otherwise)
+
+    def of_code(self, name: str, mute: bool = False) -> tuple[StatusChange, ...]:
+        """The course of one trouble code.
+
+        Args:
+            name: of the code
+            mute: whether its alarms are consequences of another fault, and show nothing
+        """
+        if not mute:
+            return tuple(self.codes[name])
+        not_judged = Status.NOT_ENABLED
+        course = self.codes[name]
+        return tuple(each._replace(status=not_judged) if each.status is Status.FAULT else each for each in course)
+
+    def _follow(
+        self, course: list[StatusChange], name: str, time: np.ndarray, flags: np.ndarray, otherwise: np.ndarray
+    ) -> None:
+        """Changes of one course; an alarm stays for `KEPT`."""
+        place = np.arange(len(flags))
+        last = np.maximum.accumulate(np.where(flags, place, -1 - self._since[name]))
+        self._since[name] = min(int(place[-1] - last[-1]), self._kept + 1)
+        code = np.where(place - last <= self._kept, code_of(Status.FAULT), otherwise)
+        for at in np.flatnonzero(np.diff(code, prepend=np.nan) != 0.0).tolist():
+            status = STATUSES[round(code[at])]
+            if not course or course[-1].status is not status:
+                course.append(StatusChange(float(time[at]), status))

@@ -1,0 +1,212 @@
+"""What is collected over a drive of the motor: time in which its angle was known, residuals, gains, what was learnt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tierod.core.graph import Result
+from tierod.models.stator_frame_motor import CommandedMotorParameters
+from tierod.monitors.motor_angle.alarms import AlarmCourses
+from tierod.monitors.motor_angle.misread import misread
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
+from tierod.monitors.motor_angle.signals import MEASURED, VARIANTS
+from tierod.monitors.motor_angle.voltage_balance import InducedVoltage, VoltageBalance
+from tierod.monitors.motor_angle.which_angle import NOT_MOTOR
+from tierod.physics.clarke_park import StatorVector
+from tierod.physics.inverter import phase_signs
+
+SURPRISING = 20.0
+"""An innovation beyond this comes in one of 6000 samples by chance: three measurements have a mean of three."""
+
+KNEE_REACHED = 0.95
+"""Share of the way to the end of what is learnt, from which the knee may lie beyond."""
+
+
+class InverterLoss(NamedTuple):
+    """What the inverter was found to take from its command.
+
+    Args:
+        voltage_loss: of a phase far above the knee
+        knee_current: below which it falls
+        knee_deviation: standard deviation of the logarithm of that
+        nominal_knee: of the vehicle file
+        widest: that the logarithm over that may reach
+    """
+
+    voltage_loss: Annotated[float, "V"]
+    knee_current: Annotated[float, "A"]
+    knee_deviation: float
+    nominal_knee: Annotated[float, "A"]
+    widest: float
+
+    @property
+    def apart(self) -> float:
+        """Logarithm of the knee over the vehicle file's."""
+        return math.log(max(self.knee_current, 1e-9) / self.nominal_knee)
+
+    @property
+    def beyond(self) -> bool:
+        """Whether the knee may lie further away than is learnt."""
+        return abs(self.apart) > KNEE_REACHED * self.widest
+
+
+class Drive(NamedTuple):
+    """What was collected over a drive.
+
+    Args:
+        seconds, known: of the drive, and of these with a known angle
+        counted: values that counted
+        offset, offset_deviation: electrical difference: while the sum alarmed, or over all
+        rms: of all that counted
+        windows, slope, agreement: of the gains of sensor and observer, gain over gain, and their correlation
+        nis, surprised: mean of the normalised innovations, and share of surprising ones since `model` alarmed
+        resistance, flux: over those of the vehicle file
+        suspect: code of the angle that plausibility suspects
+        starts: first instants of alarms
+        voltages: that the observer was fed with
+        lost: what the inverter took; None where the voltages were measured
+        misread: cause and cure, where the whole recording is consistent once it is read otherwise
+        contradicting: share of the induced voltage that contradicts its turning since `model` alarmed; else NaN
+        mismatch: greatest one of the three angles while they did not fit, at the pinion
+        untwisted: whether the three angles were not compared for want of the driver's torque
+    """
+
+    seconds: Annotated[float, "s"]
+    known: Annotated[float, "s"]
+    counted: int
+    offset: Annotated[float, "rad"]
+    offset_deviation: Annotated[float, "rad"]
+    rms: Annotated[float, "rad"]
+    windows: int
+    slope: float
+    agreement: float
+    nis: float
+    surprised: float
+    resistance: float
+    flux: float
+    suspect: float
+    starts: dict[str, float]
+    voltages: str = MEASURED
+    lost: InverterLoss | None = None
+    misread: tuple[str, str] | None = None
+    contradicting: float = math.nan
+    mismatch: Annotated[float, "rad"] = 0.0
+    untwisted: bool = False
+
+    @property
+    def monitor(self) -> str:
+        """Name of the monitor and its variant."""
+        return f"motor-angle, {VARIANTS[self.voltages]}"
+
+
+class DriveFigures:
+    """Figures over the pieces of a recording.
+
+    Args:
+        monitor: whose outputs they are of
+        rate: of the samples [Hz]
+    """
+
+    def __init__(self, monitor: MotorAngleMonitor, rate: float) -> None:
+        p = monitor.observer.parameters
+        self._monitor, self._rate, self.courses = monitor, rate, AlarmCourses(rate)
+        self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time)
+        self._induced = InducedVoltage(p.motor_resistance, p.motor_inductance, p.motor_flux, p.sample_time)
+        self.seen = self.known = self.since_model = self.surprised = 0
+        self.nis = self.mismatch = 0.0
+        self.residuals, self.alarmed = np.zeros(3), np.zeros(3)  # count, sum and sum of squares
+        self.gains = np.zeros(4)  # windows, and products of the gains: both, the observer's, the sensor's
+        self.suspected = np.zeros(round(NOT_MOTOR) + 1, dtype=int)
+        self.resistance = self.flux = np.nan
+        self.inverter = (0.0, 0.0, 0.0)
+        self.pinion = self.torque = False
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """The next piece: time [s], signals and outputs by name, (n,) each."""
+        self.courses.add(time, result)
+        self._add_voltages(signals, result)
+        self.pinion |= bool(np.isfinite(signals["pinion_angle"]).any())
+        self.torque |= bool(np.isfinite(signals["driver_torque"]).any())
+        counts, complete, known = (result[f"compared.{name}"] > 0.5 for name in ("counts", "complete", "known"))
+        residual, nis = result["estimate.angle_residual_electrical"], result["estimate.nis"]
+        self.seen += len(residual)
+        self.known += int(known.sum())
+        self.residuals += _powers(residual[counts])
+        self.alarmed += _powers(residual[counts & (result["alarms.angle"] > 0.5)])
+        sensor, observer = (result[f"compared.{name}_gain"][complete] for name in ("sensor", "observer"))
+        self.gains += (len(sensor), sensor @ observer, observer @ observer, sensor @ sensor)
+        self.nis += float(nis.sum())
+        model = result["alarms.model"] > 0.5
+        if self.since_model or model.any():
+            after = nis[0 if self.since_model else int(np.argmax(model)) :]
+            self.since_model += len(after)
+            self.surprised += int(np.count_nonzero(after > SURPRISING))
+        apart = result["alarms.plausibility"] > 0.5
+        self.mismatch = max(self.mismatch, float(np.abs(result["plausible.mismatch"][apart]).max(initial=0.0)))
+        self.suspected += np.bincount(result["plausible.suspect"].astype(int), minlength=len(self.suspected))
+        if known.any():
+            self.resistance, self.flux = (
+                float(result[f"estimate.motor_{name}"][known][-1]) for name in ("resistance", "flux")
+            )
+        loss, knee, deviation = (float(result[f"estimate.inverter_{name}"][-1]) for name in InverterLoss._fields[:3])
+        self.inverter = (loss, knee, deviation)
+
+    def _add_voltages(self, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        current = StatorVector(signals["motor_current_alpha"], signals["motor_current_beta"])
+        parameters = self._monitor.observer.parameters
+        taken = StatorVector(np.zeros(len(current.alpha)), np.zeros(len(current.alpha)))
+        if isinstance(parameters, CommandedMotorParameters):
+            taken = phase_signs(current, parameters.inverter_knee_current)
+        voltage = result["voltage.alpha"] + 1j * result["voltage.beta"]
+        alarmed = np.maximum.accumulate(result["alarms.model"] > 0.5) | (self.since_model > 0)
+        self._induced.add(_complex(current)[alarmed], voltage[alarmed])
+        self._balance.add(_complex(current), voltage, signals["motor_angle_mechanical"], _complex(taken))
+
+    def drive(self) -> Drive:
+        """The figures so far."""
+        monitor, rate = self._monitor, self._rate
+        count, total, squares = self.alarmed if self.alarmed[0] else self.residuals
+        mean = float(total) / max(count, 1.0)
+        windows, together, observed, sensed = self.gains.tolist()
+        energy = (observed * sensed) ** 0.5
+        parameters, lost = monitor.observer.parameters, None
+        if isinstance(parameters, CommandedMotorParameters):
+            widest = monitor.observer.tuning.widest_knee
+            lost = InverterLoss(*self.inverter, parameters.inverter_knee_current, widest)
+        return Drive(
+            seconds=self.seen / rate,
+            known=self.known / rate,
+            counted=int(self.residuals[0]),
+            offset=mean,
+            offset_deviation=max(float(squares) / max(count, 1.0) - mean * mean, 0.0) ** 0.5,
+            rms=(float(self.residuals[2]) / max(self.residuals[0], 1.0)) ** 0.5,
+            windows=int(windows),
+            slope=together / observed if observed else np.nan,
+            agreement=abs(together) / energy if energy else 0.0,
+            nis=self.nis / max(self.seen, 1),
+            surprised=self.surprised / max(self.since_model, 1),
+            resistance=self.resistance / parameters.motor_resistance,
+            flux=self.flux / parameters.motor_flux,
+            suspect=float(np.argmax(self.suspected[1:]) + 1) if self.suspected[1:].any() else 0.0,
+            starts=dict(self.courses.starts),
+            voltages=monitor.voltages.source,
+            lost=lost,
+            misread=misread(self._balance, parameters, monitor.observer.tuning.current_noise),
+            contradicting=self._induced.share(),
+            mismatch=self.mismatch,
+            untwisted=monitor.plausibility is not None and self.pinion and not self.torque,
+        )
+
+
+def _complex(vector: StatorVector[NDArray[np.float64]]) -> NDArray[np.complex128]:
+    return vector.alpha + 1j * vector.beta
+
+
+def _powers(values: np.ndarray) -> tuple[float, float, float]:
+    """Count, sum and sum of squares."""
+    return len(values), float(values.sum()), float((values**2).sum())

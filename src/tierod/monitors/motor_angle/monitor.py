@@ -1,0 +1,245 @@
+"""The motor's angle sensor watched from all sides: observer, stopping rules, second tests, electrical checks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar, leaves
+from tierod.core.findings import Status
+from tierod.core.graph.maths import both, greatest_of, maximum, present, where
+from tierod.core.statement import Statement, code_of
+from tierod.methods.detectors.control_charts import Cusum
+from tierod.monitors.motor_angle.alarms import ALARMS
+from tierod.monitors.motor_angle.comparison import ResidualGate, SensorComparison
+from tierod.monitors.motor_angle.electrical import ElectricalAlarms, ElectricalChecks, ElectricalFigures
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.monitors.motor_angle.plausibility import AnglePlausibility
+from tierod.monitors.motor_angle.second_tests import Increments, NotFollowing, SensorBesideObserver
+from tierod.monitors.motor_angle.signals import MEASURED, MotorAngleSample, MotorVoltages
+from tierod.vehicles import Vehicle
+
+MODEL_DRIFT, MODEL_THRESHOLD = 8.0, 400.0
+"""Of the innovations' sum, one value a sample: three measurements have a mean of three; it stays below 20 without a
+fault."""
+
+
+class Alarms(NamedTuple):
+    """1 while a test of the angle alarms.
+
+    Args:
+        angle: the sum of the difference from the observer
+        speed: that of what both gain
+        backwards: the sensor turns against the observer
+        stuck: the observer turns on, the sensor does not
+        model: currents and voltages are not those of one motor
+        not_following: the sensor stays away from its target
+        plausibility: pinion, motor and steering wheel do not fit each other
+        electrical: see `ElectricalAlarms`
+    """
+
+    angle: Annotated[Scalar, ""]
+    speed: Annotated[Scalar, ""]
+    backwards: Annotated[Scalar, ""]
+    stuck: Annotated[Scalar, ""]
+    model: Annotated[Scalar, ""]
+    not_following: Annotated[Scalar, ""]
+    plausibility: Annotated[Scalar, ""]
+    electrical: ElectricalAlarms
+
+    def in_order(self) -> list[Scalar]:
+        """Of every alarm in the order of `ALARMS`."""
+        flags = dict(leaves(self))
+        return [flags[each.name] for each in ALARMS]
+
+
+class Tested(NamedTuple):
+    """What the tests compare with their thresholds and other outputs do not hold.
+
+    Args:
+        model_sum: of the innovations
+        backwards_sum: windows in which the sensor turned against the observer, less those with it
+        turned_meanwhile: by the observer, while the sensor stood still
+        following_error: target less sensor; 0 without a target
+        electrical: see `ElectricalFigures`
+    """
+
+    model_sum: Annotated[Scalar, ""]
+    backwards_sum: Annotated[Scalar, ""]
+    turned_meanwhile: Annotated[Scalar, "rad"]
+    following_error: Annotated[Scalar, "rad"]
+    electrical: ElectricalFigures
+
+
+@dataclass(frozen=True)
+class MotorAngleMonitor:
+    """Observer of the motor's angle, and every test that its sensor has to pass.
+
+    Args:
+        observer: from currents and voltages
+        comparison: of the sensor with it
+        electrical: checks of the sensor's own signals, currents and supply
+        not_following: of the sensor beside its target
+        plausibility: of the three angles of a superposition; None for a motor on a bench
+        voltages: that the observer is fed with
+        model: sum of the innovations
+    """
+
+    observer: MotorAngleObserver
+    comparison: SensorComparison
+    electrical: ElectricalChecks
+    not_following: NotFollowing
+    plausibility: AnglePlausibility | None = None
+    voltages: MotorVoltages = field(default_factory=MotorVoltages)
+    model: Cusum = field(
+        default_factory=lambda: Cusum(MODEL_DRIFT, MODEL_THRESHOLD, 2.0 * MODEL_THRESHOLD, sides="upper")
+    )
+
+    Sample = MotorAngleSample
+
+    class State(NamedTuple):
+        """Of the parts, in order; the time, and since when a fault has been stated."""
+
+        observer: MotorAngleObserver.State
+        comparison: SensorComparison.State
+        electrical: ElectricalChecks.State
+        not_following: NotFollowing.State
+        plausibility: AnglePlausibility.State | tuple[()]
+        model: Cusum.State
+        voltages: MotorVoltages.State
+        time: Annotated[Scalar, "s"]
+        since: Annotated[Scalar, "s"]
+
+    class Output(NamedTuple):
+        """What the observer estimates, what the tests see, alarms, the statement, and the voltage it all rests on.
+
+        The kind of the statement is the place of the alarm in `ALARMS`, its magnitude the electrical difference of the
+        sensor from the observer.
+        """
+
+        estimate: MotorAngleObserver.Output
+        compared: SensorComparison.Output
+        plausible: AnglePlausibility.Output
+        alarms: Alarms
+        statement: Statement
+        voltage: MotorVoltages.Output
+        tested: Tested
+
+    @classmethod
+    def of_vehicle(
+        cls,
+        vehicle: Vehicle,
+        sample_time: float,
+        plausibility: AnglePlausibility | None = None,
+        voltages: MotorVoltages | None = None,
+    ) -> MotorAngleMonitor:
+        """The monitor of a vehicle's motor.
+
+        Args:
+            vehicle: with the motor's parameters
+            sample_time: [s]
+            plausibility: where the vehicle has a superposition
+            voltages: that the observer is fed with; measured ones where None
+
+        Raises:
+            ParameterError: a parameter is missing or cannot be
+        """
+        voltages = voltages or MotorVoltages()
+        observer = MotorAngleObserver.of_vehicle(vehicle, sample_time, commanded=voltages.source != MEASURED)
+        p = observer.parameters
+        return cls(
+            observer,
+            SensorComparison(ResidualGate(p.motor_pole_pairs, p.motor_flux, sample_time), Increments(sample_time)),
+            ElectricalChecks(p.motor_pole_pairs, sample_time),
+            NotFollowing(sample_time),
+            plausibility,
+            voltages,
+        )
+
+    def init(self) -> State:
+        """Nothing seen."""
+        return self.State(
+            observer=self.observer.init(),
+            comparison=self.comparison.init(),
+            electrical=self.electrical.init(),
+            not_following=self.not_following.init(),
+            plausibility=() if self.plausibility is None else self.plausibility.init(),
+            model=self.model.init(),
+            voltages=self.voltages.init(),
+            time=0.0,
+            since=-1.0,
+        )
+
+    def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
+        """One sample on."""
+        voltages, voltage = self.voltages.step(state.voltages, sample)
+        sensor = sample.motor_angle_mechanical
+        fed = self.observer.Sample(sample.motor_current_alpha, sample.motor_current_beta, *voltage, sensor)
+        observer, estimate = self.observer.step(state.observer, fed)
+        comparison, compared = self.comparison.step(state.comparison, SensorBesideObserver(estimate, sensor))
+        following, behind = self.not_following.step(state.not_following, sample)
+        model, fitting = self.model.step(state.model, estimate.nis)
+        electrical, checks = self.electrical.step(state.electrical, sample)
+        plausibility, fits = self._plausible(state, sample, estimate.angle_residual_electrical, compared.counts)
+        alarms = Alarms(
+            compared.angle_alarm,
+            compared.speed_alarm,
+            compared.backwards_alarm,
+            compared.stuck_alarm,
+            fitting.alarm,
+            behind.alarm,
+            fits.alarm,
+            checks.alarms,
+        )
+        tested = Tested(fitting.up, compared.backwards_sum, compared.turned_meanwhile, behind.error, checks.figures)
+        statement = self._stated(state, estimate, compared, alarms, tested)
+        after = self.State(
+            observer,
+            comparison,
+            electrical,
+            following,
+            plausibility,
+            model,
+            voltages,
+            state.time + self.observer.parameters.sample_time,
+            statement.since,
+        )
+        return after, self.Output(estimate, compared, fits, alarms, statement, voltage, tested)
+
+    def _plausible(
+        self, state: State, sample: MotorAngleSample, residual: Scalar, counts: Scalar
+    ) -> tuple[AnglePlausibility.State | tuple[()], AnglePlausibility.Output]:
+        if self.plausibility is None or not isinstance(state.plausibility, AnglePlausibility.State):
+            return (), AnglePlausibility.Output(0.0, 0.0, 0.0, 0.0, 0.0)
+        return self.plausibility.step(state.plausibility, sample, residual, counts)
+
+    def _stated(
+        self,
+        state: State,
+        estimate: MotorAngleObserver.Output,
+        compared: SensorComparison.Output,
+        alarms: Alarms,
+        tested: Tested,
+    ) -> Statement:
+        flags = alarms.in_order()
+        fault = greatest_of(*flags) > 0.5
+        running = where(compared.known, code_of(Status.HEALTHY), code_of(Status.NOT_ENABLED))
+        running = where(compared.early, code_of(Status.NOT_READY), running)
+        known = both(compared.known > 0.5, present(estimate.angle_residual_electrical))
+        pole_pairs = self.observer.parameters.motor_pole_pairs
+        kind: Scalar = 0.0
+        for place in range(len(flags), 0, -1):
+            kind = where(flags[place - 1] > 0.5, float(place), kind)
+        sums = (
+            compared.angle_sum / self.comparison.angle.threshold,
+            compared.speed_sum / self.comparison.speed.threshold,
+            tested.model_sum / self.model.threshold,
+        )
+        return Statement(
+            status=where(fault, code_of(Status.FAULT), running),
+            since=where(fault, where(state.since < 0.0, state.time, state.since), -1.0),
+            kind=kind,
+            magnitude=where(known, estimate.angle_residual_electrical, 0.0),
+            deviation=where(known, pole_pairs * estimate.motor_angle_standard_deviation, 0.0),
+            evidence=maximum(greatest_of(*sums), where(fault, 1.0, 0.0)),
+        )

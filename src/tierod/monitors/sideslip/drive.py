@@ -1,0 +1,180 @@
+"""What is collected over a drive of the car: the estimate beside a truth, signs of signals, sensors and motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import combinations
+
+import numpy as np
+
+from tierod.core.graph import Result
+from tierod.models.single_track import SingleTrack
+from tierod.monitors.harness.related_signals import odd_ones_out
+from tierod.monitors.sideslip.motion_over_drive import MotionOverDrive
+from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
+
+TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
+"""Channels that a recording may have to hold the estimate against: of an optical sensor, or of a simulation."""
+
+BAND = 1.96
+"""Standard deviations within which 95 % of a Gaussian error lie."""
+
+KNOWN = 0.05
+"""Standard deviation [rad] up to which an angle may be the largest one: more is had before the estimate has settled."""
+
+TOGETHER = ("steering angle", "yaw rate", "lateral acceleration", "steering torque")
+"""What has the same sign in a steady turn."""
+
+CLEAR = 0.5
+"""Correlation from which two signals are taken to go together or against each other. Slow turns give above 0.9."""
+
+FASTEST_STANDING = 3.0
+"""Speed [m/s] up to which the car is taken to manoeuvre, where torque and lateral acceleration show little."""
+
+FEWEST = 300
+"""Samples from which on a correlation counts."""
+
+
+class SideslipDrive:
+    """All that is collected over a drive: the estimate, signs, sensors and the motion that the signals give.
+
+    Args:
+        parameters: of the vehicle
+        ratio: road wheels over steering wheel
+        rate: of the samples [Hz]
+    """
+
+    def __init__(self, parameters: SingleTrack.Parameters, ratio: float, rate: float):
+        self.figures, self.signs = EstimateFigures(), SignsOverDrive()
+        self.sensors, self.motion = SensorsOverDrive(parameters, rate), MotionOverDrive(parameters, rate)
+        self.rate, self._ratio = rate, ratio
+
+    @property
+    def seconds(self) -> float:
+        """For which the sideslip was estimated [s]."""
+        return self.figures.samples / self.rate
+
+    def add(self, running: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
+        """The next piece: where the estimator ran, signals and outputs by name, (n,) each."""
+        speed, yaw_rate = signals["vehicle_speed"], signals["yaw_rate"]
+        lateral, along = signals["lateral_acceleration"], signals["longitudinal_acceleration"]
+        measured, wheel = signals["road_wheel_angle"], self._ratio * signals["steering_wheel_angle"]
+        angle = np.where(np.isfinite(measured), measured, wheel)
+        torque = np.where(np.isfinite(signals["motor_torque"]), signals["motor_torque"], signals["motor_current"])
+        self.figures.add(running, result, truth_in(signals), speed, angle, torque)
+        self.sensors.add(speed, yaw_rate, lateral, angle)
+        self.motion.add(speed, yaw_rate, lateral, along, angle)
+        self.signs.add(speed, dict(zip(TOGETHER, (angle, yaw_rate, lateral, torque), strict=True)))
+
+    def evidence(self) -> dict[str, float]:
+        """Time of estimating, and how signals agree where a sign is wrong."""
+        found = {"enabled_s": self.seconds, "enabled_share": self.figures.samples / max(self.figures.seen, 1)}
+        if self.signs.turned():
+            agreements = self.signs.agreements().items()
+            found |= {f"agreement of {one} and {other}": value for (one, other), value in agreements}
+        return found
+
+
+class EstimateFigures:
+    """Figures of an estimate over the pieces of a recording, beside the truth where there is one."""
+
+    def __init__(self) -> None:
+        self.seen = self.samples = self.compared = self.covered = self.angles = self.torques = 0
+        self.peak = self.peak_deviation = self.deviation = self.fastest = 0.0
+        self.squared_error = self.absolute_error = 0.0
+        self._last_truth = math.nan
+
+    def add(
+        self,
+        running: np.ndarray,
+        result: Result,
+        truth: np.ndarray,
+        speed: np.ndarray,
+        angle: np.ndarray,
+        torque: np.ndarray,
+    ) -> None:
+        """The next piece, (n,) each; NaN where missing.
+
+        Args:
+            running: whether the estimator ran
+            result: of the estimator
+            truth: sideslip angle [rad]
+            speed: [m/s]
+            angle: of the road wheels [rad]
+            torque: of the steering's motor, or its current
+        """
+        sideslip, deviation = result["statement.magnitude"], result["statement.deviation"]
+        self.seen += len(running)
+        self.samples += int(running.sum())
+        self.angles += int(np.isfinite(angle).sum())
+        self.torques += int(np.isfinite(torque).sum())
+        self.fastest = max(self.fastest, float(np.nanmax(speed, initial=0.0)))
+        self.deviation += float(np.sum(deviation[running]))
+        # A truth that comes more slowly than the grid is held, and stale until it changes.
+        fresh = np.diff(truth, prepend=self._last_truth) != 0.0
+        self._last_truth = float(truth[-1]) if len(truth) else self._last_truth
+        judged = running & np.isfinite(truth) & fresh
+        error, band = (sideslip - truth)[judged], BAND * deviation[judged]
+        self.compared += len(error)
+        self.covered += int(np.sum(np.abs(error) <= band))
+        self.squared_error += float(error @ error)
+        self.absolute_error += float(np.abs(error).sum())
+        known = running & (deviation < KNOWN)
+        if known.any():
+            at = int(np.argmax(np.where(known, np.abs(sideslip), -1.0)))
+            if abs(sideslip[at]) > abs(self.peak):
+                self.peak, self.peak_deviation = float(sideslip[at]), float(deviation[at])
+
+    def beside_truth(self) -> dict[str, float]:
+        """Evidence: errors against the truth where there is one, and the mean standard deviation."""
+        mean = {"mean_deviation_rad": self.deviation / max(self.samples, 1)}
+        if not self.compared:
+            return mean
+        return {
+            "error_against_truth_rms_rad": math.sqrt(self.squared_error / self.compared),
+            "error_against_truth_mean_absolute_rad": self.absolute_error / self.compared,
+            "truth_within_band_share": self.covered / self.compared,
+            **mean,
+        }
+
+
+def truth_in(signals: Mapping[str, np.ndarray]) -> np.ndarray:
+    """What the estimate is held against [rad]; NaN where the recording has nothing."""
+    measured, simulated = (signals[name] for name in TRUTHS)
+    return np.where(np.isfinite(simulated), simulated, measured)
+
+
+class SignsOverDrive:
+    """Products of the signals of `TOGETHER` over the pieces of a recording, where the car rolls."""
+
+    def __init__(self) -> None:
+        size = len(TOGETHER)
+        self._products, self._squares = np.zeros((size, size)), np.zeros((size, size))
+        self._counts = np.zeros((size, size))
+
+    def add(self, speed: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
+        """The next piece: speed [m/s] and the signals by their name in `TOGETHER`, (n,) each; NaN where missing."""
+        rolling = np.isfinite(speed) & (speed > FASTEST_STANDING)
+        for (i, one), (j, other) in combinations(enumerate(TOGETHER), 2):
+            a, b = signals[one], signals[other]
+            both = rolling & np.isfinite(a) & np.isfinite(b)
+            x, y = a[both], b[both]
+            self._products[i, j] += x @ y
+            self._squares[i, j] += x @ x
+            self._squares[j, i] += y @ y
+            self._counts[i, j] += len(x)
+
+    def agreements(self) -> dict[tuple[str, str], float]:
+        """Correlation about zero of every pair that was seen long enough, -1 to 1."""
+        found = {}
+        for (i, one), (j, other) in combinations(enumerate(TOGETHER), 2):
+            size = np.sqrt(self._squares[i, j] * self._squares[j, i])
+            if self._counts[i, j] >= FEWEST and size > 0.0:
+                found[one, other] = float(self._products[i, j] / size)
+        return found
+
+    def turned(self) -> tuple[str, ...]:
+        """The signal of `TOGETHER` whose sign contradicts the others; several where they cannot be separated."""
+        clear = {pair: value > 0.0 for pair, value in self.agreements().items() if abs(value) > CLEAR}
+        return odd_ones_out(TOGETHER, clear)

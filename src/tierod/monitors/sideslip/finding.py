@@ -1,0 +1,172 @@
+"""The finding over a drive: how far the car slipped, how well that is known, and why nothing can be stated."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from tierod.core.findings import Estimate, Finding, Status
+from tierod.methods.detectors import Detector
+from tierod.methods.detectors.rule_design import alarms_at
+from tierod.monitors.sideslip.decisions import (
+    BAND_DECISION,
+    LEAST_COVERAGE,
+    MISFIT_DECISION,
+    OFFSET_DECISION,
+    USUAL_MISFIT,
+    USUAL_OFFSET,
+)
+from tierod.monitors.sideslip.drive import SideslipDrive
+
+LEAST_ENABLED = 5.0
+"""Seconds of estimating below which nothing is stated: a few time constants of the slowest observer."""
+
+OFFSET = "yaw_rate_offset_rad_per_s"
+"""Figure of the evidence that is there where the yaw rate has an offset."""
+
+LEAST_COMPARED = 5.0
+"""Seconds beside a truth from which on that share is judged."""
+
+Obstacle = tuple[Status, str, str]
+"""Why nothing can be stated: status, cause, what to do."""
+
+
+def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool) -> Obstacle | None:
+    """Why nothing can be stated; None where something can.
+
+    Args:
+        drive: what was collected
+        needs_torque: whether the estimator cannot run without the torque of the steering
+        torque_known: whether the vehicle file converts the motor's torque into it
+    """
+    figures = drive.figures
+    if turned := drive.signs.turned():
+        names = " or ".join(turned)
+        cause = f"the sign of {names} contradicts the other signals of a turning car"
+        return Status.NOT_TESTABLE, cause, f"correct the sign of {names} in the channel map"
+    if wrong := drive.sensors.wrong_unit():
+        return Status.NOT_TESTABLE, wrong, "correct the unit in the channel map"
+    if not figures.angles:
+        cause = "the recording has neither road_wheel_angle nor steering_wheel_angle"
+        return Status.NOT_AVAILABLE, cause, "name one of them in the channel map"
+    if needs_torque and not (figures.torques and torque_known):
+        missing = "motor_torque or motor_current" if torque_known else "gearhead_ratio in the vehicle file"
+        cause = f"this variant needs the torque of the steering, and there is no {missing}"
+        return Status.NOT_AVAILABLE, cause, "take a variant that needs no torque (--variant combined), or add it"
+    if drive.seconds < LEAST_ENABLED:
+        cause = (
+            f"it could be estimated for {drive.seconds:.1f} s, {LEAST_ENABLED:g} s are needed; the car stood, rolled "
+            f"backwards, or speed or angle were missing (fastest {figures.fastest:.1f} m/s)"
+        )
+        return Status.NOT_ENABLED, cause, "record a drive, with speed and steering angle throughout"
+    return None
+
+
+def withheld(drive: SideslipDrive, name: str, reason: Obstacle) -> Finding:
+    """The finding where nothing can be stated.
+
+    Args:
+        drive: what was collected
+        name: of monitor and variant
+        reason: as `obstacle` gives it
+    """
+    status, cause, action = reason
+    headline = f"Sideslip angle: {status.value}; {cause}."
+    return Finding(name, status, headline, evidence=drive.evidence(), cause=cause, action=action)
+
+
+def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) -> Finding:
+    """The finding where the sideslip was estimated.
+
+    Args:
+        drive: what was collected
+        name: of monitor and variant
+        misfit_rule: decides whether the parameters fit
+        nis: mean per reading
+    """
+    figures = drive.figures
+    evidence = {**drive.evidence(), **figures.beside_truth(), "nis_mean": nis}
+    estimate = Estimate("largest sideslip angle at the centre of gravity", figures.peak, figures.peak_deviation, "rad")
+    largest = f"{_signed(math.degrees(figures.peak), 2)} ± {math.degrees(figures.peak_deviation):.2f} degrees"
+    if alarms_at(misfit_rule, math.log(max(nis, 1e-12)) / USUAL_MISFIT):
+        cause = f"the innovations are {math.sqrt(nis):.1f} times as large as the estimator expects"
+        headline = f"Sideslip angle up to {largest}, but the parameters do not fit this car: {cause}."
+        action = "give a vehicle file that fits: stiffness, trail, friction and inertia of the steering"
+        found = Finding(name, Status.NOT_IDENTIFIABLE, headline, None, estimate, evidence, cause, action)
+    else:
+        headline = f"Sideslip angle up to {largest}, estimated for {drive.seconds:.0f} s."
+        found = Finding(name, Status.HEALTHY, headline, None, estimate, evidence, action="none")
+        found = _beside_truth(found, figures.compared / drive.rate)
+    return _contradicted(_with_offset(found, drive), drive)
+
+
+def _beside_truth(finding: Finding, seconds: float) -> Finding:
+    """The finding, suspect where the band does not hold a recorded truth."""
+    share = finding.evidence.get("truth_within_band_share", 1.0)
+    if not (share < LEAST_COVERAGE and seconds >= LEAST_COMPARED):
+        return finding
+    error = math.degrees(finding.evidence["error_against_truth_rms_rad"])
+    cause = f"the 95 % band holds the recorded truth for {100.0 * share:.0f} % of the time only"
+    return replace(
+        finding,
+        status=Status.SUSPECT,
+        headline=f"{finding.headline} But {cause}; the error is {error:.2f} degrees (root mean square).",
+        cause=f"{cause}: parameters of the vehicle file or offsets of sensors are wrong by more than it covers",
+        action="take that error as the uncertainty, or fit stiffness and friction of the vehicle file to the "
+        "truth and calibrate the sensors",
+        decided_by=(BAND_DECISION.name,),
+    )
+
+
+def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
+    """The finding, not healthy and with the cause named where the yaw rate has an offset."""
+    if (offset := drive.sensors.offset(drive.motion.yaw_rate_offset())) is None:
+        return finding
+    cause = (
+        f"the yaw rate has an offset of {_signed(math.degrees(offset.value), 1)} degrees per second, shown by its "
+        f"mean {offset.shown_by}"
+    )
+    healthy, suspect = finding.status is Status.HEALTHY, finding.status is Status.SUSPECT
+    joint = "But" if healthy else "For"
+    return replace(
+        finding,
+        status=Status.SUSPECT if healthy else finding.status,
+        headline=f"{finding.headline} {joint} {cause}." if healthy or suspect else finding.headline,
+        evidence={**finding.evidence, OFFSET: offset.value},
+        cause=cause,
+        action="calibrate the yaw rate, or take its offset away in the channel map, and judge anew",
+        warnings=(*finding.warnings, f"{cause}: the sideslip angle is wrong by it"),
+        decided_by=(*finding.decided_by, OFFSET_DECISION.name),
+    )
+
+
+def _contradicted(finding: Finding, drive: SideslipDrive) -> Finding:
+    """The finding with the signals that contradict the motion; suspect where the estimate rests on one of them."""
+    wrong = drive.motion.wrong()
+    finding = replace(finding, warnings=(*finding.warnings, *(each.sentence for each in wrong)))
+    decisive = [each.sentence for each in wrong if each.names != ("longitudinal_acceleration",)]
+    if not decisive or finding.status is not Status.HEALTHY:
+        return finding
+    return replace(
+        finding,
+        status=Status.SUSPECT,
+        headline=f"{finding.headline} But {decisive[0]}.",
+        cause=decisive[0],
+        action="correct sign, unit and time of the signal in the channel map, or repair the sensor, and judge anew",
+    )
+
+
+def distances(finding: Finding) -> dict[str, float]:
+    """What the decisions saw that look once at the recording, by name."""
+    evidence = finding.evidence
+    found = {MISFIT_DECISION.name: math.log(max(evidence["nis_mean"], 1e-12)) / USUAL_MISFIT}
+    if OFFSET in evidence:
+        found[OFFSET_DECISION.name] = evidence[OFFSET] / USUAL_OFFSET
+    if "truth_within_band_share" in evidence:
+        found[BAND_DECISION.name] = evidence["truth_within_band_share"]
+    return found
+
+
+def _signed(value: float, decimals: int) -> str:
+    """With its sign, and the minus that reports write."""
+    return f"{value:+.{decimals}f}".replace("-", "−")
