@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.nomenclature import nomenclature
-from tierod.monitors.condition.residuals.catalogue import RESIDUALS
 from tierod.monitors.harness.decision import Decision
 from tierod.monitors.registry import MONITORS
+from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.vehicles import QUANTITIES, load, shipped
 
 ROOT = Path(__file__).resolve().parent.parent

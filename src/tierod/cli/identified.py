@@ -192,7 +192,7 @@ def _thresholds_items(result: ConditionCalibration) -> Iterable[Item]:
 
 def _thresholds_tables(result: ConditionCalibration) -> Sequence[Table]:
     from tierod.core.content import Table
-    from tierod.monitors.condition.signals import hypotheses
+    from tierod.monitors.condition.hypotheses import hypotheses
     from tierod.report.display import number
     from tierod.report.identification_page import found_table
 

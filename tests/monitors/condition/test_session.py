@@ -10,8 +10,7 @@ from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.driven import SLID
-from tierod.monitors.condition.recording_checks.coverage import TARGETS
-from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS, TARGETS
 from tierod.monitors.run import Run
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import OFFSET, Injected

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from tierod.methods.analysis.structure import Isolability, isolability
-from tierod.monitors.condition.said import listed
+from tierod.monitors.condition.statements import listed
 from tierod.monitors.condition.structure import vehicle_structure
 from tierod.vehicles import Vehicle
 

@@ -11,8 +11,13 @@ from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.monitors.condition.recording_checks.absence import Absence, Loss
-from tierod.monitors.condition.recording_checks.coverage import ALL, LOST, TARGETS, UNASKED, Covered
-from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
+from tierod.monitors.condition.recording_checks.coverage import (
+    ALL,
+    LOST,
+    UNASKED,
+    Covered,
+)
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS, TARGETS
 
 STANDING = 0.5
 """Speed below which the vehicle stands [m/s]."""
@@ -109,7 +114,7 @@ class Driven:
         """Time in which the tyres slid, so that nothing was judged [s]."""
         return self.unjudged.get(SLID, 0) * self.period
 
-    def add_slid(self, slid: np.ndarray) -> None:
+    def add_low_grip(self, slid: np.ndarray) -> None:
         """Whether the tyres slid over the next piece, (n,)."""
         self._count(SLID, slid)
 
@@ -145,10 +150,10 @@ class Driven:
         """Whether there were ever enough sensors to judge any of them."""
         return self.absences[_ENOUGH].came
 
-    def add_sources(self, supplied: Result, graph: SubstitutionGraph) -> None:
+    def add_sources(self, result: Result, graph: SubstitutionGraph) -> None:
         """Where each sensor's signal came from over the next piece."""
         for sensor, ways in graph.substitutes.items():
-            source = supplied[f"{sensor}.source"]
+            source = result[f"supplied.{sensor}.source"]
             told = self.sources.setdefault(sensor, {})
             for number, way in enumerate(ways, 1):
                 told[way.name] = told.get(way.name, 0) + int(np.count_nonzero(source == number))

@@ -12,9 +12,16 @@ from tierod.monitors.condition.driven import SLID, Driven
 from tierod.monitors.condition.recording_checks.absence import Loss
 from tierod.monitors.condition.recording_checks.accelerations import MOTION, Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
-from tierod.monitors.condition.recording_checks.coverage import TARGETS
-from tierod.monitors.condition.said import listed, shown
-from tierod.monitors.condition.signals import ACCELERATIONS, ACTUATORS, DRIVES, ELEMENTS, MOTORS, SENSORS
+from tierod.monitors.condition.signals import (
+    ACCELERATIONS,
+    ACTUATORS,
+    DRIVES,
+    ELEMENTS,
+    MOTORS,
+    SENSORS,
+    TARGETS,
+)
+from tierod.monitors.condition.statements import listed, shown
 from tierod.monitors.condition.states import LACKING, LEAST_TOLD
 
 

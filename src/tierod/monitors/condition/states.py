@@ -8,14 +8,14 @@ from tierod.core.findings import Element, Episode, Status
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.monitors.condition.bank.testability import TOLD_BY
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse
 from tierod.monitors.condition.driven import ALL_HELD, ALL_ZERO, TOO_FEW, Driven
+from tierod.monitors.condition.reaction import NOT_ISOLABLE
 from tierod.monitors.condition.recording_checks.absence import Loss
 from tierod.monitors.condition.recording_checks.accelerations import MOTION, Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
-from tierod.monitors.condition.said import shown
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.condition.signals import ACTUATORS, NEEDED, SENSORS
+from tierod.monitors.condition.statements import shown
 from tierod.monitors.harness.session import StatusChange
 
 LEAST_TESTABLE = 5.0
@@ -26,8 +26,6 @@ LEAST_TOLD = 1.0
 """Of a drive that was not judged, from which on it is told [s]."""
 _NEVER = 0.05
 """Less than this is no time in which a fault could have shown [s]."""
-NOT_ISOLABLE = "condition-not-isolable"
-"""Trouble code of what is seen and not told apart."""
 
 
 def elements(
@@ -44,7 +42,7 @@ def elements(
     codes = load_trouble_codes().codes
     found, open_, lost = [], unresolved(courses, drive.end), losses(courses, drive)
     for name, course in courses.items():
-        told_by = courses.get(TOLD_BY.get(name, ""))
+        told_by = courses.get(NEEDED.get(name, ""))
         status, cause = _status(course, open_[name], drive, problems, told_by, lost.get(name))
         judged = status in (Status.FAULT, Status.SUSPECT)
         episodes = open_[name] if judged else ()
@@ -82,7 +80,7 @@ def losses(courses: Mapping[str, ElementCourse], drive: Driven) -> dict[str, Los
         courses: of all elements
         drive: figures over it
     """
-    found = {name: drive.loss(name, course.told) for name, course in courses.items() if course.available > 0.0}
+    found = {name: drive.loss(name, course.observed) for name, course in courses.items() if course.available > 0.0}
     return {name: loss for name, loss in found.items() if loss is not None}
 
 

@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from tierod.core.block import named_tuple
 from tierod.core.graph.maths import maximum
 from tierod.diagnosis.substitution import SubstitutionGraph, graph_from
 from tierod.diagnosis.switchover import Switchover
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS, ConditionSample, Readings
 from tierod.physics.central_axis import rolling_yaw_rate
 from tierod.vehicles import Vehicle
 
@@ -21,23 +20,11 @@ FILTER = "filter-of-the-others"
 """Substitute that the bank gives: the filter that leaves out all that is at fault."""
 LEAST_SPEED = 1.0
 """Taken for slower ones where something is divided by the speed [m/s]."""
+GROWTH = tuple(each.growth for each in SENSOR_TABLE)
+"""By which a held value may be off after a second [unit of the signal per s]: usual rates of change."""
 FADE = 0.2
 """Time constant of a switch between two sound sources [s]: far longer than a sample, far shorter than a turn."""
 
-GROWTH = (1.0, 1.0, 0.3, 1.5, 3.0, 200.0)
-"""By which a held value may be off after a second [unit of the signal per s]: usual rates of change."""
-
-
-ON_CARS = {
-    "wheel_speed_rear_left": 0.052,
-    "wheel_speed_rear_right": 0.046,
-    "yaw_rate": 0.032,
-    "steering_wheel_angle": 0.17,
-    "steering_shaft_torque": 3.0,
-    "tie_rod_force": 200.0,
-}
-"""Root-mean-square error of the filter that leaves a sensor out, the larger of two real cars [unit of the signal]; of
-those that cars do not have, which are never supplied, what they may change in a second."""
 _OF_CARS = {"name": FILTER, "needs": [], "source": "sound beginnings of the recordings of two real cars"}
 
 
@@ -64,19 +51,13 @@ def substitution_graph(calibrated: bool = True, filters: bool = True) -> Substit
 @lru_cache(maxsize=1)
 def graph_of_cars() -> SubstitutionGraph:
     """The filter of the others in place of every sensor that cars have, with what it errs by on two real cars."""
-    return graph_from({name: [{**_OF_CARS, "deviation": error}] for name, error in ON_CARS.items()})
+    return graph_from({each.name: [{**_OF_CARS, "deviation": each.error_on_cars}] for each in SENSOR_TABLE})
 
 
 def _way(row: Mapping[str, Any], calibrated: bool) -> dict[str, Any]:
     """A substitute with one of its two errors."""
     kept = {key: value for key, value in row.items() if key != "uncalibrated"}
     return kept if calibrated else {**kept, "deviation": row["uncalibrated"]}
-
-
-Faulty: Any = named_tuple("Faulty", [(name, Annotated[float, ""]) for name in SENSORS])
-"""Whether each sensor is declared faulty, 1 or 0."""
-Filtered: Any = named_tuple("Filtered", [(name, Annotated[float, ""]) for name in SENSORS])
-"""What the bank says of each sensor, in its unit."""
 
 
 def plain_relations(readings: Any, vehicle: Any) -> dict[str, dict[str, Any]]:
@@ -148,11 +129,11 @@ class Reconfiguration:
     vehicle: Any
 
     class Sample(NamedTuple):
-        """Readings and targets, what is declared, and what the bank says in place of each sensor."""
+        """Readings and targets, whether each sensor is declared faulty, and its value by the filters."""
 
         readings: ConditionSample
-        faulty: Faulty
-        filtered: Filtered
+        faulty: Readings
+        filtered: Readings
 
     @classmethod
     def of_car(cls, parameters: Any, sample_time: float = 0.01) -> Reconfiguration:

@@ -11,17 +11,17 @@ from tierod.core.content import Chart, Heading, Item, Panel
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
-from tierod.monitors.condition.residuals.all_residuals import AllResiduals
-from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
-from tierod.monitors.condition.residuals.fit import samples_of
-from tierod.monitors.condition.residuals.thresholds import Excitation
-from tierod.monitors.condition.rule_monitor import RuleMonitor
 from tierod.papers.condition.charts import curves, flags, states
 from tierod.papers.condition.declared import Declared
 from tierod.papers.condition.drives import SENSORS, TEST_SECONDS, Drive, both_motors
 from tierod.papers.condition.faults import LOSS, Injected, lost
 from tierod.papers.condition.recorded import recorded
 from tierod.papers.condition.rounds import SHORT
+from tierod.papers.condition.rules.all_residuals import AllResiduals
+from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
+from tierod.papers.condition.rules.fit import samples_of
+from tierod.papers.condition.rules.rule_monitor import RuleMonitor
+from tierod.papers.condition.rules.thresholds import Excitation
 from tierod.papers.condition.runs import BEST, VARIANTS, calibrations, diagnosed
 from tierod.papers.condition.truth import truths
 

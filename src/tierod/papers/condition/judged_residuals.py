@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from tierod.methods.detectors.stopping_rules import HoldRule, StoppingRule
-from tierod.monitors.condition.residuals.calibration import ResidualCalibration
-from tierod.monitors.condition.residuals.catalogue import Residual, residual
-from tierod.monitors.condition.residuals.thresholds import Excitation, ResidualThreshold
+from tierod.papers.condition.rules.calibration import ResidualCalibration
+from tierod.papers.condition.rules.catalogue import Residual, residual
+from tierod.papers.condition.rules.thresholds import Excitation, ResidualThreshold
 
 USUAL = Excitation(8.0, 0.2, 2.0, 0.5)
 """Of a lively drive of the demonstrator, for which thresholds that adapt are told."""

@@ -11,8 +11,9 @@ from tierod.core.recording import Recording
 from tierod.monitors.condition.bank.rolling_filter import RollingFilter
 from tierod.monitors.condition.calibration.grid import sampled
 from tierod.monitors.condition.calibration.healthy_ratios import Watching, lasting, unreachable
-from tierod.monitors.condition.rolling_bank import rolling_bank, rolling_hypotheses
-from tierod.papers.condition.by_bank import said_of
+from tierod.monitors.condition.hypotheses import hypotheses_of_cars
+from tierod.monitors.condition.monitor import rolling_monitor
+from tierod.papers.condition.by_bank import declared_of
 from tierod.papers.condition.declared import Declared
 from tierod.papers.condition.real_recordings import RATE, SENSORS, RealCar
 
@@ -28,7 +29,7 @@ def said(bank: Bank, recording: Recording) -> Declared:
         recording: as it was made, or with faults
     """
     samples = sampled(recording)
-    return said_of(scan(bank, samples.values), samples.time)
+    return declared_of(scan(bank, samples.values), samples.time)
 
 
 def accuracy(car: RealCar, recording: Recording) -> dict[str, float]:
@@ -42,11 +43,11 @@ def accuracy(car: RealCar, recording: Recording) -> dict[str, float]:
     """
     samples, base = sampled(recording), RollingFilter.of_vehicle(car.known)
     found = {}
-    for each in rolling_hypotheses():
+    for each in hypotheses_of_cars():
         if len(each.sensors) == 1:
             (name,) = each.sensors
             reading = samples.values[:, samples.names.index(name)]
-            error = reading - scan(base.leaving_out(each.sensors), samples.values)[f"prediction.{name}"]
+            error = reading - scan(base.leaving_out(each), samples.values)[f"prediction.{name}"]
             since = samples.time - samples.time[0]
             looked_at = (since >= SETTLED) & (since < car.learning) & np.isfinite(error)
             found[name] = float(np.sqrt(np.mean(error[looked_at] ** 2)))
@@ -63,9 +64,9 @@ def healthy_ratios(car: RealCar, recording: Recording, start: float, stop: float
         recording: sound
         start, stop: of the stretch, from the beginning of the recording [s]
     """
-    explanations = rolling_hypotheses()
+    explanations = hypotheses_of_cars()
     count = len(explanations) - 1
-    bank = rolling_bank(car.known, unreachable(explanations))
+    bank = rolling_monitor(car.known, unreachable(explanations))
     ratios = scan(replace(bank, judge=Watching(bank.judge.decision)), sampled(recording).values).values
     largest = lasting(ratios[round(start * RATE) : round(stop * RATE)]).max(axis=0)
     fast, slow = largest[1 : count + 1], largest[count + 2 :]

@@ -8,18 +8,18 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.monitors.condition.residuals.actuator_set import actuator_set
-from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
-from tierod.monitors.condition.residuals.all_residuals import AllResiduals
-from tierod.monitors.condition.residuals.calibration import ResidualCalibration
-from tierod.monitors.condition.residuals.catalogue import RESIDUALS
-from tierod.monitors.condition.residuals.fit import SETTLING, samples_of
-from tierod.monitors.condition.residuals.parameters import Coefficients, ResidualParameters
-from tierod.monitors.condition.residuals.residual_set import residual_set
-from tierod.monitors.condition.residuals.rolling import steer_of_rolling
-from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
-from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.papers.condition.real_recordings import RATE, RealCar
+from tierod.papers.condition.rules.actuator_set import actuator_set
+from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
+from tierod.papers.condition.rules.all_residuals import AllResiduals
+from tierod.papers.condition.rules.calibration import ResidualCalibration
+from tierod.papers.condition.rules.catalogue import RESIDUALS
+from tierod.papers.condition.rules.fit import SETTLING, samples_of
+from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
+from tierod.papers.condition.rules.residual_set import residual_set
+from tierod.papers.condition.rules.rolling import steer_of_rolling
+from tierod.papers.condition.rules.rule_monitor import RuleMonitor, rule_monitor
+from tierod.papers.condition.rules.thresholds import ResidualThreshold
 
 RULES = "rules-discriminating"
 MARGIN = 1.5

@@ -10,13 +10,13 @@ import numpy as np
 from tierod.core.content import Table
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.monitors.condition.residuals.all_residuals import AllResiduals
-from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS
-from tierod.monitors.condition.residuals.fit import samples_of
-from tierod.monitors.condition.residuals.thresholds import Excitation
-from tierod.monitors.condition.rule_monitor import RuleMonitor
 from tierod.papers.condition.drives import ACTUATORS, SENSORS, Drive
 from tierod.papers.condition.faults import TARGETS
+from tierod.papers.condition.rules.all_residuals import AllResiduals
+from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS
+from tierod.papers.condition.rules.fit import samples_of
+from tierod.papers.condition.rules.rule_monitor import RuleMonitor
+from tierod.papers.condition.rules.thresholds import Excitation
 
 SEEN, UNSEEN = 0.05, 0.01
 """Share of a fault's time from which on a residual sees it, and up to which one does not that should not."""

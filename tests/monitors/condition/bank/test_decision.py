@@ -22,7 +22,8 @@ from tierod.core.graph import Bank, scan
 from tierod.monitors.condition.bank.decision import judge
 from tierod.monitors.condition.bank.weighing import Limits, Weighing
 from tierod.monitors.condition.calibration.limits import GAP
-from tierod.monitors.condition.signals import SENSORS, Hypothesis
+from tierod.monitors.condition.hypotheses import Hypothesis
+from tierod.monitors.condition.signals import SENSORS
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from monitors.condition.made_up_lanes import HYPOTHESES, LEFT, MOTOR_1, MOTOR_2, TORQUE
-from tierod.monitors.condition.bank.tuning import PlausibleRange, SensorNoise, prices
+from tierod.monitors.condition.bank.tuning import PLAUSIBLE, SENSOR_NOISE, prices
 from tierod.monitors.condition.bank.weighing import Limits, Weighing, Weights
-from tierod.monitors.condition.signals import SENSORS, Hypothesis
+from tierod.monitors.condition.hypotheses import Hypothesis
+from tierod.monitors.condition.signals import SENSORS
 
 COUNT = len(HYPOTHESES)
 PRICE = 5.0
@@ -74,7 +75,7 @@ def test_the_price_is_the_mean_logarithm_of_the_density_over_that_of_anything_pl
     chance = np.random.default_rng(3).normal(0.0, 0.11, 100_000)
     density = -0.5 * (chance / 0.11) ** 2 - math.log(0.11 * math.sqrt(2.0 * math.pi))
     expected = density.mean() + math.log(60.0)
-    assert prices(SensorNoise(), PlausibleRange())[SENSORS.index(TORQUE)] == pytest.approx(expected, abs=0.01)
+    assert prices(SENSOR_NOISE, PLAUSIBLE)[SENSORS.index(TORQUE)] == pytest.approx(expected, abs=0.01)
 
 
 def test_only_what_was_against_leaving_out_a_sensor_more_is_remembered_where_another_hypothesis_holds():

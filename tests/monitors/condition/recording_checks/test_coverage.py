@@ -3,8 +3,14 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.condition.recording_checks.coverage import HELD, LOST, TARGETS, UNASKED, Coverage, all_zero
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.recording_checks.coverage import (
+    HELD,
+    LOST,
+    UNASKED,
+    Coverage,
+    all_zero,
+)
+from tierod.monitors.condition.signals import SENSORS, TARGETS, ConditionSample
 
 RATE = 100.0
 NAMES = ConditionSample._fields

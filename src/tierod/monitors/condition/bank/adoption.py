@@ -8,7 +8,7 @@ from typing import Any
 from tierod.core.graph import KEEP
 from tierod.core.graph.maths import all_of, any_of, both, either, greatest_of, negated, where
 from tierod.monitors.condition.bank.weighing import chosen
-from tierod.monitors.condition.signals import SLIDING, Hypothesis
+from tierod.monitors.condition.hypotheses import SLIDING, Hypothesis
 
 
 def believed(
@@ -39,7 +39,7 @@ def believed(
     return where(own < top - impossible, best, active), far_off
 
 
-def kin(hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], impossible: Any) -> list[Any]:
+def best_pair_containing(hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], impossible: Any) -> list[Any]:
     """Of each suspect alone the likeliest pair that it belongs to, where that finds the sample possible; else 0.
 
     Where two sensors disagree, either may be wrong; a lane that went on from one that believes the other sensor would
@@ -79,7 +79,7 @@ def adopted(
     Args:
         hypotheses: in the order of the lanes
         source: the lane whose state is taken over
-        nearest: of each lane another one that it rather takes over, see `kin`; 0 if there is none
+        nearest: of each lane another one that it rather takes over, see `best_pair_containing`; 0 if there is none
         far_off: which lanes find the sample all but impossible
         changed: whether another hypothesis holds from now on, and all take over the source
         active: the number of the hypothesis that holds from now on

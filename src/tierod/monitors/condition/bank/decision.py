@@ -10,16 +10,22 @@ from tierod.core.block import Tree, rebuild, skeleton
 from tierod.core.block import leaves as leaves_of
 from tierod.core.graph import JudgeSample, Verdict
 from tierod.core.graph.maths import all_of, any_of, both, either, negated, present, where
-from tierod.monitors.condition.bank.adoption import adopted, believed, kin
-from tierod.monitors.condition.bank.diagnosis import Diagnosis, Elements
+from tierod.monitors.condition.bank.adoption import adopted, believed, best_pair_containing
+from tierod.monitors.condition.bank.diagnosis import Diagnosis, gated, values_of
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.low_grip import Lack, LowGrip, LowGripState
-from tierod.monitors.condition.bank.readings import Readings
 from tierod.monitors.condition.bank.returning import Returning
-from tierod.monitors.condition.bank.stand_ins import gated, stand_ins
-from tierod.monitors.condition.bank.testability import Open, Telling
+from tierod.monitors.condition.bank.testability import Open, Testability
 from tierod.monitors.condition.bank.weighing import Limits, Ranking, Weighing, Weights, chosen
-from tierod.monitors.condition.signals import DRIVES, ELEMENTS, MOTORS, SENSORS, SLIDING, Hypothesis
+from tierod.monitors.condition.hypotheses import SLIDING, Hypothesis
+from tierod.monitors.condition.signals import (
+    DRIVES,
+    ELEMENTS,
+    MOTORS,
+    SENSORS,
+    Elements,
+    Readings,
+)
 
 
 class DecisionState(NamedTuple):
@@ -97,7 +103,7 @@ class Decision:
     impossible: Annotated[float, ""] = 12.0
     gate: Annotated[float, ""] = 6.0
     low_grip: LowGrip = field(default_factory=LowGrip)
-    testability: Telling = field(default_factory=Telling)
+    testability: Testability = field(default_factory=Testability)
     returning: Returning = field(default_factory=Returning)
 
     def feedback(self) -> Tree:
@@ -157,14 +163,14 @@ class Decision:
             self.testability.testable(self.weighing, lanes, suspected, seen, tellable),
             self.returning.recovering(faulty, good, self.weighing.sample_time),
             off,
-            stand_ins(readings, seen, faulty, off),
+            values_of(readings, seen, faulty, off),
             *(seen.prediction, seen.deviation, seen.torque_loss, seen.loss_deviation),
             *(seen.speed, seen.lateral_speed),
             where(ranking.exceeding, ranking.best, active),
             where(ranking.exceeding, ranking.lead, 0.0),
             grip.low,
         )
-        nearest = kin(everyone, likelihoods, self.impossible)
+        nearest = best_pair_containing(everyone, likelihoods, self.impossible)
         taken = where(changed, active, source)
         return after, Verdict(output, adopted(everyone, taken, nearest, far_off, changed, active))
 
@@ -228,15 +234,12 @@ class Decision:
 
     def _elements_of(self, number: Any) -> Elements:
         """What a hypothesis suspects."""
-        return Elements(*(any_of(0.0, *(number == k for k in self._naming(name))) for name in ELEMENTS))
-
-    def _naming(self, name: str) -> list[int]:
-        return [k for k, each in enumerate(self.weighing.hypotheses) if name in each.suspects]
+        return Elements(*(any_of(0.0, *(number == k for k in self.weighing.naming(name))) for name in ELEMENTS))
 
     def _candidates(self, rivals: Sequence[Any], unsure: Any, faulty: Elements) -> Elements:
         return Elements(
             *(
-                all_of(unsure, negated(known), any_of(0.0, *(rivals[k] for k in self._naming(name))))
+                all_of(unsure, negated(known), any_of(0.0, *(rivals[k] for k in self.weighing.naming(name))))
                 for name, known in zip(ELEMENTS, faulty, strict=True)
             )
         )

@@ -13,17 +13,66 @@ from tierod.core.block import skeleton
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
 from tierod.methods.estimators.kernels import predict_covariance
-from tierod.methods.estimators.linear_algebra import congruence, diagonal, dot, from_diagonal, plus
+from tierod.methods.estimators.linear_algebra import (
+    Matrix,
+    Vector,
+    congruence,
+    diagonal,
+    dot,
+    from_diagonal,
+    plus,
+)
 from tierod.models.automated_forces import Torques, drive_force
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.bank.asked_torques import AskedTorques, no_torques, torques_of
 from tierod.monitors.condition.bank.process import LIMITS, process_noise, start_deviations, with_torque_noise
-from tierod.monitors.condition.bank.readings import Readings, Seen, Surprise
-from tierod.monitors.condition.bank.tuning import ModelError, PlausibleRange, SensorNoise, widened
-from tierod.monitors.condition.bank.updates import log_likelihood, spread_of, update
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample
+from tierod.monitors.condition.bank.tuning import PLAUSIBLE, SENSOR_NOISE, TORQUE_JUMP, ModelError, widened
+from tierod.monitors.condition.bank.updates import Correction, log_likelihood, spread_of, update
+from tierod.monitors.condition.hypotheses import Hypothesis
+from tierod.monitors.condition.signals import (
+    ACCELERATIONS,
+    DRIVES,
+    ELEMENTS,
+    SENSORS,
+    SHAFT_TORQUE,
+    WHEELS,
+    ConditionSample,
+    Elements,
+    Measured,
+    Readings,
+)
 from tierod.physics.single_track import front_axle_load
 from tierod.vehicles import Vehicle
+
+TRUSTED = Elements(*(1.0,) * len(ELEMENTS))
+"""Every sensor and actuator."""
+
+COMMON_LOSS_TIME = 20.0
+"""Over which a share that two actuators lose together changes [s]; one that follows the split of the torque within
+0.1 s would explain the loss of either alone."""
+
+SCALED = (*WHEELS, "yaw_rate")
+"""Sensors that show together how far the wheels' readings are off the vehicle's speed."""
+
+
+class Seen(NamedTuple):
+    """What one sample showed.
+
+    Args:
+        expected: readings, before any of the sample
+        rows: their derivatives by the state
+        innovations: readings less the expected ones
+        used: whether they count
+        spread: variance of the innovations of the judged sensors
+        correction: by all that count
+    """
+
+    expected: Measured
+    rows: Matrix
+    innovations: Vector
+    used: Vector
+    spread: Vector
+    correction: Correction
 
 
 @dataclass(frozen=True)
@@ -37,6 +86,7 @@ class LeaveOutFilter:
         vehicle: parameters of the model
         sensor_noise, model_error: standard deviations
         plausible: ranges of failed sensors
+        torque_jump: see `TORQUE_JUMP`
         influence: standard deviations beyond which a reading neither moves the state further nor counts more against
             the hypothesis: far more than healthy readings reach; a fault does not throw the filter about
         settling: after the start, while the state is found and readings tell nothing about hypotheses
@@ -44,31 +94,22 @@ class LeaveOutFilter:
         largest_force_error: of an axle, beyond which none goes; see `process.LIMITS` for all else
         bending: acceleration across the vehicle from which it is in a bend
         braking: deceleration beyond what the drives give from which something else must brake; steep slopes give less
-        use_wheel_speed_rear_left ... use_tie_rod_force: 1, or 0 for a sensor that is left out
-        trust_steering_motor_1 ... trust_drive_right: 1, or 0 for an actuator that may have lost torque;
-            all suspected ones share one loss
+        trusted: 1, or 0 for a sensor that is left out and for an actuator that may have lost torque; all such actuators
+            share one loss
     """
 
     vehicle: Any
-    sensor_noise: SensorNoise = field(default_factory=SensorNoise)
+    sensor_noise: Measured = SENSOR_NOISE
     model_error: ModelError = field(default_factory=ModelError)
-    plausible: PlausibleRange = field(default_factory=PlausibleRange)
+    plausible: Readings = PLAUSIBLE
+    torque_jump: Annotated[float, ""] = TORQUE_JUMP
     influence: Annotated[float, ""] = 8.0
     settling: Annotated[float, "s"] = 0.5
     slowest: Annotated[float, "m/s"] = 0.5
     largest_force_error: Annotated[float, "N"] = LIMITS.front_force_error
     bending: Annotated[float, "m/s**2"] = 1.0
     braking: Annotated[float, "m/s**2"] = 1.5
-    use_wheel_speed_rear_left: Annotated[float, ""] = 1.0
-    use_wheel_speed_rear_right: Annotated[float, ""] = 1.0
-    use_yaw_rate: Annotated[float, ""] = 1.0
-    use_steering_wheel_angle: Annotated[float, ""] = 1.0
-    use_steering_shaft_torque: Annotated[float, ""] = 1.0
-    use_tie_rod_force: Annotated[float, ""] = 1.0
-    trust_steering_motor_1: Annotated[float, ""] = 1.0
-    trust_steering_motor_2: Annotated[float, ""] = 1.0
-    trust_drive_left: Annotated[float, ""] = 1.0
-    trust_drive_right: Annotated[float, ""] = 1.0
+    trusted: Elements = TRUSTED
 
     Sample = ConditionSample
 
@@ -90,7 +131,6 @@ class LeaveOutFilter:
             deviation: standard deviation of reading less prediction
             estimate: of every sensor's reading without its noise, after the readings that are used: what replaces a
                 sensor that is left out
-            surprise: squared innovation over its variance
             torque_loss, loss_deviation: lost share of the torque of what is suspected, the same of two; a large
                 deviation means that it has had nothing to do
             speed, lateral_speed: of the centre of gravity
@@ -104,7 +144,6 @@ class LeaveOutFilter:
         prediction: Readings
         deviation: Readings
         estimate: Readings
-        surprise: Surprise
         torque_loss: Annotated[float, ""]
         loss_deviation: Annotated[float, ""]
         speed: Annotated[float, "m/s"]
@@ -138,17 +177,12 @@ class LeaveOutFilter:
         after, seen = self.corrected(state, sample)
         judged, correction, mean = len(SENSORS), seen.correction, after.mean
         pairs = zip(seen.expected[:judged], seen.rows[:judged], strict=True)
-        surprise = [
-            where(present(innovation), innovation * innovation, 0.0) / variance
-            for innovation, variance in zip(seen.innovations, seen.spread, strict=False)
-        ]
         loss = AutomatedVehicle.State._fields.index("torque_loss")
         return after, self.Output(
             where(after.age < self.settling, 0.0, self._log_likelihood(seen)),
             Readings(*seen.expected[:judged]),
             Readings(*(sqrt(value) for value in seen.spread)),
             Readings(*(plus(value, dot(row, correction.shift)) for value, row in pairs)),
-            Surprise(*surprise),
             mean.torque_loss,
             sqrt(maximum(diagonal(after.covariance)[loss], 0.0)),
             mean.speed,
@@ -161,9 +195,9 @@ class LeaveOutFilter:
 
     def corrected(self, state: Any, sample: Any) -> tuple[Any, Seen]:
         """The belief after a sample, and what the sample said."""
-        suspected = [1.0 - getattr(self, f"trust_{name}") for name in ACTUATORS]
+        suspected = [1.0 - each for each in self.trusted[len(SENSORS) :]]
         torques, inputs, jumped = torques_of(sample, state.torques, self.vehicle, suspected, state.age > 0.0)
-        jump = self.sensor_noise.jump * self.sensor_noise.jump * jumped
+        jump = self.torque_jump * self.torque_jump * jumped
         mean, covariance = self._predicted(state, inputs, jump)
         expected = AutomatedVehicle.output(mean, inputs, self.vehicle)
         rows = jacobian(lambda at: AutomatedVehicle.output(at, inputs, self._coarse), mean)
@@ -196,24 +230,19 @@ class LeaveOutFilter:
     def _along(self, mean: Any, given: Torques) -> tuple[Any, Any]:
         """Force of the suspected drives that the front axle lacks, and has, over its load."""
         car = self.vehicle
-        torque = (1.0 - self.trust_drive_left) * given.drive_left + (1.0 - self.trust_drive_right) * given.drive_right
+        left, right = (1.0 - getattr(self.trusted, name) for name in DRIVES)
+        torque = left * given.drive_left + right * given.drive_right
         asked = drive_force(torque, car) / front_axle_load(car.mass, car.front_distance, car.rear_distance)
         return mean.torque_loss * asked, (1.0 - mean.torque_loss) * asked
 
     def _uses(self) -> tuple[Any, ...]:
         """Whether each reading is used; accelerations always are."""
-        return (*(getattr(self, f"use_{name}") for name in SENSORS), 1.0, 1.0)
+        return (*self.trusted[: len(SENSORS)], *(1.0,) * len(ACCELERATIONS))
 
     def _noise(self, jump: Any) -> tuple[Any, ...]:
         """Variance of each reading; of the torque more where it has jumped between two samples."""
-        noise = self.sensor_noise
-        deviations = (
-            *(noise.wheel_speed, noise.wheel_speed, noise.yaw_rate, noise.steering_wheel_angle),
-            *(noise.steering_shaft_torque, noise.tie_rod_force),
-            *(noise.longitudinal_acceleration, noise.lateral_acceleration),
-        )
-        variances = [value * value for value in deviations]
-        torque = SENSORS.index("steering_shaft_torque")
+        variances = [value * value for value in self.sensor_noise]
+        torque = SENSORS.index(SHAFT_TORQUE)
         variances[torque] = plus(variances[torque], jump)
         return tuple(variances)
 
@@ -231,9 +260,21 @@ class LeaveOutFilter:
 
     def _log_likelihood(self, seen: Seen) -> Any:
         """Of the readings that there are: as innovations where used, as anything plausible where not."""
-        plausible = self.plausible
-        widths = (
-            *(plausible.wheel_speed, plausible.wheel_speed, plausible.yaw_rate, plausible.steering_wheel_angle),
-            *(plausible.steering_shaft_torque, plausible.tie_rod_force, 1.0, 1.0),
-        )
+        widths = (*self.plausible, *(1.0,) * len(ACCELERATIONS))
         return log_likelihood(seen.correction, seen.innovations, seen.used, self._noise(0.0), widths, self.influence)
+
+    def leaving_out(self, hypothesis: Hypothesis) -> LeaveOutFilter:
+        """The filter of a hypothesis, made from the one that suspects nothing.
+
+        Args:
+            hypothesis: what it leaves out
+        """
+        error, vehicle = self.model_error, self.vehicle
+        if not {*SCALED}.isdisjoint(hypothesis.sensors):
+            error = replace(error, wheel_speed_scale=error.wheel_speed_scale_alone)
+        if not {*DRIVES}.isdisjoint(hypothesis.actuators):
+            error = replace(error, drive_excess=error.drive_excess_alone)
+        if len(hypothesis.actuators) > 1:
+            vehicle = replace(vehicle, fading=replace(vehicle.fading, loss=COMMON_LOSS_TIME))
+        trusted = self.trusted._replace(**dict.fromkeys(hypothesis.suspects, 0.0))
+        return replace(self, vehicle=vehicle, model_error=error, trusted=trusted)

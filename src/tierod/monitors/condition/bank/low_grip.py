@@ -8,6 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.core.graph.maths import absolute, all_of, both, either, greatest_of, limit, maximum, where
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.signals import DRIVES
 from tierod.physics.lag import share_reached
 
 FORCE, FORCE_SHARE, TIE_ROD_SHARE = 60.0, 0.6, 0.3
@@ -200,6 +201,5 @@ def sliding(base: LeaveOutFilter) -> LeaveOutFilter:
         tie_rod_share=TIE_ROD_SHARE,
         drive_excess=0.0,
     )
-    return replace(
-        base, model_error=error, largest_force_error=LARGEST_FORCE_ERROR, trust_drive_left=0.0, trust_drive_right=0.0
-    )
+    trusted = base.trusted._replace(**dict.fromkeys(DRIVES, 0.0))
+    return replace(base, model_error=error, largest_force_error=LARGEST_FORCE_ERROR, trusted=trusted)

@@ -8,9 +8,8 @@ from typing import Annotated, Any
 
 from tierod.core.block import Tree
 from tierod.core.graph.maths import absolute, all_of, both, either, maximum, negated, present, where
-from tierod.monitors.condition.bank.diagnosis import Elements
 from tierod.monitors.condition.bank.weighing import Weighing
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS, Elements
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.graph.maths import absolute, all_of, any_of, both, either, maximum, negated, present, where
-from tierod.monitors.condition.bank.diagnosis import Elements
 from tierod.monitors.condition.bank.weighing import Weighing
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS, WHEELS
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS, WHEELS, Elements
 
 TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}
 """Without which sensor nobody can tell whether an actuator gives what it is asked for."""
@@ -28,7 +27,7 @@ class Open(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Telling:
+class Testability:
     """Which hypotheses may be told, and whether a fault would show.
 
     At standstill and in reverse nobody is accused, no wheel while it brakes harder than its drives, nobody who is

@@ -8,7 +8,8 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import all_of, any_of, both, either, greatest_of, maximum, minimum, negated, where
-from tierod.monitors.condition.signals import SENSORS, Hypothesis
+from tierod.monitors.condition.hypotheses import Hypothesis
+from tierod.monitors.condition.signals import SENSORS
 from tierod.physics.lag import share_reached
 
 NEVER = -1e9
@@ -180,6 +181,10 @@ class Weighing:
             if set(each.suspects) == set(suspects):
                 return number
         return None
+
+    def naming(self, element: str) -> list[int]:
+        """The numbers of the hypotheses that suspect an element, alone or beside others."""
+        return [number for number, each in enumerate(self.hypotheses) if element in each.suspects]
 
     def _is_new(self, number: int, holds: Sequence[Any]) -> Any:
         """Whether a hypothesis may follow the active one: it suspects all its sensors, and something else.

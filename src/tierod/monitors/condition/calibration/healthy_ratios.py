@@ -12,10 +12,9 @@ from tierod.core.graph import Bank, scan
 from tierod.core.recording import Recording
 from tierod.monitors.condition.bank.decision import Decision, judge
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.bank.leaving_out import leaving_out
 from tierod.monitors.condition.bank.weighing import Limits
 from tierod.monitors.condition.calibration.grid import RATE, aligned, moving
-from tierod.monitors.condition.signals import Hypothesis, hypotheses
+from tierod.monitors.condition.hypotheses import Hypothesis, hypotheses
 from tierod.vehicles import Vehicle
 
 SETTLING = 2.0
@@ -94,7 +93,7 @@ def _watched(bank: Bank, drive: np.ndarray) -> Watched:
 
 
 def _watching(base: LeaveOutFilter, explanations: tuple[Hypothesis, ...]) -> Bank:
-    lanes = tuple(leaving_out(each, base) for each in explanations)
+    lanes = tuple(base.leaving_out(each) for each in explanations)
     return Bank(lanes, Watching(judge(explanations, unreachable(explanations))))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -14,9 +15,9 @@ from tierod.core.graph import batch, scan
 from tierod.methods.identification.long_run import sandwich
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.bank.tuning import ModelError, SensorNoise
+from tierod.monitors.condition.bank.tuning import SENSOR_NOISE, ModelError
 from tierod.monitors.condition.bank.updates import logarithm
-from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.signals import ConditionSample, Measured
 from tierod.vehicles import Vehicle
 from tierod.vehicles.catalogue import QUANTITIES
 
@@ -152,8 +153,8 @@ class Search:
         return [
             replace(
                 wide,
-                sensor_noise=_between(SensorNoise(), wide.sensor_noise, share),
-                model_error=replace(_between(ModelError(), wide.model_error, share), **_HELD),
+                sensor_noise=Measured(*map(_between, SENSOR_NOISE, wide.sensor_noise, repeat(share))),
+                model_error=_error_between(wide.model_error, share),
             )
             for share in _WIDENED
         ]
@@ -235,10 +236,16 @@ class Search:
         return place, here, steps, converged
 
 
-def _between(usual: Any, wide: Any, share: float) -> Any:
-    """Noises at a share of the way from the usual to the wide ones, in logarithms."""
-    ends = zip(vars(usual).items(), vars(wide).values(), strict=True)
-    return type(usual)(**{name: low * (high / low) ** share for (name, low), high in ends})
+def _between(usual: float, wide: float, share: float) -> float:
+    """A noise at a share of the way from the usual to the wide one, in logarithms."""
+    return usual * (wide / usual) ** share
+
+
+def _error_between(wide: ModelError, share: float) -> ModelError:
+    """The model's errors at a share of the way from the usual to the wide ones; what is fitted is held."""
+    return ModelError(
+        **{name: _between(low, getattr(wide, name), share) for name, low in vars(ModelError()).items()} | _HELD
+    )
 
 
 def _bounded_half_square(surprise: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
 from tierod.monitors.condition.bank.weighing import Limits
 from tierod.monitors.condition.calibration.healthy_ratios import BLOCK, watch
-from tierod.monitors.condition.signals import hypotheses
+from tierod.monitors.condition.hypotheses import hypotheses
 from tierod.vehicles import Vehicle
 
 NAME = "condition"

@@ -84,15 +84,6 @@ def calibrate(
     return Calibration(_calibrated(vehicle, found), found)
 
 
-def is_calibrated(vehicle: Vehicle) -> bool:
-    """Whether somebody has measured what wheels and sensors of a vehicle read; else its filters know that they do not.
-
-    Args:
-        vehicle: with the parameters of `AutomatedVehicle`
-    """
-    return "wheel_speed_scale" in vehicle and not vehicle.parameters["wheel_speed_scale"].assumed
-
-
 def _free(drives: Sequence[np.ndarray]) -> tuple[str, ...]:
     """What is looked for: one rear wheel alone does not tell what it differs from the other by."""
     both = all(any(np.isfinite(each[:, wheel]).any() for each in drives) for wheel in range(2))

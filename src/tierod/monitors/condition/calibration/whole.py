@@ -16,11 +16,9 @@ from tierod.monitors.condition.calibration.healthy_drives import HealthyDrive, h
 from tierod.monitors.condition.calibration.healthy_ratios import BLOCK, SETTLING, Watched, watch
 from tierod.monitors.condition.calibration.limits import LEAST_HOURS, NAME, DesignedLimits, designed_on, table_of
 from tierod.monitors.condition.calibration.vehicle_parameters import Calibration, calibrate
-from tierod.monitors.condition.residuals.calibration import ResidualCalibration, calibrate_residuals
-from tierod.monitors.condition.residuals.in_vehicle_file import name_of
-from tierod.monitors.condition.residuals.in_vehicle_file import table_of as residual_table
-from tierod.monitors.condition.residuals.parameters import ResidualParameters
-from tierod.monitors.condition.signals import SENSORS, ConditionSample, hypotheses
+from tierod.monitors.condition.further_variants import Table, further_calibration, further_variants
+from tierod.monitors.condition.hypotheses import hypotheses
+from tierod.monitors.condition.signals import SENSORS
 from tierod.vehicles import Vehicle
 
 FOR_PARAMETERS = 300.0
@@ -58,8 +56,7 @@ class ConditionCalibration:
     Args:
         calibration: of the parameters
         designed: limits
-        residuals: coefficients and thresholds of the paper's residuals, corrected and as printed; none where a signal
-            that they need is missing
+        further: tables of thresholds of other variants by name; none where a signal that they need is missing
         before: the vehicle as it was
         seconds: of driving that the parameters come from
         suspicions: where drives do not look healthy
@@ -67,7 +64,7 @@ class ConditionCalibration:
 
     calibration: Calibration
     designed: DesignedLimits
-    residuals: tuple[ResidualCalibration, ...]
+    further: Mapping[str, Table]
     before: Vehicle
     seconds: Annotated[float, "s"]
     suspicions: tuple[Suspicion, ...] = ()
@@ -111,7 +108,7 @@ class ConditionCalibration:
                 f"The limits of {', '.join(silent)} lie above all that the judge can see over the short time; more "
                 "healthy driving, or a shorter time between false alarms, lowers them."
             )
-        if not self.residuals and not self.suspicions:
+        if further_variants() and not self.further and not self.suspicions:
             told.append("The rules of the paper are not calibrated: a signal that they need is missing.")
         if not self.calibration.found.converged:
             told.append(
@@ -147,11 +144,14 @@ class ConditionCalibration:
         return ""
 
     @property
-    def thresholds(self) -> Mapping[str, Mapping[str, float | str | Mapping[str, float]]]:
+    def thresholds(self) -> Mapping[str, Table]:
         """Limits as the vehicle file holds them, by what they are of."""
-        source = f"designed on {self.designed.hours:.2f} h of healthy driving of {self.before.name}"
-        rules = {name_of(each.printed): residual_table(each, source) for each in self.residuals}
-        return {NAME: table_of(self.designed, source), **rules}
+        return {NAME: table_of(self.designed, _source(self.designed, self.before)), **self.further}
+
+
+def _source(designed: DesignedLimits, vehicle: Vehicle) -> str:
+    """Of the limits, in words."""
+    return f"designed on {designed.hours:.2f} h of healthy driving of {vehicle.name}"
 
 
 def calibrate_condition(
@@ -182,8 +182,11 @@ def calibrate_condition(
         np.concatenate([each.blocks for each in after]), hours_between_alarms, sum(each.hours for each in after)
     )
     suspicions = _suspicions([*first, *rest], watched)
-    residuals = () if suspicions else _residuals(found, first, rest)
-    return ConditionCalibration(calibration, designed, residuals, vehicle, seconds, suspicions)
+    further: Mapping[str, Table] = {}
+    if not suspicions:
+        fitted, healthy = ([each.recording for each in part] for part in (first, rest))
+        further = further_calibration()(found, fitted, healthy, _source(designed, vehicle))
+    return ConditionCalibration(calibration, designed, further, vehicle, seconds, suspicions)
 
 
 def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
@@ -213,18 +216,6 @@ def _suspicions(drives: Sequence[HealthyDrive], watched: Sequence[Watched]) -> t
         if each.ratio > max(1.0, found[drive.name].ratio if drive.name in found else 0.0):
             found[drive.name] = each
     return tuple(found.values())
-
-
-def _residuals(
-    vehicle: Vehicle, first: Sequence[HealthyDrive], rest: Sequence[HealthyDrive]
-) -> tuple[ResidualCalibration, ...]:
-    """Of the residuals, corrected and as printed; none where a recording lacks a signal that they need."""
-    drives = [each.recording for each in (*first, *rest)]
-    if any(name not in each for each in drives for name in ConditionSample._fields[:8]):
-        return ()
-    car = vehicle.parameters_for(ResidualParameters)
-    fitted, healthy = drives[: len(first)], drives[len(first) :]
-    return tuple(calibrate_residuals(car, fitted, healthy, printed=each) for each in (False, True))
 
 
 def _hours(hours: float) -> str:

@@ -15,9 +15,6 @@ DELAYS = (0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.19, 0.24, 0.3, 0.37, 0.45, 0.55)
 DENSE = tuple(round(0.02 * k, 2) for k in range(1, 28))
 """Likewise, of a signal that jumps: two samples beside its delay nothing fits any more."""
 
-JUMPING = ("steering_shaft_torque",)
-"""Signals that jump, as the torque does with what is asked of the motors."""
-
 ROUGH = 60.0
 """What a delay leaves over is noise of up to so many times the variance of the prediction, which is more than a torque
 that jumps leaves a sample beside its delay; beyond that the delay is believed less and less."""
@@ -28,14 +25,14 @@ PRICE = 5.0
 """Of a delay against noise [nat]: one more thing to choose, known to a hundredth of what it may be."""
 
 
-def delays_of(name: str, sample_time: float) -> tuple[int, ...]:
+def delays_of(jumps: bool, sample_time: float) -> tuple[int, ...]:
     """The delays that are compared of a sensor, in samples.
 
     Args:
-        name: of the sensor
+        jumps: whether its signal does
         sample_time: [s]
     """
-    delays = DENSE if name in JUMPING else DELAYS
+    delays = DENSE if jumps else DELAYS
     return tuple(sorted({max(round(delay / sample_time), 1) for delay in delays}))
 
 

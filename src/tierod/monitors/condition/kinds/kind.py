@@ -8,17 +8,11 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import Ring
 from tierod.core.graph.maths import absolute, all_of, both, either, log, maximum, negated, present, sqrt, where
-from tierod.monitors.condition.bank.tuning import PlausibleRange
 from tierod.monitors.condition.kinds.catalogue import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK, Kind
 from tierod.monitors.condition.kinds.fits import delay_of, delays_of, fitted, likeliest, log_density, sloped
 from tierod.monitors.condition.kinds.state import Fit, KindState, SlopeFit, selected
-from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS
 from tierod.physics.lag import share_reached
-
-LASTING = {"yaw_rate": 1.0, "steering_wheel_angle": 2.0}
-"""Errors of what the others foretell of a sensor are alike for so long [s]; by the variance of their means over two or
-ten seconds, on healthy drives of three virtual demonstrators: 0.2 to 0.7 s, 0.6 to 2.0 s, 0.05 s at most of all others.
-In a hard bend they last longer."""
 
 _RAMP = 2.0 * math.sqrt(3.0)
 """Slope of an error that grows evenly over a while, times that while, over its root mean square."""
@@ -49,7 +43,7 @@ class KindOfFault:
         sure: deviations by which the slope of a drift, or a delay, differs from none
         quick: share of the squared deviations that noise has about its own recent mean at least; all of white noise
         alike: over which errors of the prediction are alike, in the weighing of kinds
-        lasting: over which they are alike in what a size is uncertain by, see `LASTING`
+        lasting: over which they are alike in what a size is uncertain by
         shortest: for which a reading must repeat itself
         doubt: nats within which a kind may be as well as the likeliest: the effect is the mildest of theirs
         agrees: deviations of the prediction within which a reading that moves again is as it should be
@@ -81,7 +75,7 @@ class KindOfFault:
     large: Annotated[float, ""] = 1.0
     unknown: Annotated[float, ""] = 0.0
     sample_time: Annotated[float, "s"] = 0.01
-    delays: tuple[int, ...] = delays_of("", 0.01)
+    delays: tuple[int, ...] = delays_of(False, 0.01)
 
     class Sample(NamedTuple):
         """One reading.
@@ -101,19 +95,16 @@ class KindOfFault:
         recovering: Annotated[float, ""]
 
     @classmethod
-    def of_sensor(cls, name: str, plausible: PlausibleRange, sample_time: float = 0.01) -> KindOfFault:
-        """For one of `SENSORS`, expecting sizes in proportion to its plausible range."""
-        widths = (
-            *(plausible.wheel_speed, plausible.wheel_speed, plausible.yaw_rate, plausible.steering_wheel_angle),
-            *(plausible.steering_shaft_torque, plausible.tie_rod_force),
-        )
-        width = widths[SENSORS.index(name)]
+    def of_sensor(cls, name: str, sample_time: float = 0.01) -> KindOfFault:
+        """For one of `SENSORS`, expecting magnitudes in proportion to its plausible range."""
+        sensor = SENSOR_TABLE[SENSORS.index(name)]
+        width = sensor.plausible
         expected = (0.25 * width, 0.025 * width, 0.025 * width, 1e-5 * width)
         return cls(
             *expected,
-            lasting=LASTING.get(name, cls.lasting),
+            lasting=sensor.lasting,
             sample_time=sample_time,
-            delays=delays_of(name, sample_time),
+            delays=delays_of(sensor.jumps, sample_time),
         )
 
     def init(self) -> KindState:

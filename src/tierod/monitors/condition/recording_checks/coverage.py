@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.signals import SENSORS, TARGETS, ConditionSample
 
 LOST = 1.0
 """Without a reading for so long, a signal is missing and not merely slow [s]."""
@@ -21,14 +21,6 @@ Noise does not let them; without it, readings that repeat themselves tell nothin
 """
 PARKING = 1.5
 """Speed below which a vehicle whose wheel speeds end was about to stand [m/s]; coarse wheel sensors end at 0.8."""
-
-TARGETS = (
-    "steering_motor_1_target_torque",
-    "steering_motor_2_target_torque",
-    "target_drive_torque_left",
-    "target_drive_torque_right",
-)
-"""What is asked of every actuator, in their order."""
 
 _NEEDED = [ConditionSample._fields.index(name) for name in (*SENSORS, *TARGETS)]
 _COUNT = len(SENSORS)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tierod.monitors.condition.recording_checks.contradictions import Problem
-from tierod.monitors.condition.recording_checks.coverage import LOST, TARGETS
-from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.recording_checks.coverage import LOST
+from tierod.monitors.condition.signals import TARGETS, ConditionSample
 
 SLOWEST = 40.0
 """Rate of a target below which nothing is judged [Hz].

@@ -13,9 +13,9 @@ import numpy as np
 
 from tierod.models.automated_forces import drive_force
 from tierod.monitors.condition.recording_checks.blocks import Blocks
-from tierod.monitors.condition.recording_checks.coverage import TARGETS
 from tierod.monitors.condition.recording_checks.differences import Bounds, Difference, DifferenceCheck, Row
 from tierod.monitors.condition.recording_checks.witnesses import MOVING, mean_speed
+from tierod.monitors.condition.signals import TARGETS
 
 STEERING = Bounds(single=4.0, level=0.7, shape=0.7, share=0.15, noise=np.inf)
 """Torque asked of both steering motors less that of the shaft [N*m].
