@@ -36,7 +36,11 @@ def test_an_episode_has_start_end_kind_and_size():
     (episode,) = episodes_of(time, stated)
     assert (episode.start, episode.end) == (pytest.approx(2.0), pytest.approx(5.0))
     assert episode.kind == "negative offset"
-    assert (episode.size.quantity, episode.size.value, episode.size.unit) == ("offset of yaw rate", -0.3, "rad/s")
+    assert (episode.magnitude.quantity, episode.magnitude.value, episode.magnitude.unit) == (
+        "offset of yaw rate",
+        -0.3,
+        "rad/s",
+    )
     assert episode.candidates == ()
 
 
@@ -51,7 +55,7 @@ def test_the_kind_is_the_one_told_for_longest_and_not_that_of_the_return():
     for start, stop, kind, magnitude in ((2.0, 2.1, GAIN, 4.0), (2.1, 4.9, OFFSET, 0.2), (4.9, 5.0, NOISE, 9.0)):
         declare(stated, span(start, stop), (YAW,), kind, magnitude)
     (episode,) = episodes_of(time, stated)
-    assert (episode.kind, episode.size.value) == ("positive offset", 0.2)
+    assert (episode.kind, episode.magnitude.value) == ("positive offset", 0.2)
 
 
 @pytest.mark.parametrize(("gap", "count"), [(0.2, 1), (0.5, 2)])

@@ -96,7 +96,7 @@ def test_a_motor_that_lost_torque_is_told_in_per_cent():
     states, finding, _ = concluded(faulty(MOTOR, 5.0, 20.0, LOST_TORQUE, 0.5))
     assert finding.headline == "Steering motor 1: loss of torque of 50 % from 5.00 s on."
     assert states[MOTOR].substitute == ""
-    assert states[MOTOR].episodes[0].size.value == pytest.approx(50.0)
+    assert states[MOTOR].episodes[0].magnitude.value == pytest.approx(50.0)
 
 
 def test_where_both_motors_lost_torque_what_feeds_both_is_looked_at_first():

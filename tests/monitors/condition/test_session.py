@@ -54,7 +54,7 @@ def told(diagnosis):
 
 
 def _rounded(episode):
-    return (episode.kind, round(episode.start, 6), episode.end and round(episode.end, 6), episode.size)
+    return (episode.kind, round(episode.start, 6), episode.end and round(episode.end, 6), episode.magnitude)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +92,7 @@ def test_a_fault_is_named_with_time_kind_size_substitute_and_code(faulty):
     assert episode.start == pytest.approx(15.0, abs=0.3)
     assert episode.end == pytest.approx(25.0, abs=1.0)
     assert episode.kind == "positive offset"
-    assert episode.size.value == pytest.approx(0.5, rel=0.1)
+    assert episode.magnitude.value == pytest.approx(0.5, rel=0.1)
     assert element.substitute.startswith("filter of the others (±")
     assert element.trouble_code == "C1A32-64"
     assert "Yaw rate sensor: positive offset" in diagnosis.findings[0].headline

@@ -1,4 +1,4 @@
-"""What cannot be told with the sensors that a car and its recording have, by the structure of the equations alone."""
+"""Faults that are not observable with the sensors of a car and its recording, by the structure of the equations."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ SHOWN = 3
 """Pairs that are named; 'tierod isolability' shows all."""
 
 
-def untold(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
-    """Which faults are not seen or not told apart without some sensors, in sentences.
+def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
+    """Which faults are not detectable or not isolable without some sensors, in sentences.
 
     Args:
         vehicle: that is judged
@@ -24,11 +24,11 @@ def untold(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
     single, pairs = isolability(model), isolability(model, at_once=2)
     lack = f"without {listed(sorted(missing))}, " if missing else ""
     unseen, alike = single.undetectable, [group for group in single.groups if len(group) > 1]
-    told = [f"{lack}faults of {listed(unseen)} do not show in any equation"] if unseen else []
-    told += [f"{lack}faults of {listed(group)} are not told apart" for group in alike]
-    if not told and single.faults:
-        told = [f"{lack}single faults of {listed(single.faults)} are still told apart by the equations"]
-    return (*told, *_double(pairs))
+    notes = [f"{lack}faults of {listed(unseen)} do not show in any equation"] if unseen else []
+    notes += [f"{lack}faults of {listed(group)} are not told apart" for group in alike]
+    if not notes and single.faults:
+        notes = [f"{lack}single faults of {listed(single.faults)} are still told apart by the equations"]
+    return (*notes, *_double(pairs))
 
 
 def _double(pairs: Isolability) -> tuple[str, ...]:

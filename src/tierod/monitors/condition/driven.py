@@ -127,22 +127,23 @@ class Driven:
         borne = UNASKED if name in ACTUATORS else LOST
         self.absences.setdefault(name, Absence(self.period, borne)).add(time, there, parked)
 
-    def loss(self, element: str, told: float) -> Loss | None:
+    def loss(self, element: str, observed: float) -> Loss | None:
         """What was lost on the way that an element cannot be judged without: its own signal, then that of others.
 
         Args:
             element: sensor or actuator
-            told: when a fault of it would have shown for the last time [s]; who can tell with few sensors lacks none
+            observed: when a fault of it would have shown for the last time [s]; an element that is testable with few
+                sensors lacks none
         """
         sensor = element in SENSORS
         gone = self.now if sensor and self.now in ALL_GONE else "no reading" if sensor else "no target"
-        own = self.absences[element].told(Status.NOT_AVAILABLE, gone, "read" if sensor else "its target was known")
+        own = self.absences[element].loss(Status.NOT_AVAILABLE, gone, "read" if sensor else "its target was known")
         if own is not None:
             return own
-        judged = self.absences[_JUDGED].told(Status.NOT_TESTABLE, self.now, "it could be judged")
+        judged = self.absences[_JUDGED].loss(Status.NOT_TESTABLE, self.now, "it could be judged")
         enough = self.absences[_ENOUGH]
-        if judged is None and enough.since is not None and told <= enough.since + LOST:
-            return enough.told(Status.NOT_TESTABLE, TOO_FEW, "")
+        if judged is None and enough.since is not None and observed <= enough.since + LOST:
+            return enough.loss(Status.NOT_TESTABLE, TOO_FEW, "")
         return judged
 
     @property
@@ -154,6 +155,6 @@ class Driven:
         """Where each sensor's signal came from over the next piece."""
         for sensor, ways in graph.substitutes.items():
             source = result[f"supplied.{sensor}.source"]
-            told = self.sources.setdefault(sensor, {})
+            counts = self.sources.setdefault(sensor, {})
             for number, way in enumerate(ways, 1):
-                told[way.name] = told.get(way.name, 0) + int(np.count_nonzero(source == number))
+                counts[way.name] = counts.get(way.name, 0) + int(np.count_nonzero(source == number))

@@ -125,7 +125,7 @@ def _and_other_causes(finding: Finding, declared: Sequence[Element], causes: Oth
         return finding
     alone = [each.name for each in declared] == ["steering_shaft_torque"]
     other = [
-        f"{each.element.replace('_', ' ')} may be the cause instead: it is {shown(each.size, 'm/s**2')} off "
+        f"{each.element.replace('_', ' ')} may be the cause instead: it is {shown(each.magnitude, 'm/s**2')} off "
         f"{MOTION[each.element]} from {each.start:.0f} s on, more than is usual"
         for each in causes.disagreeing
         if not each.sure
@@ -240,8 +240,8 @@ def _fault(
         places += ", and the channel map"
     action = f"check {listed(names)}: {places}"
     return Finding(
-        name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.size, evidence, cause, action,
-        warnings,
+        name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.magnitude, evidence, cause,
+        action, warnings,
     )  # fmt: skip
 
 
@@ -283,7 +283,7 @@ def _sentence(episode: Episode, element: Element) -> str:
     plain = element.name.replace("_", " ")
     what = "fault" if not episode.kind else episode.kind
     until = "" if episode.end is None else f" to {episode.end:.2f} s"
-    size = f" of {shown(episode.size.value, episode.size.unit)}" if episode.size is not None else ""
+    size = f" of {shown(episode.magnitude.value, episode.magnitude.unit)}" if episode.magnitude is not None else ""
     return f"{plain} {element.role if element.role == 'sensor' else ''}".rstrip() + (
         f": {what}{size} from {episode.start:.2f} s{until or ' on'}"
     )

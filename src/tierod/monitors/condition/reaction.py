@@ -43,7 +43,7 @@ class Judged(NamedTuple):
         gated: readings that are too far off to be used, declared or not
         lead: what a fault is declared by: of filters the lead of the likeliest hypothesis over all others [nat per
             sample], of rules the share of what the best one asks that holds
-        low_grip: whether tyres slide, so that no fault can be told from that
+        low_grip: whether tyres slide, so that no fault is declared
     """
 
     statements: Statements

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from tierod.core.recording import Aligned
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.blind import untold
+from tierod.models.rolling_car import RollingCar
+from tierod.monitors.condition.blind import limitations
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
@@ -25,12 +26,13 @@ from tierod.monitors.condition.recording_checks.coverage import Coverage
 from tierod.monitors.condition.recording_checks.impossible import ImpossibleValues
 from tierod.monitors.condition.recording_checks.pace import TargetPace
 from tierod.monitors.condition.recording_checks.targets import TargetCheck
-from tierod.monitors.condition.recording_checks.wiring import Close, Wiring
+from tierod.monitors.condition.recording_checks.wiring import CloseLimits, Wiring
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
     ELEMENTS,
     SENSORS,
     TARGETS,
+    CarParameters,
     ConditionSample,
 )
 from tierod.monitors.condition.statements import (
@@ -64,7 +66,7 @@ class Car(NamedTuple):
         notes: what a user must know of the judgement
     """
 
-    parameters: Any
+    parameters: RollingCar.Parameters
     notes: tuple[str, ...]
 
 
@@ -96,7 +98,6 @@ class ConditionSession:
         self.name, self.block, self.vehicle, self.rate, self.calibrated = name, block, vehicle, rate, calibrated
         self.signals: tuple[str, ...] = ConditionSample._fields
         self.decision, self.graph = decision, graph
-        whole = car is None
         self._notes = () if car is None else car.notes
         self.traces: Mapping[str, str] = {
             EVIDENCE: "",
@@ -104,13 +105,20 @@ class ConditionSession:
             **{f"supplied_{each}": SIGNALS[each].unit for each in SENSORS},
             **{f"deviation_of_supplied_{each}": SIGNALS[each].unit for each in SENSORS},
         }
-        close = Close() if calibrated else None
-        parameters = vehicle.parameters_for(AutomatedVehicle.Parameters) if car is None else car.parameters
+        close = CloseLimits() if calibrated else None
+        whole: AutomatedVehicle.Parameters | None = None
+        if car is None:
+            parameters: CarParameters = (whole := vehicle.parameters_for(AutomatedVehicle.Parameters))
+        else:
+            parameters = car.parameters
         self._wiring = Wiring(parameters, rate, close=close)
         self._leap = ClockLeap(lambda: Wiring(parameters, rate, close=close))
-        self._coverage, self._driven = Coverage(rate, asked=whole), Driven(1.0 / rate, asked=whole)
-        self._pace = TargetPace(rate) if whole else None
-        self._asked = TargetCheck(parameters, rate) if whole else None
+        self._coverage, self._driven = (
+            Coverage(rate, asked=whole is not None),
+            Driven(1.0 / rate, asked=whole is not None),
+        )
+        self._pace = TargetPace(rate) if whole is not None else None
+        self._asked = TargetCheck(whole, rate) if whole is not None else None
         self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
         self._read = np.zeros(len(MEASURED), bool)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in ELEMENTS}
@@ -215,18 +223,18 @@ class ConditionSession:
         states = elements(self._courses, self._driven, problems, self.graph)
         lost = losses(self._courses, self._driven)
         missing = [name for name, read in zip(MEASURED, self._read, strict=True) if not read]
-        # Without any reading, or with all of them, there is nothing to say of what tells the others apart.
-        notes = untold(self.vehicle, missing) if missing and self._read.any() else ()
-        told = self.calibrated or bool(self._notes)
+        # Without any reading, or with all of them, there is nothing to state about isolability.
+        notes = limitations(self.vehicle, missing) if missing and self._read.any() else ()
+        designed = self.calibrated or bool(self._notes)
         notes = (*self._notes, *notes, *self._impossible.notes())
         causes = OtherCauses(disagreeing, self._not_done())
         if not problems:
             states = (*states, *acceleration_elements(disagreeing))
-        finding = judge(self.name, states, self._driven, problems, lost, interruptions, told, notes, causes)
+        finding = judge(self.name, states, self._driven, problems, lost, interruptions, designed, notes, causes)
         if any(each.status in (Status.FAULT, Status.SUSPECT) and each.name not in ACCELERATIONS for each in states):
             finding = replace(finding, decided_by=(self.decision,))
         sound = {each.name for each in states if each.name in SENSORS and not each.substitute}
         withheld = tuple(f"{what}{name}" for name in sorted(sound) for what in ("supplied_", "deviation_of_supplied_"))
-        # What was wired wrongly is nobody's fault, and must fill no fault memory.
+        # Wrong wiring is no fault of an element, and must fill no fault memory.
         courses = {} if problems else code_courses(self._courses, self._driven.end)
         return Conclusion(finding, elements=states, code_courses=courses, withheld=withheld)

@@ -6,11 +6,16 @@ code; what substitutes and checks of recordings can make of it stands in their o
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 from tierod.core.block import named_tuple
 from tierod.core.signals import SIGNALS
 from tierod.core.statement import Statement
+from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.models.rolling_car import RollingCar
+
+CarParameters: TypeAlias = AutomatedVehicle.Parameters | RollingCar.Parameters
+"""Of a vehicle whose torques are known, or of one that is judged by its motion alone."""
 
 
 class Sensor(NamedTuple):

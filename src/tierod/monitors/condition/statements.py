@@ -40,7 +40,7 @@ class StatementCourse(NamedTuple):
         testable: whether a fault would show
         kind: number of the kind; 0 where none is identified
         magnitude, deviation: of the fault, see `described`
-        low_grip: whether the tyres slid, so that no fault could be told from that, (n,)
+        low_grip: whether the tyres slid, so that no fault was declared, (n,)
         lead: what a fault is declared by, (n,): of filters the lead of the likeliest hypothesis over the others
             [nat per sample], of rules the share of what the best one asks that holds; NaN where nothing is judged
     """

@@ -23,7 +23,7 @@ LEAST_TESTABLE = 5.0
 LACKING = "the recording has no"
 """How the cause of what is not there begins."""
 LEAST_TOLD = 1.0
-"""Of a drive that was not judged, from which on it is told [s]."""
+"""Of a drive that was not judged, from which on it is reported [s]."""
 _NEVER = 0.05
 """Less than this is no time in which a fault could have shown [s]."""
 
@@ -42,8 +42,8 @@ def elements(
     codes = load_trouble_codes().codes
     found, open_, lost = [], unresolved(courses, drive.end), losses(courses, drive)
     for name, course in courses.items():
-        told_by = courses.get(NEEDED.get(name, ""))
-        status, cause = _status(course, open_[name], drive, problems, told_by, lost.get(name))
+        needed = courses.get(NEEDED.get(name, ""))
+        status, cause = _status(course, open_[name], drive, problems, needed, lost.get(name))
         judged = status in (Status.FAULT, Status.SUSPECT)
         episodes = open_[name] if judged else ()
         code = codes[name.replace("_", "-")].code if status is Status.FAULT else ""
@@ -66,7 +66,7 @@ def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element,
             "sensor",
             Status.FAULT,
             f"it does not go with {MOTION[each.element]}; the filters do without it since {each.found:.2f} s",
-            (Episode(f"{shown(each.size, 'm/s**2')} off {MOTION[each.element]}", each.start, None, None),),
+            (Episode(f"{shown(each.magnitude, 'm/s**2')} off {MOTION[each.element]}", each.start, None, None),),
         )
         for each in disagreeing
         if each.sure
@@ -108,7 +108,7 @@ def _status(
     episodes: Sequence[Episode],
     drive: Driven,
     problems: Sequence[Problem],
-    told_by: ElementCourse | None,
+    needed: ElementCourse | None,
     loss: Loss | None,
 ) -> tuple[Status, str]:
     name = course.element
@@ -129,8 +129,8 @@ def _status(
         seen = f"sound {when}" if course.testable >= LEAST_TESTABLE else f"{when} too little was seen to judge it"
         return loss.status, f"{loss.cause}; {seen}"
     if course.testable < LEAST_TESTABLE:
-        if not _dead(drive) and told_by is not None and told_by.available < min(LEAST_TESTABLE, 0.5 * drive.seconds):
-            return Status.NOT_TESTABLE, f"nothing tells what it gives without {told_by.element.replace('_', ' ')}"
+        if not _dead(drive) and needed is not None and needed.available < min(LEAST_TESTABLE, 0.5 * drive.seconds):
+            return Status.NOT_TESTABLE, f"nothing tells what it gives without {needed.element.replace('_', ' ')}"
         return Status.NOT_TESTABLE, _not_testable(name, course, drive)
     if drive.seconds - course.available > LEAST_TOLD:
         return Status.HEALTHY, f"while it was there, {course.available:.0f} of {drive.seconds:.0f} s"
@@ -138,7 +138,7 @@ def _status(
 
 
 def _dead(drive: Driven) -> str:
-    """What all sensors did that told nothing almost throughout; "" where they told something."""
+    """What all sensors did that showed nothing almost throughout; "" where they showed something."""
     little = drive.judged * drive.period < LEAST_TESTABLE
     return drive.not_judged if little and drive.not_judged in (ALL_ZERO, ALL_HELD) else ""
 

@@ -38,17 +38,17 @@ class _Actuated:
         drive_right: Annotated[float, "N*m"]
 
     @staticmethod
-    def transition(x: Any, u: Any, p: Any) -> Any:
-        """The state one sample on, nobody suspected."""
+    def transition(x: AutomatedVehicle.State, u: Input, p: AutomatedVehicle.Parameters) -> AutomatedVehicle.State:
+        """The state one sample on, nothing suspected."""
         return AutomatedVehicle.transition(x._replace(torque_loss=0.0), _asked(u), p)
 
     @staticmethod
-    def output(x: Any, u: Any, p: Any) -> Any:
+    def output(x: AutomatedVehicle.State, u: Input, p: AutomatedVehicle.Parameters) -> AutomatedVehicle.Output:
         """What is measured."""
         return AutomatedVehicle.output(x._replace(torque_loss=0.0), _asked(u), p)
 
 
-def _asked(u: Any) -> Any:
+def _asked(u: _Actuated.Input) -> AutomatedVehicle.Input:
     torques = (u.steering_torque, 0.0, u.drive_left, u.drive_right)
     return AutomatedVehicle.Input(*torques, *torques, 0.0, 0.0, 0.0, 0.0)
 
@@ -62,18 +62,18 @@ def rolls(vehicle: Vehicle) -> bool:
     return len(_lacking(vehicle, RollingCar.Parameters)) < len(_lacking(vehicle, AutomatedVehicle.Parameters))
 
 
-def _lacking(vehicle: Vehicle, wanted: Any) -> list[str]:
+def _lacking(vehicle: Vehicle, wanted: type[Any]) -> list[str]:
     needed = (each for each in fields(wanted) if each.default is MISSING and each.default_factory is MISSING)
     return [each.name for each in needed if each.name not in vehicle]
 
 
 def rolling_structure(vehicle: Vehicle, without: Collection[str] = (), steering_known: bool = True) -> StructuralModel:
-    """Equations of a car whose torques nobody knows: speed and yaw rate may go anywhere at any time.
+    """Equations of a car whose torques are not known: speed and yaw rate may go anywhere at any time.
 
     Args:
         vehicle: with the parameters of `RollingCar`
         without: sensors that the car or the recording does not have, accelerations included
-        steering_known: whether the car turns as it is steered; if not, the angle tells nothing of the yaw rate
+        steering_known: whether the car turns as it is steered; if not, the angle does not give the yaw rate
 
     Raises:
         ParameterError: parameters that are missing

@@ -1,4 +1,4 @@
-"""What else tells the reading of a sensor: the filter of all others, and plain relations for when that is gone."""
+"""Substitutes of every sensor: the filter of all others, and plain relations for when that is gone."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.graph.maths import maximum
 from tierod.diagnosis.substitution import SubstitutionGraph, graph_from
-from tierod.diagnosis.switchover import Switchover
+from tierod.diagnosis.switchover import SupplyState, Switchover
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS, ConditionSample, Readings
+from tierod.models.rolling_car import RollingCar
+from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS, CarParameters, ConditionSample, Readings
 from tierod.physics.central_axis import rolling_yaw_rate
 from tierod.vehicles import Vehicle
 
@@ -33,7 +35,7 @@ def substitution_graph(calibrated: bool = True, filters: bool = True) -> Substit
     """The substitutes of every sensor, the best first, with their measured errors.
 
     Args:
-        calibrated: whether the errors are those of calibrated vehicles, or of one that nobody has calibrated
+        calibrated: whether the errors are those of calibrated vehicles, or of one that was not calibrated
         filters: whether there is a bank that leaves out all that is at fault; rules have none
     """
     from tierod.core.toml import Document
@@ -60,7 +62,7 @@ def _way(row: Mapping[str, Any], calibrated: bool) -> dict[str, Any]:
     return kept if calibrated else {**kept, "deviation": row["uncalibrated"]}
 
 
-def plain_relations(readings: Any, vehicle: Any) -> dict[str, dict[str, Any]]:
+def plain_relations(readings: ConditionSample, vehicle: CarParameters) -> dict[str, dict[str, Scalar]]:
     """Every substitute but the filter: sensor -> name -> value, in the unit of the sensor.
 
     Args:
@@ -126,7 +128,7 @@ class Reconfiguration:
     """
 
     switchover: Switchover
-    vehicle: Any
+    vehicle: CarParameters
 
     class Sample(NamedTuple):
         """Readings and targets, whether each sensor is declared faulty, and its value by the filters."""
@@ -136,7 +138,7 @@ class Reconfiguration:
         filtered: Readings
 
     @classmethod
-    def of_car(cls, parameters: Any, sample_time: float = 0.01) -> Reconfiguration:
+    def of_car(cls, parameters: RollingCar.Parameters, sample_time: float = 0.01) -> Reconfiguration:
         """With the filter of the others alone, whose errors are those on two real cars.
 
         Args:
@@ -167,11 +169,11 @@ class Reconfiguration:
         """Per sensor what is supplied."""
         return self.switchover.Output
 
-    def init(self) -> Any:
+    def init(self) -> tuple[SupplyState, ...]:
         """Nothing supplied yet."""
         return self.switchover.init()
 
-    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+    def step(self, state: tuple[SupplyState, ...], sample: Sample) -> tuple[tuple[SupplyState, ...], Tree]:
         """One sample on."""
         relations = plain_relations(sample.readings, self.vehicle)
         graph = self.switchover.graph

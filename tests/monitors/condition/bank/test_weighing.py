@@ -18,14 +18,14 @@ WEIGHING = Weighing(HYPOTHESES, Limits((1.0,) * (COUNT - 1), (1.0,) * (COUNT - 1
 LEFT_NUMBER, TORQUE_NUMBER, MOTOR_NUMBER = (WEIGHING.number(name) for name in (LEFT, TORQUE, MOTOR_1))
 
 
-def ranked(told=None, active=0, weighing=WEIGHING, **scores):
+def ranked(observable=None, active=0, weighing=WEIGHING, **scores):
     """The ranking by ratios that are the same fast and slowly, others far below."""
     numbers = {"torque": TORQUE_NUMBER, "left": LEFT_NUMBER, "motor": MOTOR_NUMBER}
     ratios = np.full(COUNT, -20.0)
     ratios[0] = 0.0
     for name, score in scores.items():
         ratios[numbers[name]] = 0.5 * score
-    return weighing.ranking(Weights(tuple(ratios), tuple(ratios)), active, told=told)
+    return weighing.ranking(Weights(tuple(ratios), tuple(ratios)), active, observable=observable)
 
 
 def test_a_cheap_suspect_waits_while_a_dear_one_would_explain_all_else_better():

@@ -5,7 +5,7 @@ import pytest
 
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.definition import CONDITION
-from tierod.monitors.condition.recording_checks.wiring import Close, Wiring
+from tierod.monitors.condition.recording_checks.wiring import CloseLimits, Wiring
 from tierod.vehicles import load
 
 CAR = load("smartload").parameters_for(AutomatedVehicle.Parameters)
@@ -86,7 +86,7 @@ def test_a_wrong_scale_is_told_with_its_size(name, factor, told):
 
 
 @pytest.mark.parametrize(("factor", "told"), [(3.6, "3.6 times"), (1.0 / 3.6, "0.278 times"), (1.609, "1.61 times")])
-@pytest.mark.parametrize("close", [None, Close()], ids=["uncalibrated", "calibrated"])
+@pytest.mark.parametrize("close", [None, CloseLimits()], ids=["uncalibrated", "calibrated"])
 def test_wheel_speeds_in_another_unit_are_told_and_not_the_yaw_rate(factor, told, close):
     signals = leading() if close else turning()
     wheels = ("wheel_speed_rear_left", "wheel_speed_rear_right")
@@ -119,9 +119,11 @@ def leading():
 
 def test_a_calibrated_vehicle_has_tighter_limits():
     signals = leading()
-    assert problems(signals | {"lateral_acceleration": 1.3 * signals["lateral_acceleration"]}, close=Close()) == ()
+    assert (
+        problems(signals | {"lateral_acceleration": 1.3 * signals["lateral_acceleration"]}, close=CloseLimits()) == ()
+    )
     geared = signals | {"steering_wheel_angle": 1.25 * signals["steering_wheel_angle"]}
-    (problem,) = problems(geared, close=Close())
+    (problem,) = problems(geared, close=CloseLimits())
     assert (problem.kind, problem.elements) == ("scale", ("steering_wheel_angle",))
     assert "reads 1.2" in problem.cause
     assert problems(geared) == ()
@@ -131,7 +133,7 @@ def test_a_calibrated_vehicle_has_tighter_limits():
 def test_a_small_shift_is_told_between_two_steps_for_a_calibrated_vehicle(late, told):
     signals = leading()
     shifted = signals | {"yaw_rate": np.roll(signals["yaw_rate"], round(late * RATE))}
-    (problem,) = problems(shifted, close=Close())
+    (problem,) = problems(shifted, close=CloseLimits())
     assert problem.elements == ("yaw_rate",)
     assert told in problem.cause
     assert problems(shifted) == ()
@@ -146,7 +148,7 @@ def test_buses_slower_than_the_grid_are_looked_at_too(every):
         return {name: np.where(places % step == first, values, np.nan) for name, values in signals.items()}
 
     with np.errstate(all="raise"):
-        assert problems(slower(leading()), close=Close()) == ()
+        assert problems(slower(leading()), close=CloseLimits()) == ()
     assert [each.elements for each in problems(slower(changed(yaw_rate=-1.0)))] == [("yaw_rate",)]
 
 
@@ -176,7 +178,7 @@ def test_an_acceleration_that_is_off_for_a_while_hides_no_sensor_of_a_calibrated
     signals = leading()
     banked = signals["lateral_acceleration"] * np.where(np.arange(len(signals["yaw_rate"])) < 3000, 0.65, 1.0)
     geared = {"steering_wheel_angle": 1.25 * signals["steering_wheel_angle"], "lateral_acceleration": banked}
-    (problem,) = problems(signals | geared, close=Close())
+    (problem,) = problems(signals | geared, close=CloseLimits())
     assert problem.elements == ("steering_wheel_angle",)
 
 
@@ -207,4 +209,4 @@ def test_one_wheel_alone_tells_the_speed(gone):
 
 def test_the_closer_limits_of_a_calibrated_vehicle_are_those_that_its_rule_tells():
     rules = [each.rule for each in CONDITION.variants["bank"].decisions if each.place == "_wiring"]
-    assert rules[0].told.endswith(f"{Close().scale:g} and {Close().late:g} s once calibrated")
+    assert rules[0].told.endswith(f"{CloseLimits().scale:g} and {CloseLimits().late:g} s once calibrated")

@@ -28,7 +28,7 @@ class Diagnosis(NamedTuple):
         speed, lateral_speed: of the centre of gravity
         best: the number of the hypothesis that explains the last samples best, the active one included
         lead: its mean log-likelihood ratio per sample less that of its best rival
-        low_grip: whether tyres slide, so that no fault can be told from that
+        low_grip: whether tyres slide, so that no fault is declared
     """
 
     hypothesis: Annotated[Scalar, ""]

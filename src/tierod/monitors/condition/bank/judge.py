@@ -114,7 +114,7 @@ class ConditionJudge:
         weighing, place = self.decision.weighing, len(SENSORS)
         # A filter that knows too little of the motor may estimate a loss of more than all torque.
         lost = Kind(LOST_TORQUE, minimum(loss.share, 1.0), loss.deviation, 0.0)
-        made = []
+        made: list[Statement] = []
         for name, faulty, candidate, testable in zip(
             ELEMENTS, diagnosis.faulty, diagnosis.candidates, diagnosis.testable, strict=True
         ):

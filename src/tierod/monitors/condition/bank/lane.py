@@ -7,9 +7,9 @@ actuator that is suspected may have lost any share of its torque.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import skeleton
+from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
 from tierod.methods.estimators.kernels import predict_covariance
@@ -89,7 +89,7 @@ class LeaveOutFilter:
         torque_jump: see `TORQUE_JUMP`
         influence: standard deviations beyond which a reading neither moves the state further nor counts more against
             the hypothesis: far more than healthy readings reach; a fault does not throw the filter about
-        settling: after the start, while the state is found and readings tell nothing about hypotheses
+        settling: after the start, while the state is found and readings do not count for hypotheses
         slowest: speed from which the vehicle counts as moving; wheel speed sensors see nothing much slower
         largest_force_error: of an axle, beyond which none goes; see `process.LIMITS` for all else
         bending: acceleration across the vehicle from which it is in a bend
@@ -98,7 +98,7 @@ class LeaveOutFilter:
             share one loss
     """
 
-    vehicle: Any
+    vehicle: AutomatedVehicle.Parameters
     sensor_noise: Measured = SENSOR_NOISE
     model_error: ModelError = field(default_factory=ModelError)
     plausible: Readings = PLAUSIBLE
@@ -114,12 +114,12 @@ class LeaveOutFilter:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """The belief, what came before, and how long ago the filter started, `settling` at most [s]."""
+        """The estimate, what came before, and how long ago the filter started, `settling` at most [s]."""
 
-        mean: Any
-        covariance: tuple[Any, ...]
+        mean: AutomatedVehicle.State
+        covariance: tuple[Scalar, ...]
         torques: AskedTorques
-        age: Any
+        age: Scalar
 
     class Output(NamedTuple):
         """What one hypothesis says about one sample.
@@ -134,7 +134,7 @@ class LeaveOutFilter:
             torque_loss, loss_deviation: lost share of the torque of what is suspected, the same of two; a large
                 deviation means that it has had nothing to do
             speed, lateral_speed: of the centre of gravity
-            moving: 1 where the vehicle moves forward, else 0: wheels that stand or roll back tell nothing
+            moving: 1 where the vehicle moves forward, else 0: wheels that stand or roll back show nothing
             driven: 1 where the deceleration is what drives and slopes give, else 0: brakes may lock the wheels
             lack: force that an axle lacks in a bend, over its load: the larger one; 0 where it hardly needs any
             lack_along, given_along: force of the suspected drives that the front axle lacks, and has, over its load
@@ -156,7 +156,7 @@ class LeaveOutFilter:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> LeaveOutFilter:
-        """The filter that suspects nobody; the less is known of the vehicle, the wider are its noises.
+        """The filter that suspects nothing; the less is known of the vehicle, the wider are its noises.
 
         Args:
             vehicle: with the parameters of `AutomatedVehicle`
@@ -172,7 +172,7 @@ class LeaveOutFilter:
         mean = skeleton(AutomatedVehicle.State)
         return self.State(mean, tuple(value + 0.0 for value in covariance), no_torques(), 0.0)
 
-    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+    def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
         """One sample on."""
         after, seen = self.corrected(state, sample)
         judged, correction, mean = len(SENSORS), seen.correction, after.mean
@@ -193,8 +193,8 @@ class LeaveOutFilter:
             *self._along(mean, after.torques.given),
         )
 
-    def corrected(self, state: Any, sample: Any) -> tuple[Any, Seen]:
-        """The belief after a sample, and what the sample said."""
+    def corrected(self, state: State, sample: ConditionSample) -> tuple[State, Seen]:
+        """The estimate after a sample, and what the sample showed."""
         suspected = [1.0 - each for each in self.trusted[len(SENSORS) :]]
         torques, inputs, jumped = torques_of(sample, state.torques, self.vehicle, suspected, state.age > 0.0)
         jump = self.torque_jump * self.torque_jump * jumped
@@ -215,11 +215,11 @@ class LeaveOutFilter:
         return self.State(bounded, correction.covariance, torques, age), seen
 
     @property
-    def _coarse(self) -> Any:
+    def _coarse(self) -> AutomatedVehicle.Parameters:
         """The vehicle for the derivatives: what is small there would fill them with entries, to no gain."""
         return replace(self.vehicle, turn_slip_stiffness=0.0, steering_motor_inertia=0.0)
 
-    def _lack(self, mean: Any) -> Any:
+    def _lack(self, mean: AutomatedVehicle.State) -> Scalar:
         """Force that an axle lacks in a bend, over its load: the larger one."""
         car, across = self.vehicle, mean.speed * mean.yaw_rate
         side = where(absolute(across) > self.bending, where(across > 0.0, -1.0, 1.0), 0.0)
@@ -227,7 +227,7 @@ class LeaveOutFilter:
         rear = mean.rear_force_error / front_axle_load(car.mass, car.rear_distance, car.front_distance)
         return maximum(side * front, side * rear)
 
-    def _along(self, mean: Any, given: Torques) -> tuple[Any, Any]:
+    def _along(self, mean: AutomatedVehicle.State, given: Torques) -> tuple[Scalar, Scalar]:
         """Force of the suspected drives that the front axle lacks, and has, over its load."""
         car = self.vehicle
         left, right = (1.0 - getattr(self.trusted, name) for name in DRIVES)
@@ -235,18 +235,20 @@ class LeaveOutFilter:
         asked = drive_force(torque, car) / front_axle_load(car.mass, car.front_distance, car.rear_distance)
         return mean.torque_loss * asked, (1.0 - mean.torque_loss) * asked
 
-    def _uses(self) -> tuple[Any, ...]:
+    def _uses(self) -> tuple[Scalar, ...]:
         """Whether each reading is used; accelerations always are."""
         return (*self.trusted[: len(SENSORS)], *(1.0,) * len(ACCELERATIONS))
 
-    def _noise(self, jump: Any) -> tuple[Any, ...]:
+    def _noise(self, jump: Scalar) -> tuple[Scalar, ...]:
         """Variance of each reading; of the torque more where it has jumped between two samples."""
         variances = [value * value for value in self.sensor_noise]
         torque = SENSORS.index(SHAFT_TORQUE)
         variances[torque] = plus(variances[torque], jump)
         return tuple(variances)
 
-    def _predicted(self, state: Any, inputs: Any, jump: Any) -> tuple[Any, Any]:
+    def _predicted(
+        self, state: State, inputs: AutomatedVehicle.Input, jump: Scalar
+    ) -> tuple[AutomatedVehicle.State, Vector]:
         """Mean and packed covariance before the readings."""
         deflected = AutomatedVehicle.deflected(state.mean, self.vehicle)
         rolling = jacobian(lambda at: AutomatedVehicle.deflected(at, self._coarse), state.mean)
@@ -258,7 +260,7 @@ class LeaveOutFilter:
         mean = AutomatedVehicle.moved(deflected, inputs, self.vehicle)
         return mean, with_torque_noise(covariance, self.vehicle, torque)
 
-    def _log_likelihood(self, seen: Seen) -> Any:
+    def _log_likelihood(self, seen: Seen) -> Scalar:
         """Of the readings that there are: as innovations where used, as anything plausible where not."""
         widths = (*self.plausible, *(1.0,) * len(ACCELERATIONS))
         return log_likelihood(seen.correction, seen.innovations, seen.used, self._noise(0.0), widths, self.influence)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, all_of, both, either, greatest_of, limit, maximum, where
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.signals import DRIVES
@@ -27,20 +28,20 @@ class LowGripState(NamedTuple):
     Args:
         lead: mean log-likelihood ratio of the filter of sliding tyres against the best other one
         lead_along: likewise, against the best of those that explain a lack of force along the vehicle, over a while
-        gain: likewise, against the filter that suspects nobody
+        gain: likewise, against the filter that suspects nothing
         symmetric: for how many samples in a row force along the vehicle has been lacking on both sides alike
         held: greatest force that both drives gave since then, over the load of their axle
         broken: for how many samples in a row they have given less than that, and less than was asked for
         left: samples for which tyres still count as sliding
     """
 
-    lead: Any
-    lead_along: Any
-    gain: Any
-    symmetric: Any
-    held: Any
-    broken: Any
-    left: Any
+    lead: Scalar
+    lead_along: Scalar
+    gain: Scalar
+    symmetric: Scalar
+    held: Scalar
+    broken: Scalar
+    left: Scalar
 
 
 class Lack(NamedTuple):
@@ -52,9 +53,9 @@ class Lack(NamedTuple):
         given: that the drives give
     """
 
-    across: Any
-    along: Any
-    given: Any
+    across: Scalar
+    along: Scalar
+    given: Scalar
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class LowGrip:
         time_along: constant of that mean
         largest_along: ratio of a single sample that counts in it: a drive's filter takes a moment to see what it lost
         samples: in a row that all of this must hold along the vehicle
-        gains: by how much the filter that suspects nobody must explain them worse
+        gains: by how much the filter that suspects nothing must explain them worse
         time_gain: constant of that mean
         contradicts: by how much any filter may explain them better at once; that of a faulty sensor does by far more
         lacks_along: force that the driven axle must lack, over its load
@@ -95,7 +96,7 @@ class LowGrip:
         share: of a sample in the force that is held
         proofs: samples in a row in which drives give too little of what ice has held, so that both have lost torque
         stays: so long they slide after they did
-        impossible: ratio from which on the filter that suspects nobody has not found back
+        impossible: ratio from which on the filter that suspects nothing has not found back
         slower: so much slower time passes until it has
         largest: ratio of a single sample that counts
     """
@@ -129,19 +130,19 @@ class LowGrip:
     def after(
         self,
         state: LowGripState,
-        likelihood: Any,
-        others: Sequence[Any],
-        drives: Sequence[Any],
+        likelihood: Scalar,
+        others: Sequence[Scalar],
+        drives: Sequence[Scalar],
         lack: Lack,
-        moving: Any,
+        moving: Scalar,
         sample_time: float,
-    ) -> tuple[LowGripState, Any]:
+    ) -> tuple[LowGripState, Scalar]:
         """One sample on; whether tyres slide.
 
         Args:
             state: after the sample before
             likelihood: logarithm of the density of this sample where tyres slide
-            others: likewise, of all hypotheses that believe the tyres, that of nobody's fault first
+            others: likewise, of all hypotheses that believe the tyres, the healthy one first
             drives: likewise, of those that suspect one drive alone
             lack: of force
             moving: whether the vehicle goes forward; while it stands or goes back no time passes to find back in
@@ -149,7 +150,7 @@ class LowGrip:
         """
         sound, best = others[0], greatest_of(*others)
 
-        def on(mean: Any, against: Any, time: float, largest: float) -> Any:
+        def on(mean: Scalar, against: Scalar, time: float, largest: float) -> Scalar:
             return mean + share_reached(sample_time / time) * (limit(likelihood - against, -largest, largest) - mean)
 
         lead = on(state.lead, best, self.time_across, self.largest)
@@ -169,20 +170,20 @@ class LowGrip:
         left = where(slides, self.stays / sample_time, left)
         return LowGripState(lead, lead_along, gain, symmetric, held, broken, left), left > 0.5
 
-    def _steady(self, held: Any, lack: Lack) -> Any:
+    def _steady(self, held: Scalar, lack: Lack) -> Scalar:
         """A step towards the force that is given while some of what is asked for is lacking."""
         lacks = lack.given * lack.along > 0.0
         return held + self.share * (where(lacks, absolute(lack.given), held) - held)
 
-    def _broken(self, before: Any, held: Any, lack: Lack) -> Any:
+    def _broken(self, before: Scalar, held: Scalar, lack: Lack) -> Scalar:
         """For how many samples in a row less is given than asked for, where no more is asked for than ice held.
 
-        Kept while too little or too much is asked for to tell; none where all is given.
+        Kept while too little or too much is asked for to show it; none where all is given.
         """
         asked, given = absolute(lack.given + lack.along), absolute(lack.given)
-        tells = both(asked > self.lacks_along, lack.given * lack.along > 0.0)
+        shows = both(asked > self.lacks_along, lack.given * lack.along > 0.0)
         full = both(asked > self.lacks_along, absolute(lack.along) < self.in_full * asked)
-        misses = all_of(tells, asked < self.below * held, given < self.part * asked, given > (1.0 - self.part) * asked)
+        misses = all_of(shows, asked < self.below * held, given < self.part * asked, given > (1.0 - self.part) * asked)
         known = before >= self.proofs
         return where(full, 0.0, where(misses, before + 1.0, where(known, before, 0.0)))
 
@@ -191,7 +192,7 @@ def sliding(base: LeaveOutFilter) -> LeaveOutFilter:
     """The filter that believes all sensors, hardly the forces of the axles, and no drive: both lose the same share.
 
     Args:
-        base: the filter that suspects nobody
+        base: the filter that suspects nothing
     """
     error = replace(
         base.model_error,

@@ -1,13 +1,13 @@
-"""The filter behind every hypothesis about a car whose torques nobody knows: it leaves out what it suspects."""
+"""The filter behind every hypothesis about a car whose torques are not known: it leaves out what it suspects."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from math import hypot
 from math import sqrt as sqrt_of
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import skeleton
+from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
 from tierod.methods.estimators.kernels import predict_covariance
@@ -41,7 +41,7 @@ class RollingError:
         jerk: change of the acceleration, brakes included
         lateral_jerk: yaw acceleration times speed; what drivers and passengers bear, so that fast cars turn in slowly
         steering, steering_share: of the angle, against that of a steady turn: at little angle, and its growth with it
-        yaw_rate_offset, angle_offset, wheel_speed_difference: of a car whose file tells nothing of them
+        yaw_rate_offset, angle_offset, wheel_speed_difference: of a car whose file does not give them
         track_width: relative
         grade, bank: accelerations by slopes
     """
@@ -86,13 +86,13 @@ class RollingFilter:
         sensor_noise, model_error: standard deviations
         plausible: ranges of failed sensors
         influence: standard deviations beyond which a reading neither moves the state further nor counts more
-        settling: after the start, while offsets are found and readings tell nothing about hypotheses
+        settling: after the start, while offsets are found and readings do not count for hypotheses
         slowest: speed from which the car counts as moving
         braking: deceleration from which brakes may lock the wheels
         trusted: 1, or 0 for a sensor that is left out; only those of `OF_CARS` are read
     """
 
-    vehicle: Any
+    vehicle: RollingCar.Parameters
     sensor_noise: Measured = NOISE
     model_error: RollingError = field(default_factory=RollingError)
     plausible: Readings = PLAUSIBLE
@@ -106,15 +106,15 @@ class RollingFilter:
     Output = LeaveOutFilter.Output
 
     class State(NamedTuple):
-        """The belief, and how long ago the filter started, `settling` at most [s]."""
+        """The estimate, and how long ago the filter started, `settling` at most [s]."""
 
-        mean: Any
-        covariance: tuple[Any, ...]
-        age: Any
+        mean: RollingCar.State
+        covariance: tuple[Scalar, ...]
+        age: Scalar
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> RollingFilter:
-        """The filter that suspects nobody.
+        """The filter that suspects nothing.
 
         Args:
             vehicle: with the parameters of `RollingCar`; `yaw_rate_resolution` where the sensor's steps are coarse
@@ -127,8 +127,8 @@ class RollingFilter:
         known = vehicle.parameters
         step = known["yaw_rate_resolution"].value if "yaw_rate_resolution" in known else 0.0
         noise = NOISE._replace(yaw_rate=hypot(NOISE.yaw_rate, step / sqrt_of(12.0)))
-        told = {of: known[name].standard_deviation or 0.0 for of, name in OFFSETS.items() if name in known}
-        return cls(parameters, noise, replace(RollingError(), **{of: max(told[of], LEAST[of]) for of in told}))
+        spread = {of: known[name].standard_deviation or 0.0 for of, name in OFFSETS.items() if name in known}
+        return cls(parameters, noise, replace(RollingError(), **{of: max(spread[of], LEAST[of]) for of in spread}))
 
     def init(self) -> State:
         """Anywhere at any speed, wheels about straight ahead."""
@@ -139,7 +139,7 @@ class RollingFilter:
         covariance = from_diagonal([value * value for value in deviations])
         return self.State(skeleton(RollingCar.State), tuple(value + 0.0 for value in covariance), 0.0)
 
-    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+    def step(self, state: State, sample: ConditionSample) -> tuple[State, LeaveOutFilter.Output]:
         """One sample on."""
         p, count = self.vehicle, len(OF_CARS)
         rows = jacobian(lambda at: RollingCar.transition(at, (), p), state.mean)
@@ -158,7 +158,7 @@ class RollingFilter:
         likelihood = log_likelihood(correction, innovations, used, noise, self._widths(), self.influence)
         said = [plus(value, dot(row, correction.shift)) for value, row in zip(expected, seen[:count], strict=False)]
         along = sample.longitudinal_acceleration
-        # The shaft's torque and the tie rod's force are read nowhere; nobody asks for what stands in their places.
+        # The shaft's torque and the tie rod's force are not read; what stands in their places is not used.
         return self.State(bounded, correction.covariance, age), self.Output(
             where(age < self.settling, 0.0, likelihood),
             Readings(*[*expected[:count], 0.0, 0.0]),
@@ -172,20 +172,20 @@ class RollingFilter:
             where(where(present(along), along, 0.0) < -self.braking, 0.0, 1.0),
         )
 
-    def _noise(self) -> tuple[Any, ...]:
+    def _noise(self) -> tuple[Scalar, ...]:
         """Variance of each reading."""
         deviations = [getattr(self.sensor_noise, name) for name in (*OF_CARS, *ACCELERATIONS)]
         return tuple(value * value for value in deviations)
 
-    def _widths(self) -> tuple[Any, ...]:
+    def _widths(self) -> tuple[Scalar, ...]:
         """Ranges of failed sensors, in the order of the readings."""
         return (*self.plausible[: len(OF_CARS)], *(1.0,) * len(ACCELERATIONS))
 
-    def _process_noise(self, mean: Any) -> Any:
+    def _process_noise(self, mean: RollingCar.State) -> RollingCar.State:
         """Variance that each state gains per sample."""
         error, wander, step = self.model_error, self.vehicle.wander, self.vehicle.sample_time
 
-        def gained(deviation: Any, time: Any) -> Any:
+        def gained(deviation: Scalar, time: Scalar) -> Scalar:
             return gauss_markov_noise(deviation, time, step)
 
         steady = RollingCar.output(mean, (), self.vehicle).steering_wheel_angle - mean.steering_error

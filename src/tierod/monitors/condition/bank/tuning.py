@@ -42,7 +42,7 @@ class ModelError:
         loss: of the torque of a suspected actuator, as a share
         yaw_rate_offset, angle_offset, wheel_speed_difference: how far they wander off a calibration
         wheel_speed_scale, drive_excess: likewise, as shares: load and tyres change after a calibration
-        wheel_speed_scale_alone: likewise, where the yaw rate or a wheel is left out: nothing would tell but the
+        wheel_speed_scale_alone: likewise, where the yaw rate or a wheel is left out: nothing would show it but the
             acceleration across, which the body's roll bends by some percent
         drive_excess_alone: likewise, where a drive is suspected: half a torque lost on one side is a quarter on both
         road: acceleration by grade or bank

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import limit, log, minimum, present, sqrt, where
 from tierod.methods.estimators.linear_algebra import (
     Matrix,
@@ -33,10 +34,10 @@ class Correction(NamedTuple):
         widening: variance of every such innovation over the usual noise; 1 where it does not count
     """
 
-    shift: tuple[Any, ...]
-    covariance: tuple[Any, ...]
-    whitened: tuple[Any, ...]
-    widening: tuple[Any, ...]
+    shift: tuple[Scalar, ...]
+    covariance: tuple[Scalar, ...]
+    whitened: tuple[Scalar, ...]
+    widening: tuple[Scalar, ...]
 
 
 def update(
@@ -46,7 +47,7 @@ def update(
     noise: Vector,
     usual: Vector,
     used: Vector,
-    influence: Any,
+    influence: Scalar,
 ) -> Correction:
     """Scalar updates in turn; the same as the joint update with a diagonal noise while no reading is bounded.
 
@@ -61,7 +62,7 @@ def update(
     """
     after = unpack(covariance)
     n = len(after)
-    shift: list[Any] = [0.0] * n
+    shift: list[Scalar] = [0.0] * n
     whitened, widening = [], []
     for row, innovation, variance, nominal, counts in zip(rows, innovations, noise, usual, used, strict=True):
         cross = [dot(row, column) for column in after]
@@ -81,8 +82,8 @@ def update(
 
 
 def log_likelihood(
-    correction: Correction, innovations: Vector, used: Vector, usual: Vector, widths: Vector, influence: Any
-) -> Any:
+    correction: Correction, innovations: Vector, used: Vector, usual: Vector, widths: Vector, influence: Scalar
+) -> Scalar:
     """Of the readings that there are: as innovations where used, as anything plausible where left out.
 
     Args:
@@ -93,8 +94,8 @@ def log_likelihood(
         widths: of the range in which each reading may be that is left out, (m,)
         influence: standard deviations beyond which an innovation counts no more
     """
-    squares: Any = 0.0
-    widening: Any = 1.0
+    squares: Scalar = 0.0
+    widening: Scalar = 1.0
     for over, wide in zip(correction.whitened, correction.widening, strict=True):
         squares = squares + minimum(over * over, influence * influence)
         widening = widening * wide
@@ -105,7 +106,7 @@ def log_likelihood(
     return total
 
 
-def spread_of(covariance: Vector, row: Vector) -> Any:
+def spread_of(covariance: Vector, row: Vector) -> Scalar:
     """row P row', P packed."""
     full = unpack(covariance)
     return dot(
@@ -113,7 +114,7 @@ def spread_of(covariance: Vector, row: Vector) -> Any:
     )
 
 
-def logarithm(value: Any) -> Any:
+def logarithm(value: Scalar) -> Scalar:
     """Natural logarithm of a positive value, without a library function that would keep lanes from vectors.
 
     Validity: to 1e-9 between 1e-6 and 1e6, to 1e-3 between 1e-20 and 1e20.

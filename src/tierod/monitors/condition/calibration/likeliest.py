@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import repeat
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import named_tuple
+from tierod.core.block import Tree, named_tuple
 from tierod.core.errors import InputError
 from tierod.core.graph import batch, scan
 from tierod.methods.identification.long_run import sandwich
@@ -64,11 +65,11 @@ class WhitenedInnovations:
         + [(f"spread_{k}", Annotated[float, ""]) for k in range(_OUTPUTS)],
     )
 
-    def init(self) -> Any:
+    def init(self) -> LeaveOutFilter.State:
         """Of the filter."""
         return self.filter.init()
 
-    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+    def step(self, state: LeaveOutFilter.State, sample: ConditionSample) -> tuple[LeaveOutFilter.State, Tree]:
         """Innovations over their standard deviations, and the logarithms of those over the sensors' noise."""
         after, seen = self.filter.corrected(state, sample)
         correction = seen.correction
@@ -238,7 +239,7 @@ class Search:
 
 def _between(usual: float, wide: float, share: float) -> float:
     """A noise at a share of the way from the usual to the wide one, in logarithms."""
-    return usual * (wide / usual) ** share
+    return usual * math.pow(wide / usual, share)
 
 
 def _error_between(wide: ModelError, share: float) -> ModelError:
@@ -248,8 +249,8 @@ def _error_between(wide: ModelError, share: float) -> ModelError:
     )
 
 
-def _bounded_half_square(surprise: np.ndarray) -> np.ndarray:
+def _bounded_half_square(innovations: np.ndarray) -> np.ndarray:
     """Half of the square up to a bound, then a straight line (Huber): odd readings do not move the fit."""
     from scipy.special import huber
 
-    return huber(_ODD, surprise)
+    return np.asarray(huber(_ODD, innovations))

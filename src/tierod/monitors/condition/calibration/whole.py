@@ -1,4 +1,4 @@
-"""All that healthy driving tells of a vehicle: its parameters from the first minutes, its limits from the rest."""
+"""All that healthy driving shows of a vehicle: its parameters from the first minutes, its limits from the rest."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tierod.monitors.condition.signals import SENSORS
 from tierod.vehicles import Vehicle
 
 FOR_PARAMETERS = 300.0
-"""Of driving at the beginning, that tells the parameters [s]."""
+"""Of driving at the beginning, from which the parameters come [s]."""
 FAULTY = (12.0, 3.0)
 """Mean log-likelihood ratios of a single suspect, fast and slow, from which on a drive does not look healthy [nat].
 
@@ -93,7 +93,7 @@ class ConditionCalibration:
         """What was noticed."""
         designed = self.designed
         rest = designed.hours
-        told = [
+        notes = [
             f"The parameters come from the first {self.seconds:.0f} s of driving, the limits from {rest:.2f} h after "
             "them. Limits without a factor, from one half of that driving, would have been exceeded in "
             f"{designed.alarms_before} times of ten seconds of the other.",
@@ -104,17 +104,17 @@ class ConditionCalibration:
         ]
         silent = self._silent()
         if silent and not self.suspicions:
-            told.append(
+            notes.append(
                 f"The limits of {', '.join(silent)} lie above all that the judge can see over the short time; more "
                 "healthy driving, or a shorter time between false alarms, lowers them."
             )
         if further_variants() and not self.further and not self.suspicions:
-            told.append("The rules of the paper are not calibrated: a signal that they need is missing.")
+            notes.append("The rules of the paper are not calibrated: a signal that they need is missing.")
         if not self.calibration.found.converged:
-            told.append(
+            notes.append(
                 "The search for the parameters did not come to its end; give more driving with bends and braking."
             )
-        return tuple(told)
+        return tuple(notes)
 
     def _silent(self) -> list[str]:
         """Single suspects whose fast limit is never reached."""

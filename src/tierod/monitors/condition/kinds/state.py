@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tierod.core.block import Ring, Scalar, Tree
 from tierod.core.graph.maths import where
 
 
 class Fit(NamedTuple):
     """One parameter learnt from readings, and how likely the readings were on the way."""
 
-    value: Any
-    variance: Any
-    score: Any
+    value: Scalar
+    variance: Scalar
+    score: Scalar
 
 
 class SlopeFit(NamedTuple):
     """Start and slope learnt from readings, and how likely the readings were on the way."""
 
-    start: Any
-    slope: Any
-    start_variance: Any
-    covariance: Any
-    slope_variance: Any
-    score: Any
+    start: Scalar
+    slope: Scalar
+    start_variance: Scalar
+    covariance: Scalar
+    slope_variance: Scalar
+    score: Scalar
 
 
 class KindState(NamedTuple):
@@ -32,7 +33,7 @@ class KindState(NamedTuple):
     Args:
         age: samples since the readings began to be off, with or without a reading
         seen: those with a reading
-        told: samples with a reading since the declaration
+        declared_for: samples with a reading since the declaration
         last: reading of the sample before
         repeated: whether every reading since the declaration was the same
         smooth: recent mean of reading less prediction
@@ -46,32 +47,32 @@ class KindState(NamedTuple):
         past: predictions, one line for each delay
     """
 
-    age: Any
-    seen: Any
-    told: Any
-    last: Any
-    repeated: Any
-    smooth: Any
+    age: Scalar
+    seen: Scalar
+    declared_for: Scalar
+    last: Scalar
+    repeated: Scalar
+    smooth: Scalar
     constant: Fit
     offset: Fit
     gain: Fit
     drift: SlopeFit
-    weight: Any
-    power: Any
-    expected: Any
-    quick: Any
-    noise: Any
-    counted: Any
-    common: Any
-    undelayed: Any
-    delays: tuple[Any, ...]
-    past: tuple[Any, ...]
+    weight: Scalar
+    power: Scalar
+    expected: Scalar
+    quick: Scalar
+    noise: Scalar
+    counted: Scalar
+    common: Scalar
+    undelayed: Scalar
+    delays: tuple[Scalar, ...]
+    past: tuple[Ring, ...]
 
 
-def selected(condition: Any, first: KindState, second: KindState) -> KindState:
+def selected(condition: Scalar, first: KindState, second: KindState) -> KindState:
     """One of two states, their delay lines left alone."""
 
-    def pick(a: Any, b: Any) -> Any:
+    def pick(a: Tree, b: Tree) -> Tree:
         if isinstance(a, tuple):
             picked = [pick(x, y) for x, y in zip(a, b, strict=True)]
             return type(a)(*picked) if hasattr(a, "_fields") else tuple(picked)

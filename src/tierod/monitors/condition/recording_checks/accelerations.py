@@ -8,13 +8,13 @@ too; slope and bank of the road, which kinematics do not show, change slowly.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from tierod.monitors.condition.recording_checks.differences import Bounds, DifferenceCheck, Row
 from tierod.monitors.condition.recording_checks.motion import Motion
-from tierod.monitors.condition.signals import ACCELERATIONS
+from tierod.monitors.condition.signals import ACCELERATIONS, CarParameters
 
 MOTION = {"longitudinal_acceleration": "the slope of the wheel speeds", "lateral_acceleration": "yaw rate times speed"}
 """What predicts each acceleration, in words."""
@@ -35,7 +35,7 @@ class Disagreement(NamedTuple):
     window: Annotated[float, "s"]
     start: Annotated[float, "s"]
     found: Annotated[float, "s"]
-    size: Annotated[float, "m/s**2"]
+    magnitude: Annotated[float, "m/s**2"]
 
 
 class AccelerationCheck:
@@ -47,7 +47,7 @@ class AccelerationCheck:
         bounds: of fault-free accelerations
     """
 
-    def __init__(self, vehicle: Any, rate: float, bounds: Bounds = BOUNDS):
+    def __init__(self, vehicle: CarParameters, rate: float, bounds: Bounds = BOUNDS):
         self._motion, self._rate = Motion(vehicle, rate), rate
         self._checks = {name: DifferenceCheck(bounds) for name in ACCELERATIONS}
 

@@ -1,4 +1,4 @@
-"""When a recording tells enough to be judged: some sensor, and what was asked of every actuator."""
+"""When a recording holds enough to be judged: some sensor, and what was asked of every actuator."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from tierod.monitors.condition.signals import SENSORS, TARGETS, ConditionSample
 LOST = 1.0
 """Without a reading for so long, a signal is missing and not merely slow [s]."""
 UNASKED = 0.06
-"""Without a target for so long, what moves the vehicle is not known: 0.1 s later its sensors would be blamed [s]."""
+"""Without a target for so long, what moves the vehicle is not known: 0.1 s later its sensors would be at fault [s]."""
 ALL = 4
 """Sensors from which on their reading exactly zero in one sample, all of them, is the loss of what they share."""
 HELD = 0.06
 """All of them read what they read before for so long: a logger repeats what was last on a bus that is gone [s].
 
-Noise does not let them; without it, readings that repeat themselves tell nothing new and are not missed.
+Noise does not let them; without it, readings that repeat themselves hold nothing new and are not missed.
 """
 PARKING = 1.5
 """Speed below which a vehicle whose wheel speeds end was about to stand [m/s]; coarse wheel sensors end at 0.8."""
@@ -47,7 +47,7 @@ class Covered(NamedTuple):
 class Coverage:
     """Follows which signals come, piece by piece; the result does not depend on how a recording is cut.
 
-    Without the targets nobody knows what moves the vehicle, and all sensors would be blamed for it.
+    Without the targets the cause of a motion is unknown, and the sensors would be declared faulty for it.
 
     Args:
         rate: of the samples [Hz]
@@ -103,10 +103,10 @@ class Coverage:
         """Whether the last speed of a wheel that is not zero was a slow one, or none was ever other than zero, (n,)."""
         speed = np.where(np.isfinite(wheels), np.abs(wheels), -1.0).max(axis=1, initial=-1.0)
         slow = np.where(speed > 0.0, speed < PARKING, True)
-        tells = (speed > 0.0) | ((speed == 0.0) & (np.cumsum(speed > 0.0) == 0) & (self._parked is None))
-        place = np.maximum.accumulate(np.where(tells, np.arange(len(speed)), -1))
+        known = (speed > 0.0) | ((speed == 0.0) & (np.cumsum(speed > 0.0) == 0) & (self._parked is None))
+        place = np.maximum.accumulate(np.where(known, np.arange(len(speed)), -1))
         stands = np.where(place < 0, bool(self._parked), slow[place])
-        if tells.any():
+        if known.any():
             self._parked = bool(stands[-1])
         return np.asarray(stands)
 

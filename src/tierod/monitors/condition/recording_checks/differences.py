@@ -60,21 +60,21 @@ class Difference(NamedTuple):
         window: start of the window that showed it [s]
         start: when the difference reached that magnitude, to half a second [s]
         found: when it was detected [s]
-        size: mean, standard deviation or noise
+        magnitude: mean, standard deviation or noise
     """
 
     sure: bool
     window: Annotated[float, "s"]
     start: Annotated[float, "s"]
     found: Annotated[float, "s"]
-    size: float
+    magnitude: float
 
 
 class _Measure(NamedTuple):
-    """Size of a difference over a window from `begin` [s] on, and its bound."""
+    """Magnitude of a difference over a window from `begin` [s] on, and its bound."""
 
     begin: float
-    size: float
+    magnitude: float
     bound: float
 
 
@@ -103,14 +103,16 @@ class DifferenceCheck:
         if not isfinite(row.apart):
             return False
         measures = self._measures()
-        sure = next((each for each in measures if each.size > each.bound), None)
+        sure = next((each for each in measures if each.magnitude > each.bound), None)
         doubtful = self._bounds.doubtful
-        hit = sure or next((each for each in measures[1:] if each.size > doubtful * each.bound), None)
+        hit = sure or next((each for each in measures[1:] if each.magnitude > doubtful * each.bound), None)
         if hit is not None and (sure or self.found is None):
-            begin, size = hit.begin, hit.size
-            much = [each.end for each in self._rows if each.end > begin and max(abs(each.apart), each.noise) >= size]
+            begin, magnitude = hit.begin, hit.magnitude
+            much = [
+                each.end for each in self._rows if each.end > begin and max(abs(each.apart), each.noise) >= magnitude
+            ]
             start = much[0] - BLOCK if much else begin
-            self.found = Difference(sure is not None, begin, start, row.end, size)
+            self.found = Difference(sure is not None, begin, start, row.end, magnitude)
         return sure is not None
 
     def _measures(self) -> list[_Measure]:

@@ -1,4 +1,4 @@
-"""How often what is asked of the actuators is recorded: between two targets nobody knows what moves the vehicle."""
+"""How often what is asked of the actuators is recorded: between two targets the cause of a motion is unknown."""
 
 from __future__ import annotations
 

@@ -7,11 +7,11 @@ declares no fault: it names another possible cause of the declared one.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from tierod.models.automated_forces import drive_force
+from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.recording_checks.blocks import Blocks
 from tierod.monitors.condition.recording_checks.differences import Bounds, Difference, DifferenceCheck, Row
 from tierod.monitors.condition.recording_checks.witnesses import MOVING, mean_speed
@@ -37,7 +37,7 @@ class TargetCheck:
         rate: of the samples [Hz]
     """
 
-    def __init__(self, vehicle: Any, rate: float):
+    def __init__(self, vehicle: AutomatedVehicle.Parameters, rate: float):
         self._vehicle, self._blocks = vehicle, Blocks(rate)
         self._checks = {TARGETS[:2]: DifferenceCheck(STEERING), TARGETS[2:]: DifferenceCheck(DRIVING)}
 
