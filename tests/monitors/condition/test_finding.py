@@ -11,9 +11,9 @@ from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
-from tierod.monitors.condition.recording_checks.accelerations import Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.recording_checks.coverage import Covered
+from tierod.monitors.condition.recording_checks.filter_inputs import Disagreement
 from tierod.monitors.condition.signals import ELEMENTS, SENSORS, TARGETS, ConditionSample
 from tierod.monitors.condition.statements import LOST_TORQUE
 from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements, losses

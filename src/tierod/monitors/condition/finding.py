@@ -10,8 +10,8 @@ from typing import NamedTuple
 from tierod.core.findings import Element, Episode, Finding, Status
 from tierod.monitors.condition.driven import SLID, Driven
 from tierod.monitors.condition.recording_checks.absence import Loss
-from tierod.monitors.condition.recording_checks.accelerations import MOTION, Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
+from tierod.monitors.condition.recording_checks.filter_inputs import MOTION, Disagreement
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
     ACTUATORS,

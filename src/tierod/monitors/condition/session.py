@@ -16,17 +16,12 @@ from tierod.core.signals import SIGNALS
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
-from tierod.monitors.condition.blind import limitations
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
-from tierod.monitors.condition.recording_checks.accelerations import AccelerationCheck
-from tierod.monitors.condition.recording_checks.clock_leap import ClockLeap
-from tierod.monitors.condition.recording_checks.coverage import Coverage
-from tierod.monitors.condition.recording_checks.impossible import ImpossibleValues
-from tierod.monitors.condition.recording_checks.pace import TargetPace
-from tierod.monitors.condition.recording_checks.targets import TargetCheck
-from tierod.monitors.condition.recording_checks.wiring import CloseLimits, Wiring
+from tierod.monitors.condition.recording_checks.coverage import Coverage, ImpossibleValues, TargetPace
+from tierod.monitors.condition.recording_checks.filter_inputs import AccelerationCheck, TargetCheck
+from tierod.monitors.condition.recording_checks.wiring import ClockLeap, CloseLimits, Wiring
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
     ELEMENTS,
@@ -42,6 +37,7 @@ from tierod.monitors.condition.statements import (
     StatementCourse,
 )
 from tierod.monitors.condition.states import acceleration_elements, code_courses, elements, losses
+from tierod.monitors.condition.structure import limitations
 from tierod.monitors.harness.session import Conclusion
 from tierod.vehicles import Vehicle
 

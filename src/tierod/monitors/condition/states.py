@@ -12,8 +12,8 @@ from tierod.monitors.condition.courses import TOGETHER, ElementCourse
 from tierod.monitors.condition.driven import ALL_HELD, ALL_ZERO, TOO_FEW, Driven
 from tierod.monitors.condition.reaction import NOT_ISOLABLE
 from tierod.monitors.condition.recording_checks.absence import Loss
-from tierod.monitors.condition.recording_checks.accelerations import MOTION, Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
+from tierod.monitors.condition.recording_checks.filter_inputs import MOTION, Disagreement
 from tierod.monitors.condition.signals import ACTUATORS, NEEDED, SENSORS
 from tierod.monitors.condition.statements import shown
 from tierod.monitors.harness.session import StatusChange

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tierod.monitors.condition.kinds.catalogue import Fit, SlopeFit
 from tierod.monitors.condition.kinds.fits import (
     DELAYS,
     DENSE,
@@ -14,7 +15,6 @@ from tierod.monitors.condition.kinds.fits import (
     lowest,
     sloped,
 )
-from tierod.monitors.condition.kinds.state import Fit, SlopeFit
 
 
 def test_the_product_of_the_densities_is_that_of_all_readings_together():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.condition.recording_checks.pace import TargetPace
+from tierod.monitors.condition.recording_checks.coverage import TargetPace
 from tierod.monitors.condition.signals import TARGETS, ConditionSample
 
 RATE = 100.0

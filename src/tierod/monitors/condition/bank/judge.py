@@ -14,9 +14,8 @@ from tierod.core.statement import Statement, code_of
 from tierod.monitors.condition.bank.decision import Decision, DecisionState
 from tierod.monitors.condition.bank.diagnosis import Diagnosis
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.kinds.catalogue import LOST_TORQUE, Kind
+from tierod.monitors.condition.kinds.catalogue import LOST_TORQUE, Kind, KindState
 from tierod.monitors.condition.kinds.kind import KindOfFault
-from tierod.monitors.condition.kinds.state import KindState
 from tierod.monitors.condition.reaction import FaultReaction, Judged, ReactionState, Since
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS, ConditionSample, Statements
 

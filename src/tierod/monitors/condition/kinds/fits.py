@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, all_of, both, hypot, limit, log, maximum, minimum, sqrt, where
-from tierod.monitors.condition.kinds.state import Fit, KindState, SlopeFit
+from tierod.monitors.condition.kinds.catalogue import Fit, KindState, SlopeFit
 
 DELAYS = (0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.19, 0.24, 0.3, 0.37, 0.45, 0.55)
 """Delays that are compared [s], about a quarter apart: what a delay is wrong by makes a parabola between them."""

@@ -8,9 +8,22 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Ring, Scalar
 from tierod.core.graph.maths import absolute, all_of, both, either, log, maximum, negated, present, sqrt, where
-from tierod.monitors.condition.kinds.catalogue import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK, Kind
+from tierod.monitors.condition.kinds.catalogue import (
+    DELAY,
+    DRIFT,
+    GAIN,
+    LOSS,
+    NOISE,
+    OFFSET,
+    OUTLIER,
+    STUCK,
+    Fit,
+    Kind,
+    KindState,
+    SlopeFit,
+    selected,
+)
 from tierod.monitors.condition.kinds.fits import delay_of, delays_of, fitted, likeliest, log_density, sloped
-from tierod.monitors.condition.kinds.state import Fit, KindState, SlopeFit, selected
 from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS
 from tierod.physics.lag import share_reached
 

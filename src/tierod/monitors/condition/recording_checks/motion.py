@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.monitors.condition.recording_checks.blocks import Blocks, roughness
+from tierod.monitors.condition.recording_checks.differences import Blocks, roughness
 from tierod.monitors.condition.recording_checks.witnesses import MOVING, YAW
 from tierod.monitors.condition.signals import ACCELERATIONS, WHEELS, CarParameters
 

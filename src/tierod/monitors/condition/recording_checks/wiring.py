@@ -1,16 +1,17 @@
-"""What was wired, scaled or timed wrongly from the start: no fault of a sensor, and no condition to be judged in."""
+"""Wrong wiring, scale or time from the start, and a clock that leaps in mid-drive: no faults of sensors."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from tierod.core.findings import Episode
 from tierod.monitors.condition.recording_checks.contradictions import STEP, Problem, late, misread_speed, scaled, turned
 from tierod.monitors.condition.recording_checks.witnesses import MOVING, TORQUE, YAW, Witness, mean_speed
-from tierod.monitors.condition.signals import CarParameters
+from tierod.monitors.condition.signals import SENSORS, CarParameters
 
 GENTLE = 3.0
 """Lateral acceleration up to which the steering angle gives the yaw rate by geometry [m/s^2]."""
@@ -152,3 +153,58 @@ def _bridged(values: np.ndarray, most: int) -> np.ndarray:
 def _sensed(estimates: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Only the estimates of sensors that are judged: slopes and banks do not disturb them."""
     return {name: values for name, values in estimates.items() if YAW[name].elements}
+
+
+BUSES = (SENSORS[:3], SENSORS[3:])
+"""Sensors that share a clock: those of the chassis, and those of the steering."""
+BEFORE = 1.0
+"""Of the declaration of two sensors of one bus, in which the first of them may have been declared alone [s]."""
+
+
+class ClockLeap:
+    """Looks at what follows where two sensors of one bus are declared together for a shift in time between the buses.
+
+    A single sensor that is late is a fault; two of one bus that are, with the angle late or early beside what tells the
+    yaw rate, have lost their time base. Two faults of which one is a delay of the angle look the same.
+
+    Args:
+        look: makes what looks at signals for contradictions
+    """
+
+    def __init__(self, look: Callable[[], Wiring]):
+        self._look = look
+        self._wiring: Wiring | None = None
+        self._since = 0.0
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], faulty: np.ndarray) -> None:
+        """The next piece.
+
+        Args:
+            time: [s], (n,)
+            signals: by name, (n,) each; NaN where missing
+            faulty: whether each element is declared, the sensors first, (n, elements)
+        """
+        first = 0
+        if self._wiring is None:
+            together = np.zeros(len(time), bool)
+            for bus in BUSES:
+                together |= faulty[:, [SENSORS.index(name) for name in bus]].sum(axis=1) >= 2
+            if not together.any():
+                return
+            first = int(np.argmax(together))
+            self._wiring, self._since = self._look(), float(time[first])
+        self._wiring.add({name: values[first:] for name, values in signals.items()})
+
+    def problems(self, episodes: Sequence[Episode]) -> tuple[Problem, ...]:
+        """That the buses have lost their common time, if that is what was seen and no fault came before.
+
+        Args:
+            episodes: of all faults of the drive
+        """
+        if self._wiring is None or any(each.start < self._since - BEFORE for each in episodes):
+            return ()
+        return tuple(
+            found._replace(cause=f"{found.cause} since about {self._since:.0f} s")
+            for found in self._wiring.problems()
+            if found.kind == "time" and found.elements == ("steering_wheel_angle",)
+        )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.recording_checks.accelerations import AccelerationCheck
+from tierod.monitors.condition.recording_checks.filter_inputs import AccelerationCheck
 from tierod.monitors.condition.signals import ACCELERATIONS, ConditionSample
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.recorded import recorded
