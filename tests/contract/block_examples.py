@@ -97,12 +97,11 @@ from tierod.papers.condition.rules.calibration import ResidualCalibration
 from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.papers.condition.rules.diagnosis import RuleDiagnosis
 from tierod.papers.condition.rules.parameters import Coefficients
+from tierod.papers.condition.rules.readings import ResidualThreshold
 from tierod.papers.condition.rules.residual_set import ResidualSet, residual_set
 from tierod.papers.condition.rules.rule_monitor import RuleMonitor, RulesWithReaction, rule_monitor
-from tierod.papers.condition.rules.shares import LostShares
-from tierod.papers.condition.rules.steering_signals import SteeringSignals
+from tierod.papers.condition.rules.steering_signals import LostShares, SteeringSignals
 from tierod.papers.condition.rules.symptom_files import rules
-from tierod.papers.condition.rules.thresholds import ResidualThreshold
 from tierod.papers.motor_angle.dq_motor import DqMotorParameters
 from tierod.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod.papers.motor_angle.feedforward_load import FeedforwardWithLoad

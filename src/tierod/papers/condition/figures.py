@@ -20,8 +20,8 @@ from tierod.papers.condition.rounds import SHORT
 from tierod.papers.condition.rules.all_residuals import AllResiduals
 from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
 from tierod.papers.condition.rules.fit import samples_of
+from tierod.papers.condition.rules.readings import Excitation
 from tierod.papers.condition.rules.rule_monitor import RuleMonitor
-from tierod.papers.condition.rules.thresholds import Excitation
 from tierod.papers.condition.runs import BEST, VARIANTS, calibrations, diagnosed
 from tierod.papers.condition.truth import truths
 

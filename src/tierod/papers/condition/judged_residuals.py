@@ -8,7 +8,7 @@ from typing import Annotated
 from tierod.methods.detectors.stopping_rules import HoldRule, StoppingRule
 from tierod.papers.condition.rules.calibration import ResidualCalibration
 from tierod.papers.condition.rules.catalogue import Residual, residual
-from tierod.papers.condition.rules.thresholds import Excitation, ResidualThreshold
+from tierod.papers.condition.rules.readings import Excitation, ResidualThreshold
 
 USUAL = Excitation(8.0, 0.2, 2.0, 0.5)
 """Of a lively drive of the demonstrator, for which thresholds that adapt are told."""

@@ -16,10 +16,10 @@ from tierod.papers.condition.rules.calibration import ResidualCalibration
 from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.papers.condition.rules.fit import SETTLING, samples_of
 from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
+from tierod.papers.condition.rules.readings import ResidualThreshold
 from tierod.papers.condition.rules.residual_set import residual_set
-from tierod.papers.condition.rules.rolling import steer_of_rolling
+from tierod.papers.condition.rules.routes import steer_of_rolling
 from tierod.papers.condition.rules.rule_monitor import RuleMonitor, rule_monitor
-from tierod.papers.condition.rules.thresholds import ResidualThreshold
 
 RULES = "rules-discriminating"
 MARGIN = 1.5

@@ -15,8 +15,8 @@ from tierod.papers.condition.faults import TARGETS
 from tierod.papers.condition.rules.all_residuals import AllResiduals
 from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS
 from tierod.papers.condition.rules.fit import samples_of
+from tierod.papers.condition.rules.readings import Excitation
 from tierod.papers.condition.rules.rule_monitor import RuleMonitor
-from tierod.papers.condition.rules.thresholds import Excitation
 
 SEEN, UNSEEN = 0.05, 0.01
 """Share of a fault's time from which on a residual sees it, and up to which one does not that should not."""

@@ -7,8 +7,8 @@ from tierod.papers.condition.judged_residuals import USUAL, judged
 from tierod.papers.condition.rules.calibration import ResidualCalibration
 from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.papers.condition.rules.parameters import Coefficients
+from tierod.papers.condition.rules.readings import ResidualThreshold
 from tierod.papers.condition.rules.storage import read_calibration, shipped_calibration, text_of, widen
-from tierod.papers.condition.rules.thresholds import ResidualThreshold
 
 SAMPLE = ResidualCalibration(
     Coefficients(1.25, per_mass=0.5),

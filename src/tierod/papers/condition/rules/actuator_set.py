@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.block import named_tuple
+from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, where
 from tierod.core.ranges import POSITIVE
 from tierod.methods.filters.hold import InputHold
@@ -15,7 +15,7 @@ from tierod.monitors.condition.signals import Measured
 from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, Residual
 from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
 from tierod.papers.condition.rules.readings import Motion
-from tierod.papers.condition.rules.shares import LostShares
+from tierod.papers.condition.rules.steering_signals import LostShares
 from tierod.physics.lag import share_reached
 from tierod.physics.planar_motion import longitudinal_acceleration
 from tierod.physics.rack_balance import tie_rod_force_of_balance
@@ -91,14 +91,14 @@ class ActuatorSet:
     class State(NamedTuple):
         """Of the parts."""
 
-        hold: Any
-        ideal: Any
-        speed: Any
-        motors: Any
-        drives: Any
-        side: Any
-        asked: Any
-        unrest: Any
+        hold: Tree
+        ideal: SingleTrack.State
+        speed: Scalar
+        motors: LostShares.State
+        drives: LostShares.State
+        side: LostShares.State
+        asked: Scalar
+        unrest: Scalar
 
     class Output(NamedTuple):
         """Residuals, and whether each is there."""
@@ -151,15 +151,21 @@ class ActuatorSet:
         return after, self.Output(residuals, there)
 
     @staticmethod
-    def _there(each: Residual, known: dict[str, Any], moving: Any, steady: Any) -> Any:
+    def _there(each: Residual, known: dict[str, Scalar], moving: Scalar, steady: Scalar) -> Scalar:
         """Whether all signals of a residual are there, the vehicle moves, and the asked torque does not jump."""
         asked = [moving] if each.moving else []
         asked += [steady] if each.steady else []
         return where(all_of(*(known[name] for name in each.signals), *asked), 1.0, 0.0)
 
     def _of_paper(
-        self, wanted: Targets, seen: Measured, motion: Motion, ideal: Any, turn: Any, speed_rate: Any
-    ) -> tuple:
+        self,
+        wanted: Targets,
+        seen: Measured,
+        motion: Motion,
+        ideal: SingleTrack.State,
+        turn: SingleTrack.Input,
+        speed_rate: Scalar,
+    ) -> tuple[Scalar, ...]:
         """r1a to r8a."""
         known, car = self.coefficients, self.car
         across = SingleTrack.output(ideal, turn, car.single_track).lateral_acceleration
@@ -179,7 +185,9 @@ class ActuatorSet:
             force + known.force_offset - seen.tie_rod_force,
         )
 
-    def _drives(self, state: State, wanted: Targets, seen: Measured, force: Any, use: Any) -> tuple:
+    def _drives(
+        self, state: State, wanted: Targets, seen: Measured, force: Scalar, use: Scalar
+    ) -> tuple[LostShares.State, Scalar, LostShares.State, Scalar]:
         """Share of the drives' sum that is missing along, and of their sum as a side force at the tie rods."""
         known, car = self.coefficients, self.car
         asked = wanted.target_drive_torque_left + wanted.target_drive_torque_right

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.graph.maths import absolute, all_of, both, either, minimum, negated, present, where
 from tierod.core.ranges import POSITIVE
 from tierod.methods.estimators import KalmanFilter
+from tierod.methods.estimators.shapes import Belief
 from tierod.physics.planar_motion import forward_rate
 
 
@@ -136,12 +138,12 @@ class AdaptiveSpeed:
     class State(NamedTuple):
         """Of the four filters, whether the speed has started, and how long it has been doubtful [s]."""
 
-        acceleration: Any
-        left: Any
-        right: Any
-        speed: Any
-        started: Any
-        doubt: Any
+        acceleration: Belief
+        left: Belief
+        right: Belief
+        speed: Belief
+        started: Scalar
+        doubt: Scalar
 
     class Output(NamedTuple):
         """Speed, its rate free of the accelerometer's offset, that offset, and the rates of both wheels."""
@@ -207,23 +209,23 @@ class AdaptiveSpeed:
         output = self.Output(speed, along.mean.value - offset, offset, left_wheel.mean.rate, right_wheel.mean.rate)
         return self.State(first, left, right, joined, started, doubt), output
 
-    def _apart(self, readings: tuple[Any, Any], ahead: Any) -> Any:
+    def _apart(self, readings: tuple[Scalar, Scalar], ahead: Scalar) -> Scalar:
         """Whether both wheels say the same, and the filter something else."""
         left, right = (where(present(each), each, 0.0) for each in readings)
         agree = absolute(left - right) < 4.0 * self.wheel_noise
         return both(agree, absolute(0.5 * (left + right) - ahead) > 2.0 * self.rejection)
 
-    def _noise(self, innovation: Any) -> Any:
+    def _noise(self, innovation: Scalar) -> Scalar:
         """Variance of a wheel by its innovation."""
         relative = where(present(innovation), innovation, 0.0) / self.rejection
         squared = relative * relative
         return self.wheel_noise * self.wheel_noise * (1.0 + squared * squared)
 
 
-def _reading(each: KalmanFilter, value: Any) -> Any:
+def _reading(each: KalmanFilter, value: Scalar) -> Tree:
     return each.Sample(Growing.Input(), Growing.Output(value))
 
 
-def _if_present(raw: Any, value: Any) -> Any:
+def _if_present(raw: Scalar, value: Scalar) -> Scalar:
     """The value where the raw reading is there; otherwise what is missing stays so."""
     return where(present(raw), value, raw)

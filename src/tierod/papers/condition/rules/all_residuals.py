@@ -9,9 +9,8 @@ from tierod.core.block import named_tuple
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.papers.condition.rules.actuator_set import ActuatorSet, Repaired, Targets
 from tierod.papers.condition.rules.catalogue import RESIDUALS
-from tierod.papers.condition.rules.readings import Motion
+from tierod.papers.condition.rules.readings import Excitation, Motion
 from tierod.papers.condition.rules.residual_set import ResidualSet
-from tierod.papers.condition.rules.thresholds import Excitation
 
 Residuals: Any = named_tuple("Residuals", [(each.name, Annotated[float, each.unit]) for each in RESIDUALS.values()])
 """Every residual in its unit."""
@@ -37,8 +36,8 @@ class AllResiduals:
     class State(NamedTuple):
         """Of both."""
 
-        sensors: Any
-        actuators: Any
+        sensors: ResidualSet.State
+        actuators: ActuatorSet.State
 
     class Output(NamedTuple):
         """Residuals, whether each is there, how lively the drive is, and what the filters say."""

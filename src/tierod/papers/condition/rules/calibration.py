@@ -18,8 +18,8 @@ from tierod.papers.condition.rules.all_residuals import AllResiduals
 from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.papers.condition.rules.fit import FEWEST, SETTLING, fit_coefficients, samples_of
 from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
+from tierod.papers.condition.rules.readings import GROWTHS, Excitation, ResidualThreshold
 from tierod.papers.condition.rules.residual_set import residual_set
-from tierod.papers.condition.rules.thresholds import GROWTHS, Excitation, ResidualThreshold
 
 MARGIN = 1.15
 """Of a threshold over the largest healthy residual, where it is not designed for a rate of false alarms."""
@@ -164,4 +164,4 @@ def _spread(excitation: np.ndarray, size: np.ndarray) -> np.ndarray:
     thinned = slice(None, None, 5)
     found, _ = nnls(excitation[thinned], size[thinned])
     found[0] = max(found[0], 0.2 * float(np.mean(size)))
-    return found
+    return np.asarray(found)

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import limit, maximum
 from tierod.models.single_track import SingleTrack
+from tierod.models.stiff_rack import StiffRack
 from tierod.monitors.condition.signals import Measured
+from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
 from tierod.papers.condition.rules.readings import Motion, SensorResiduals
-from tierod.papers.condition.rules.rolling import (
+from tierod.papers.condition.rules.routes import (
     route,
     steer_of_rolling,
     wheels_of_forward_speed,
     wheels_of_mean,
 )
+from tierod.papers.condition.rules.steering_signals import SteeringSignals
 from tierod.physics.planar_motion import lateral_acceleration_of_turning, longitudinal_acceleration
 from tierod.physics.rack_balance import tie_rod_force_of_balance
 
@@ -39,7 +43,14 @@ class Equations:
     moving: Annotated[float, "m/s"]
     printed: bool
 
-    def expected(self, now: Measured, steer: Any, turning: Any, forward: Any, unmeasured: Any) -> Motion:
+    def expected(
+        self,
+        now: Measured,
+        steer: SteeringSignals.Output,
+        turning: SingleTrack.State,
+        forward: AdaptiveSpeed.Output,
+        unmeasured: StiffRack.State,
+    ) -> Motion:
         """What the models expect the sensors to show.
 
         Args:
@@ -75,7 +86,15 @@ class Equations:
             unmeasured.steering_wheel_angle,
         )
 
-    def residuals(self, now: Measured, steer: Any, angle: Any, turning: Any, forward: Any, expected: Motion) -> Any:
+    def residuals(
+        self,
+        now: Measured,
+        steer: SteeringSignals.Output,
+        angle: Scalar,
+        turning: SingleTrack.State,
+        forward: AdaptiveSpeed.Output,
+        expected: Motion,
+    ) -> SensorResiduals:
         """r1 to r19 of signals that are there.
 
         Args:
@@ -120,7 +139,9 @@ class Equations:
             r19=expected.force - steer.force,
         )
 
-    def _accelerations(self, now: Measured, turning: Any, forward: Any) -> tuple[Any, Any]:
+    def _accelerations(
+        self, now: Measured, turning: SingleTrack.State, forward: AdaptiveSpeed.Output
+    ) -> tuple[Scalar, Scalar]:
         """Longitudinal and lateral acceleration that wheels and single track give: eqs (18) and (19)."""
         mean = maximum(0.5 * (now.wheel_speed_rear_left + now.wheel_speed_rear_right), self.moving)
         rate = 0.5 * (forward.left_rate + forward.right_rate)

@@ -12,7 +12,7 @@ from tierod.core.recording import Recording
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.papers.condition.rules.parameters import Coefficients
 from tierod.papers.condition.rules.residual_set import ResidualSet
-from tierod.papers.condition.rules.rolling import steer_of_rolling
+from tierod.papers.condition.rules.routes import steer_of_rolling
 
 SETTLING = 2.0
 """Left out at the start of every drive, while the filters settle [s]."""

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, where
 from tierod.core.ranges import POSITIVE
 from tierod.methods.estimators import KalmanFilter, UnscentedFilter
+from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters.hold import InputHold
 from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
@@ -16,11 +18,10 @@ from tierod.monitors.condition.signals import ConditionSample, Measured
 from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 from tierod.papers.condition.rules.catalogue import SENSOR_RESIDUALS
 from tierod.papers.condition.rules.equations import Equations
-from tierod.papers.condition.rules.lateral_filter import lateral_filter
 from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
-from tierod.papers.condition.rules.readings import Motion, SensorFlags, SensorResiduals
-from tierod.papers.condition.rules.steering_signals import SteeringSignals
-from tierod.papers.condition.rules.thresholds import Excitation
+from tierod.papers.condition.rules.readings import Excitation, Motion, SensorFlags, SensorResiduals
+from tierod.papers.condition.rules.routes import lateral_filter
+from tierod.papers.condition.rules.steering_signals import Smooth, SteeringSignals
 
 
 @dataclass(frozen=True)
@@ -60,13 +61,13 @@ class ResidualSet:
     class State(NamedTuple):
         """Of the parts."""
 
-        hold: Any
-        steering: Any
-        angle: Any
-        unmeasured: Any
-        lateral: Any
-        speed: Any
-        there: Any
+        hold: Tree
+        steering: tuple[Smooth, ...]
+        angle: Belief
+        unmeasured: StiffRack.State
+        lateral: Belief
+        speed: AdaptiveSpeed.State
+        there: Measured
 
     class Output(NamedTuple):
         """Residuals, whether each is there, what the filters say, the readings after the hold, and the excitation."""
@@ -116,18 +117,20 @@ class ResidualSet:
         excitation = self._excitation(now, steer, turning, forward)
         return after, self.Output(values, there, expected, held, excitation)
 
-    def _excitation(self, now: Measured, steer: Any, turning: Any, forward: Any) -> Excitation:
+    def _excitation(
+        self, now: Measured, steer: SteeringSignals.Output, turning: SingleTrack.State, forward: AdaptiveSpeed.Output
+    ) -> Excitation:
         """How lively the drive is, by what the filters say rather than by single sensors."""
         speed = maximum(forward.forward_speed, self.moving)
         inputs = SingleTrack.Input(self.car.steering_ratio * steer.angle, speed)
         slope = SingleTrack.derivative(turning, inputs, self.car.single_track)
         return Excitation(forward.forward_speed, slope.yaw_rate, now.lateral_acceleration, steer.rate)
 
-    def _waited(self, before: Any, value: Any) -> Any:
+    def _waited(self, before: Scalar, value: Scalar) -> Scalar:
         """How long a signal has been there [s], up to twice the time of settling."""
         return where(present(value), minimum(before + self.hold.sample_time, 2.0 * self.settling), 0.0)
 
-    def _there(self, waited: Measured, held: Measured, moving: Any) -> Any:
+    def _there(self, waited: Measured, held: Measured, moving: Scalar) -> SensorFlags:
         """Whether all signals of each residual are there, and the drive is one that it is made for."""
         known = {name: each > self.settling for name, each in waited._asdict().items()}
         across = where(present(held.lateral_acceleration), held.lateral_acceleration, 0.0)
@@ -139,7 +142,7 @@ class ResidualSet:
             flags.append(where(all_of(*asked), 1.0, 0.0))
         return SensorFlags(*flags)
 
-    def _balanced(self, state: Any, held: Measured) -> tuple[Any, Any]:
+    def _balanced(self, state: Belief, held: Measured) -> tuple[Belief, Scalar]:
         """The filter of r1 one sample on, and the angle that it expects."""
         inputs = StiffRack.Input(held.steering_shaft_torque, held.tie_rod_force)
         after, estimate = self.angle.step(state, self.angle.Sample(inputs, StiffRack.Output(held.steering_wheel_angle)))
@@ -154,7 +157,7 @@ class ResidualSet:
         ahead = self.angle.model.transition(state, inputs, self.angle.parameters)
         return StiffRack.State(*(where(complete, new, old) for new, old in zip(ahead, state, strict=True)))
 
-    def _turning(self, state: Any, held: Measured, now: Measured) -> tuple[Any, SingleTrack.State]:
+    def _turning(self, state: Belief, held: Measured, now: Measured) -> tuple[Belief, SingleTrack.State]:
         """The lateral filter one sample on; its speed is the wheels' mean, held above walking."""
         speed = maximum(0.5 * (now.wheel_speed_rear_left + now.wheel_speed_rear_right), self.moving)
         steer = self.car.steering_ratio * (held.steering_wheel_angle - self.coefficients.angle_offset)

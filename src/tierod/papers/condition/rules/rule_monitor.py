@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.findings import Status
@@ -26,9 +26,9 @@ from tierod.papers.condition.rules.calibration import ResidualCalibration
 from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
 from tierod.papers.condition.rules.diagnosis import RuleDiagnosis
 from tierod.papers.condition.rules.parameters import ResidualParameters
+from tierod.papers.condition.rules.readings import Excitation, ResidualThreshold
 from tierod.papers.condition.rules.residual_set import ResidualSet, residual_set
 from tierod.papers.condition.rules.symptom_files import rules
-from tierod.papers.condition.rules.thresholds import Excitation, ResidualThreshold
 
 MAIN = dict(zip(SENSORS, ("r10", "r14", "r4", "r2", "r3", "r19"), strict=True))
 """The residual of every sensor that compares it to what it should read."""
@@ -58,10 +58,10 @@ class RuleMonitor:
     class State(NamedTuple):
         """Of the parts, which sensors were faulty a sample ago, and since when each status holds."""
 
-        sensors: Any
-        actuators: Any
-        rules: Any
-        faulty: Any
+        sensors: ResidualSet.State
+        actuators: ActuatorSet.State
+        rules: RuleDiagnosis.State
+        faulty: tuple[Scalar, ...]
         since: Since
 
     Output = Judged
@@ -76,7 +76,7 @@ class RuleMonitor:
             Since.initial(),
         )
 
-    def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
+    def step(self, state: State, sample: ConditionSample) -> tuple[State, Judged]:
         """One sample on."""
         sensors, seen = self.sensors.step(state.sensors, sample)
         expected = self._expected(seen)
@@ -96,7 +96,7 @@ class RuleMonitor:
         judged = Judged(statements, testable, expected, Readings(*(0.0,) * len(SENSORS)), scores, 0.0)
         return self.State(sensors, actuators, after, faulty, since), judged
 
-    def _statements(self, said: Any, not_testable: Sequence[Scalar]) -> Statements:
+    def _statements(self, said: RuleDiagnosis.Output, not_testable: Sequence[Scalar]) -> Statements:
         """Status and score of every element; rules give neither kind nor magnitude."""
         made = []
         for name, blind in zip(ELEMENTS, (*not_testable, *(0.0,) * len(ACTUATORS)), strict=True):
@@ -107,7 +107,7 @@ class RuleMonitor:
             made.append(Statement(status, 0.0, 0.0, 0.0, 0.0, score))
         return Statements(*made)
 
-    def _expected(self, seen: Any) -> Any:
+    def _expected(self, seen: ResidualSet.Output) -> Readings:
         """What each sensor should read: its reading and what its main residual adds, the model alone for the rest."""
         readings = dict(zip(SENSORS, seen.held, strict=False))
         return Readings(
@@ -121,7 +121,7 @@ class RuleMonitor:
             )
         )
 
-    def _repaired(self, faulty: Any, seen: Any, expected: Any) -> Repaired:
+    def _repaired(self, faulty: Sequence[Scalar], seen: ResidualSet.Output, expected: Readings) -> Repaired:
         """The readings with those of faulty sensors replaced."""
         values = seen.held._asdict()
         values |= {
@@ -129,10 +129,10 @@ class RuleMonitor:
         }
         return Repaired(Measured(**values), seen.motion, seen.held.steering_shaft_torque, seen.residuals.r19)
 
-    def _not_testable(self, seen: Any, expected: Any) -> Any:
+    def _not_testable(self, seen: ResidualSet.Output, expected: Readings) -> list[Scalar]:
         """Reading and expectation of each sensor, both within the threshold of its main residual."""
         names = [each.name for each in SENSOR_RESIDUALS]
-        flags = []
+        flags: list[Scalar] = []
         for name, reading in zip(SENSORS, seen.held, strict=False):
             main = MAIN[name]
             bound = self.sensor_thresholds[names.index(main)].at(seen.excitation)
@@ -145,7 +145,9 @@ class RuleMonitor:
         return flags
 
 
-def _ratios(seen: Any, thresholds: tuple[ResidualThreshold, ...], excitation: Excitation) -> dict[str, Any]:
+def _ratios(
+    seen: ResidualSet.Output | ActuatorSet.Output, thresholds: tuple[ResidualThreshold, ...], excitation: Excitation
+) -> dict[str, Scalar]:
     """How many thresholds each residual is away from zero; infinity, which is no number, where it is not there.
 
     One that no healthy drive has shown has an infinite threshold: it is neither normal nor abnormal.

@@ -14,7 +14,7 @@ from tierod.core.toml import Document, build
 from tierod.papers.condition.rules.calibration import ResidualCalibration
 from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.papers.condition.rules.parameters import Coefficients
-from tierod.papers.condition.rules.thresholds import ResidualThreshold
+from tierod.papers.condition.rules.readings import ResidualThreshold
 from tierod.vehicles import Vehicle
 
 SHIPPED = {
@@ -97,7 +97,8 @@ def _threshold(table: dict[str, Any], document: Document, name: str) -> Residual
     """A threshold; an infinite one, of a residual that was never there, stands as it is."""
     if table.get("base") == math.inf:
         return ResidualThreshold(math.inf)
-    return build(ResidualThreshold, table, document, ("thresholds", name), signal="")
+    built: ResidualThreshold = build(ResidualThreshold, table, document, ("thresholds", name), signal="")
+    return built
 
 
 @lru_cache(maxsize=4)

@@ -97,7 +97,9 @@ def _rule(table: Any, number: int, document: Document, residuals: Collection[str
     return rule
 
 
-def _pairs(table: dict, residuals: Collection[str], document: Document, at: tuple) -> tuple[tuple[str, str], ...]:
+def _pairs(
+    table: dict[str, Any], residuals: Collection[str], document: Document, at: tuple[str | int, ...]
+) -> tuple[tuple[str, str], ...]:
     given = table.get("larger", [])
     found = []
     for pair in given if isinstance(given, list) else [given]:
@@ -108,7 +110,7 @@ def _pairs(table: dict, residuals: Collection[str], document: Document, at: tupl
     return tuple(found)
 
 
-def _require_consistent(rule: SymptomRule, document: Document, at: tuple) -> None:
+def _require_consistent(rule: SymptomRule, document: Document, at: tuple[str | int, ...]) -> None:
     seen: dict[str, str] = {}
     for key in _LISTS:
         for name in getattr(rule, key):
@@ -135,7 +137,9 @@ def _require_order(rules: tuple[SymptomRule, ...], document: Document) -> None:
         before.add(rule.fault)
 
 
-def _names(table: dict, key: str, known: Collection[str], what: str, document: Document, at: tuple) -> tuple[str, ...]:
+def _names(
+    table: dict[str, Any], key: str, known: Collection[str], what: str, document: Document, at: tuple[str | int, ...]
+) -> tuple[str, ...]:
     given = table.get(key, [])
     if not isinstance(given, list):
         raise document.error((*at, key), f"'{key}' is {given!r}; expected a list of names")
@@ -148,7 +152,7 @@ def _names(table: dict, key: str, known: Collection[str], what: str, document: D
     return tuple(given)
 
 
-def _require_known(table: Any, keys: tuple[str, ...], document: Document, at: tuple) -> None:
+def _require_known(table: Any, keys: tuple[str, ...], document: Document, at: tuple[str | int, ...]) -> None:
     if not isinstance(table, dict):
         raise document.error(at, f"{table!r} is no table; write [[rule]] above it")
     for key in table:
@@ -156,7 +160,7 @@ def _require_known(table: Any, keys: tuple[str, ...], document: Document, at: tu
             raise document.error((*at, key), f"'{key}' is not known here{nearest(key, keys)}")
 
 
-def _text(content: dict, key: str, document: Document) -> str:
+def _text(content: dict[str, Any], key: str, document: Document) -> str:
     value = content.get(key)
     if not isinstance(value, str) or not value:
         raise document.error((key,), f"'{key}' is missing; say it in a sentence")
