@@ -11,14 +11,12 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.derivatives import jacobian
-from tierod.core.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
+from tierod.core.graph.maths import absolute, maximum, minimum, sqrt, where
 from tierod.methods.estimators.kernels import predict_covariance
 from tierod.methods.estimators.linear_algebra import (
-    Matrix,
     Vector,
     congruence,
     diagonal,
-    dot,
     from_diagonal,
     plus,
 )
@@ -27,7 +25,7 @@ from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.bank.asked_torques import AskedTorques, no_torques, torques_of
 from tierod.monitors.condition.bank.process import LIMITS, process_noise, start_deviations, with_torque_noise
 from tierod.monitors.condition.bank.tuning import PLAUSIBLE, SENSOR_NOISE, TORQUE_JUMP, ModelError, widened
-from tierod.monitors.condition.bank.updates import Correction, log_likelihood, spread_of, update
+from tierod.monitors.condition.bank.updates import Seen, observed
 from tierod.monitors.condition.hypotheses import Hypothesis
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
@@ -53,26 +51,6 @@ COMMON_LOSS_TIME = 20.0
 
 SCALED = (*WHEELS, "yaw_rate")
 """Sensors that show together how far the wheels' readings are off the vehicle's speed."""
-
-
-class Seen(NamedTuple):
-    """What one sample showed.
-
-    Args:
-        expected: readings, before any of the sample
-        rows: their derivatives by the state
-        innovations: readings less the expected ones
-        used: whether they count
-        spread: variance of the innovations of the judged sensors
-        correction: by all that count
-    """
-
-    expected: Measured
-    rows: Matrix
-    innovations: Vector
-    used: Vector
-    spread: Vector
-    correction: Correction
 
 
 @dataclass(frozen=True)
@@ -175,14 +153,15 @@ class LeaveOutFilter:
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
         """One sample on."""
         after, seen = self.corrected(state, sample)
-        judged, correction, mean = len(SENSORS), seen.correction, after.mean
-        pairs = zip(seen.expected[:judged], seen.rows[:judged], strict=True)
+        judged, mean = len(SENSORS), after.mean
         loss = AutomatedVehicle.State._fields.index("torque_loss")
+        # Accelerations are always used, and their range is left out of all hypotheses alike.
+        likelihood = seen.log_likelihood((*self.plausible, *(1.0,) * len(ACCELERATIONS)), self.influence)
         return after, self.Output(
-            where(after.age < self.settling, 0.0, self._log_likelihood(seen)),
+            where(after.age < self.settling, 0.0, likelihood),
             Readings(*seen.expected[:judged]),
-            Readings(*(sqrt(value) for value in seen.spread)),
-            Readings(*(plus(value, dot(row, correction.shift)) for value, row in pairs)),
+            Readings(*(sqrt(value) for value in seen.spread[:judged])),
+            Readings(*seen.estimates(judged)),
             mean.torque_loss,
             sqrt(maximum(diagonal(after.covariance)[loss], 0.0)),
             mean.speed,
@@ -201,18 +180,13 @@ class LeaveOutFilter:
         mean, covariance = self._predicted(state, inputs, jump)
         expected = AutomatedVehicle.output(mean, inputs, self.vehicle)
         rows = jacobian(lambda at: AutomatedVehicle.output(at, inputs, self._coarse), mean)
-        readings, noise = sample[: len(expected)], self._noise(jump)
-        innovations = tuple(reading - value for reading, value in zip(readings, expected, strict=True))
-        judged = len(SENSORS)
-        spread = [spread_of(covariance, row) + r for row, r in zip(rows[:judged], noise[:judged], strict=True)]
-        used = [both(present(each), use > 0.5) for each, use in zip(innovations, self._uses(), strict=True)]
-        correction = update(covariance, rows, innovations, noise, self._noise(0.0), used, self.influence)
-        moved = [value + shift for value, shift in zip(mean, correction.shift, strict=True)]
+        trusted = (*self.trusted[: len(SENSORS)], *(1.0,) * len(ACCELERATIONS))
+        noise, usual = self._noise(jump), self._noise(0.0)
+        seen = observed(covariance, expected, rows, sample[: len(expected)], noise, usual, trusted, self.influence)
         limits = LIMITS._replace(front_force_error=self.largest_force_error, rear_force_error=self.largest_force_error)
-        bounded = AutomatedVehicle.State(*(limit(v, -most, most) for v, most in zip(moved, limits, strict=True)))
-        seen = Seen(expected, rows, innovations, used, tuple(spread), correction)
         age = minimum(state.age + self.vehicle.sample_time, self.settling)
-        return self.State(bounded, correction.covariance, torques, age), seen
+        bounded = AutomatedVehicle.State(*seen.moved(mean, limits))
+        return self.State(bounded, seen.correction.covariance, torques, age), seen
 
     @property
     def _coarse(self) -> AutomatedVehicle.Parameters:
@@ -235,10 +209,6 @@ class LeaveOutFilter:
         asked = drive_force(torque, car) / front_axle_load(car.mass, car.front_distance, car.rear_distance)
         return mean.torque_loss * asked, (1.0 - mean.torque_loss) * asked
 
-    def _uses(self) -> tuple[Scalar, ...]:
-        """Whether each reading is used; accelerations always are."""
-        return (*self.trusted[: len(SENSORS)], *(1.0,) * len(ACCELERATIONS))
-
     def _noise(self, jump: Scalar) -> tuple[Scalar, ...]:
         """Variance of each reading; of the torque more where it has jumped between two samples."""
         variances = [value * value for value in self.sensor_noise]
@@ -259,11 +229,6 @@ class LeaveOutFilter:
         torque = self.model_error.steering_torque * self.model_error.steering_torque + jump
         mean = AutomatedVehicle.moved(deflected, inputs, self.vehicle)
         return mean, with_torque_noise(covariance, self.vehicle, torque)
-
-    def _log_likelihood(self, seen: Seen) -> Scalar:
-        """Of the readings that there are: as innovations where used, as anything plausible where not."""
-        widths = (*self.plausible, *(1.0,) * len(ACCELERATIONS))
-        return log_likelihood(seen.correction, seen.innovations, seen.used, self._noise(0.0), widths, self.influence)
 
     def leaving_out(self, hypothesis: Hypothesis) -> LeaveOutFilter:
         """The filter of a hypothesis, made from the one that suspects nothing.

@@ -9,13 +9,13 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.derivatives import jacobian
-from tierod.core.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
+from tierod.core.graph.maths import absolute, maximum, minimum, present, sqrt, where
 from tierod.methods.estimators.kernels import predict_covariance
-from tierod.methods.estimators.linear_algebra import dot, from_diagonal, plus
+from tierod.methods.estimators.linear_algebra import from_diagonal
 from tierod.models.rolling_car import LEAST_SPEED, RollingCar
 from tierod.monitors.condition.bank.lane import TRUSTED, LeaveOutFilter
 from tierod.monitors.condition.bank.tuning import PLAUSIBLE, SENSOR_NOISE
-from tierod.monitors.condition.bank.updates import log_likelihood, spread_of, update
+from tierod.monitors.condition.bank.updates import observed
 from tierod.monitors.condition.hypotheses import Hypothesis
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
@@ -146,24 +146,21 @@ class RollingFilter:
         covariance = predict_covariance(rows, state.covariance, self._process_noise(state.mean))
         mean = RollingCar.transition(state.mean, (), p)
         expected = RollingCar.output(mean, (), p)
-        seen = jacobian(lambda at: RollingCar.output(at, (), p), mean)
-        innovations = tuple(getattr(sample, name) - getattr(expected, name) for name in expected._fields)
-        noise, uses = self._noise(), (*self.trusted[:count], *(1.0,) * len(ACCELERATIONS))
-        used = [both(present(each), use > 0.5) for each, use in zip(innovations, uses, strict=True)]
-        spread = [plus(spread_of(covariance, row), r) for row, r in zip(seen[:count], noise[:count], strict=True)]
-        correction = update(covariance, seen, innovations, noise, noise, used, self.influence)
-        moved = [value + shift for value, shift in zip(mean, correction.shift, strict=True)]
-        bounded = RollingCar.State(*(limit(v, -most, most) for v, most in zip(moved, LIMITS, strict=True)))
+        derivatives = jacobian(lambda at: RollingCar.output(at, (), p), mean)
+        readings, noise = [getattr(sample, name) for name in expected._fields], self._noise()
+        alike = (1.0,) * len(ACCELERATIONS)
+        trusted = (*self.trusted[:count], *alike)
+        seen = observed(covariance, expected, derivatives, readings, noise, noise, trusted, self.influence)
+        bounded = RollingCar.State(*seen.moved(mean, LIMITS))
         age = minimum(state.age + p.sample_time, self.settling)
-        likelihood = log_likelihood(correction, innovations, used, noise, self._widths(), self.influence)
-        said = [plus(value, dot(row, correction.shift)) for value, row in zip(expected, seen[:count], strict=False)]
+        likelihood = seen.log_likelihood((*self.plausible[:count], *alike), self.influence)
         along = sample.longitudinal_acceleration
         # The shaft's torque and the tie rod's force are not read; what stands in their places is not used.
-        return self.State(bounded, correction.covariance, age), self.Output(
+        return self.State(bounded, seen.correction.covariance, age), self.Output(
             where(age < self.settling, 0.0, likelihood),
             Readings(*[*expected[:count], 0.0, 0.0]),
-            Readings(*[*(sqrt(value) for value in spread), 1.0, 1.0]),
-            Readings(*[*said, 0.0, 0.0]),
+            Readings(*[*(sqrt(value) for value in seen.spread[:count]), 1.0, 1.0]),
+            Readings(*[*seen.estimates(count), 0.0, 0.0]),
             0.0,
             1.0,
             bounded.speed,
@@ -176,10 +173,6 @@ class RollingFilter:
         """Variance of each reading."""
         deviations = [getattr(self.sensor_noise, name) for name in (*OF_CARS, *ACCELERATIONS)]
         return tuple(value * value for value in deviations)
-
-    def _widths(self) -> tuple[Scalar, ...]:
-        """Ranges of failed sensors, in the order of the readings."""
-        return (*self.plausible[: len(OF_CARS)], *(1.0,) * len(ACCELERATIONS))
 
     def _process_noise(self, mean: RollingCar.State) -> RollingCar.State:
         """Variance that each state gains per sample."""

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import limit, log, minimum, present, sqrt, where
+from tierod.core.graph.maths import both, limit, log, minimum, present, sqrt, where
 from tierod.methods.estimators.linear_algebra import (
     Matrix,
     Vector,
@@ -38,6 +38,74 @@ class Correction(NamedTuple):
     covariance: tuple[Scalar, ...]
     whitened: tuple[Scalar, ...]
     widening: tuple[Scalar, ...]
+
+
+class Seen(NamedTuple):
+    """What one sample showed.
+
+    Args:
+        expected: readings, before any of the sample
+        rows: their derivatives by the state
+        innovations: readings less the expected ones
+        used: whether they count
+        spread: variance of every innovation
+        usual: variance of each reading that the widening is counted from
+        correction: by all that count
+    """
+
+    expected: Vector
+    rows: Matrix
+    innovations: Vector
+    used: Vector
+    spread: Vector
+    usual: Vector
+    correction: Correction
+
+    def estimates(self, count: int) -> list[Scalar]:
+        """The first readings without their noise, after all readings that count."""
+        pairs = zip(self.expected[:count], self.rows[:count], strict=True)
+        return [plus(value, dot(row, self.correction.shift)) for value, row in pairs]
+
+    def moved(self, mean: Vector, most: Vector) -> list[Scalar]:
+        """The mean after the sample, within bounds.
+
+        Args:
+            mean: before its readings, (n,)
+            most: magnitude that no state exceeds, (n,)
+        """
+        shifted = (value + shift for value, shift in zip(mean, self.correction.shift, strict=True))
+        return [limit(value, -bound, bound) for value, bound in zip(shifted, most, strict=True)]
+
+    def log_likelihood(self, widths: Vector, influence: Scalar) -> Scalar:
+        """See `log_likelihood`; arguments as there."""
+        return log_likelihood(self.correction, self.innovations, self.used, self.usual, widths, influence)
+
+
+def observed(
+    covariance: Vector,
+    expected: Vector,
+    rows: Matrix,
+    readings: Vector,
+    noise: Vector,
+    usual: Vector,
+    trusted: Vector,
+    influence: Scalar,
+) -> Seen:
+    """A sample taken in by a filter that may leave readings out.
+
+    Args:
+        covariance: P before its readings, packed
+        expected: readings, (m,)
+        rows: their derivatives by the state, m rows of n
+        readings: (m,); NaN where missing
+        noise, usual, influence: see `update`
+        trusted: 1, or 0 for a reading that is left out, (m,)
+    """
+    innovations = tuple(reading - value for reading, value in zip(readings, expected, strict=True))
+    used = [both(present(each), use > 0.5) for each, use in zip(innovations, trusted, strict=True)]
+    spread = [plus(spread_of(covariance, row), variance) for row, variance in zip(rows, noise, strict=True)]
+    correction = update(covariance, rows, innovations, noise, usual, used, influence)
+    return Seen(expected, rows, innovations, used, spread, usual, correction)
 
 
 def update(
