@@ -45,9 +45,9 @@ class SupplyState(NamedTuple):
 
 @dataclass(frozen=True)
 class Switchover:
-    """Supply every signal from its sensor, or from the best substitute whose own sensors are sound.
+    """Supply every signal from its sensor, or from the best substitute whose own sensors are fault-free.
 
-    A substitute that takes over from a sound value (another substitute, or the sensor when it comes back into use)
+    A substitute that takes over from a fault-free value (another substitute, or the sensor when it comes back into use)
     begins where that one ended, and goes over to its own value with `fade`. After a sensor that has just been found
     faulty it begins at its own value at once.
 
@@ -109,8 +109,8 @@ class Switchover:
     def _supply(
         self, index: int, before: SupplyState, offered: Tree, faulty: dict[str, Scalar]
     ) -> tuple[SupplyState, Supplied]:
-        sound = both(faulty[self.graph.sensors[index]] < 0.5, present(offered.measured))
-        held = both(before.source > NOTHING, negated(sound))
+        own = both(faulty[self.graph.sensors[index]] < 0.5, present(offered.measured))
+        held = both(before.source > NOTHING, negated(own))
         value, source = before.value, where(held, HELD, NOTHING)
         deviation = where(held, before.deviation + self.growth[index] * self.sample_time, 0.0)
         ways = self.graph.ways[index]
@@ -121,15 +121,15 @@ class Switchover:
             value = where(usable, offered[rank + 2], value)
             source = where(usable, rank + 1.0, source)
             deviation = where(usable, ways[rank].deviation, deviation)
-        value, source = where(sound, offered.measured, value), where(sound, SENSOR, source)
-        bump = self._bump(before, sound, value, source)
-        spread = where(source > SENSOR, sqrt(deviation * deviation + bump * bump), where(sound, 0.0, deviation))
+        value, source = where(own, offered.measured, value), where(own, SENSOR, source)
+        bump = self._bump(before, own, value, source)
+        spread = where(source > SENSOR, sqrt(deviation * deviation + bump * bump), where(own, 0.0, deviation))
         supplied = Supplied(value + bump, spread, source)
         return SupplyState(supplied.value, spread, source, bump), supplied
 
-    def _bump(self, before: SupplyState, sound: Scalar, value: Scalar, source: Scalar) -> Scalar:
+    def _bump(self, before: SupplyState, own: Scalar, value: Scalar, source: Scalar) -> Scalar:
         """What is added to the new source's own value, on its way to zero."""
-        after_a_fault = both(before.source == SENSOR, negated(sound))
+        after_a_fault = both(before.source == SENSOR, negated(own))
         from_nothing = either(before.source == NOTHING, after_a_fault)
         begun = where(from_nothing, 0.0, before.value - value)
         kept = before.bump * (self.fade / (self.fade + self.sample_time))

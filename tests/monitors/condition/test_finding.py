@@ -268,7 +268,7 @@ def test_what_was_wired_wrongly_makes_nothing_testable():
 
 
 def test_an_uncalibrated_vehicle_is_told():
-    assert "nobody has calibrated this vehicle" in concluded(calibrated=False)[1].warnings[0]
+    assert "this vehicle is not calibrated" in concluded(calibrated=False)[1].warnings[0]
 
 
 def slid(seconds, causes=None):

@@ -79,7 +79,7 @@ def test_a_sound_drive_is_sound(sound):
     assert diagnosis.findings[0].status is Status.HEALTHY
     assert set(states(diagnosis).values()) == {Status.HEALTHY}
     assert "10 of 10 sensors and actuators are sound over 40 s" in diagnosis.findings[0].headline
-    assert "nobody has calibrated this vehicle" in diagnosis.findings[0].warnings[0]
+    assert "this vehicle is not calibrated" in diagnosis.findings[0].warnings[0]
     assert all(courses[name.replace("_", "-")][-1].status is not Status.FAULT for name in ELEMENTS)
     assert not any(name.startswith("supplied_") for name in diagnosis.traces)
 

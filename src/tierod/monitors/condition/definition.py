@@ -15,9 +15,9 @@ from tierod.monitors.harness.session import Monitor, Variant
 from tierod.vehicles import Vehicle
 
 _MOTION = (
-    "the vehicle file tells nothing of torques and forces of the steering and the drives: wheel speeds, yaw rate and "
+    "the vehicle file does not describe torques and forces of the steering and the drives: wheel speeds, yaw rate and "
     "steering angle are judged by the motion of the car alone, with limits that come from two real cars",
-    "both rear wheels at once are not judged: nothing else tells the speed",
+    "both rear wheels at once are not judged: nothing else gives the speed",
 )
 
 

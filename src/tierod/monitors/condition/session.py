@@ -229,8 +229,8 @@ class ConditionSession:
         finding = judge(self.name, states, self._driven, problems, lost, interruptions, designed, notes, causes)
         if any(each.status in (Status.FAULT, Status.SUSPECT) and each.name not in ACCELERATIONS for each in states):
             finding = replace(finding, decided_by=(self.decision,))
-        sound = {each.name for each in states if each.name in SENSORS and not each.substitute}
-        withheld = tuple(f"{what}{name}" for name in sorted(sound) for what in ("supplied_", "deviation_of_supplied_"))
+        own = {each.name for each in states if each.name in SENSORS and not each.substitute}
+        withheld = tuple(f"{what}{name}" for name in sorted(own) for what in ("supplied_", "deviation_of_supplied_"))
         # Wrong wiring is no fault of an element, and must fill no fault memory.
         courses = {} if problems else code_courses(self._courses, self._driven.end)
         return Conclusion(finding, elements=states, code_courses=courses, withheld=withheld)

@@ -19,7 +19,7 @@ from tierod.monitors.condition.statements import shown
 from tierod.monitors.harness.session import StatusChange
 
 LEAST_TESTABLE = 5.0
-"""Time for which a fault of an element must have been able to show before the element is called sound [s]."""
+"""Time for which a fault of an element must have been able to show before the element is called healthy [s]."""
 LACKING = "the recording has no"
 """How the cause of what is not there begins."""
 LEAST_TOLD = 1.0

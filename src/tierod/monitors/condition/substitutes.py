@@ -25,7 +25,7 @@ LEAST_SPEED = 1.0
 GROWTH = tuple(each.growth for each in SENSOR_TABLE)
 """By which a held value may be off after a second [unit of the signal per s]: usual rates of change."""
 FADE = 0.2
-"""Time constant of a switch between two sound sources [s]: far longer than a sample, far shorter than a turn."""
+"""Time constant of a switch between two fault-free sources [s]: far longer than a sample, far shorter than a turn."""
 
 _OF_CARS = {"name": FILTER, "needs": [], "source": "sound beginnings of the recordings of two real cars"}
 
@@ -69,7 +69,7 @@ def plain_relations(readings: ConditionSample, vehicle: CarParameters) -> dict[s
         readings: a `ConditionSample`
         vehicle: parameters of `AutomatedVehicle`
 
-    Validity: rear tyres that roll, gentle turns; each holds for a sensor in so far as those that it uses are sound.
+    Validity: rear tyres that roll, gentle turns; each holds for a sensor as far as those that it uses are fault-free.
     Source: Li, Frey, Gauterin, eqs (7), (9), (30) to (33), (46), simplified and corrected.
     """
     left, right, yaw_rate, angle, torque, force = readings[: len(SENSORS)]

@@ -21,8 +21,8 @@ def selected_lane(
     """The lane that is used in a sample, and which lanes find the sample all but impossible.
 
     The active one is used; where the sample is all but impossible to it, the likeliest of those that suspect all
-    that it does. A lane of actuators alone counts from where it is declared on: the loss of a sound one follows any
-    disturbance.
+    that it does. A lane of actuators alone counts from where it is declared on: the loss of a fault-free one follows
+    any disturbance.
 
     Args:
         hypotheses: in the order of the lanes

@@ -77,7 +77,7 @@ class Decision:
     leads all others by a gap, for some samples in a row; without the gap, all that come close are candidates. All
     lanes then go on from the state of the one that is declared. Until then a lane to which a sample is all but
     impossible goes on from the state of the lane that explains it best: a reading far off is gated at once, and a
-    faulty one does not pull the lanes that believe it.
+    faulty one does not pull the lanes that use it.
 
     Args:
         weighing: of the hypotheses, with the limits
@@ -88,7 +88,7 @@ class Decision:
             torque has changed, every 0.12 s
         impossible: log-likelihood ratio of one sample against the best hypothesis at which a lane is corrected; twice
             the price of leaving out a sensor
-        gate: number of standard deviations beyond which a single reading is not believed
+        gate: number of standard deviations beyond which a single reading is gated
         low_grip: decides whether the tyres slide, by the lane of sliding tyres where there is one, after all others
         testability: decides what may be declared now
         returning: decides what has recovered

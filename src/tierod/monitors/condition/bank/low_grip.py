@@ -1,4 +1,4 @@
-"""Tyres that slide: a filter that hardly believes the forces of the axles, and whether it explains most."""
+"""Tyres that slide: a filter that hardly trusts the forces of the axles, and whether it explains most."""
 
 from __future__ import annotations
 
@@ -73,8 +73,8 @@ class LowGrip:
     all of that, they still give a share.
 
     All of it was chosen on braking, driving off and bends on ice of three virtual demonstrators (adhesion .15 to .4)
-    and on their lost drives, in samples of 10 ms, and held against 81 other drives on ice: one of these, accused at
-    first, taught that no time passes while the vehicle stands.
+    and on their lost drives, in samples of 10 ms, and held against 81 other drives on ice: one of these, declared
+    faulty at first, showed that no time passes while the vehicle stands.
 
     Args:
         leads: by how much it must explain the readings better [nat per sample]; to leave one reading out costs 4 to 9
@@ -142,20 +142,20 @@ class LowGrip:
         Args:
             state: after the sample before
             likelihood: logarithm of the density of this sample where tyres slide
-            others: likewise, of all hypotheses that believe the tyres, the healthy one first
+            others: likewise, of all hypotheses that trust the tyres, the healthy one first
             drives: likewise, of those that suspect one drive alone
             lack: of force
             moving: whether the vehicle goes forward; while it stands or goes back no time passes to find back in
             sample_time: [s]
         """
-        sound, best = others[0], greatest_of(*others)
+        healthy, best = others[0], greatest_of(*others)
 
         def on(mean: Scalar, against: Scalar, time: float, largest: float) -> Scalar:
             return mean + share_reached(sample_time / time) * (limit(likelihood - against, -largest, largest) - mean)
 
         lead = on(state.lead, best, self.time_across, self.largest)
-        lead_along = on(state.lead_along, greatest_of(sound, *drives), self.time_along, self.largest_along)
-        gain = on(state.gain, sound, self.time_gain, self.largest)
+        lead_along = on(state.lead_along, greatest_of(healthy, *drives), self.time_along, self.largest_along)
+        gain = on(state.gain, healthy, self.time_gain, self.largest)
         across, along = lack.across > self.lacks, absolute(lack.along) > self.lacks_along
         gives = absolute(lack.given) > self.least
         held = where(state.left > 0.5, maximum(state.held, self._steady(state.held, lack)), 0.0)
@@ -165,7 +165,7 @@ class LowGrip:
         begins = either(both(across, lead > self.leads), both(symmetric >= self.samples, broken < self.proofs))
         goes_on = both(state.left > 0.5, either(across, both(along, broken < self.proofs)))
         slides = either(begins, goes_on)
-        lost = sound < maximum(best, likelihood) - self.impossible
+        lost = healthy < maximum(best, likelihood) - self.impossible
         left = maximum(state.left - where(moving, where(lost, self.slower, 1.0), 0.0), 0.0)
         left = where(slides, self.stays / sample_time, left)
         return LowGripState(lead, lead_along, gain, symmetric, held, broken, left), left > 0.5
@@ -189,7 +189,7 @@ class LowGrip:
 
 
 def sliding(base: LeaveOutFilter) -> LeaveOutFilter:
-    """The filter that believes all sensors, hardly the forces of the axles, and no drive: both lose the same share.
+    """The filter that trusts all sensors, hardly the forces of the axles, and no drive: both lose the same share.
 
     Args:
         base: the filter that suspects nothing

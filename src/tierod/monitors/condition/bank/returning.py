@@ -48,7 +48,7 @@ class Returning:
             before: the same at the sample before
             suspected: what is declared
             readings: of all sensors
-            seen: output of the lane that is believed
+            seen: output of the selected lane
             effects: what the fault of each sensor that is declared adds to its reading; a loss if None
         """
         counts = []

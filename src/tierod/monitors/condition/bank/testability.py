@@ -100,7 +100,7 @@ class Testability:
             weighing: of the hypotheses
             lanes: outputs of all
             suspected: what is declared
-            seen: output of the lane that is believed
+            seen: output of the selected lane
             open_: whether each hypothesis may be declared
         """
         flags = []

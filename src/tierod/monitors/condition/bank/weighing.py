@@ -70,7 +70,7 @@ class Weighing:
             declares nothing; some three times the price of leaving out a sensor
         prices: of every sensor, what leaving it out costs per sample where nothing is at fault; see `tuning.prices`
 
-    An error that grows slowly bends what is believed of everything else, at little cost per sample, while leaving out
+    An error that grows slowly bends the estimates of everything else, at little cost per sample, while leaving out
     the sensor that errs costs its whole price; a cheaper one then leads. Hence the best must lead without prices too.
     """
 
@@ -197,7 +197,7 @@ class Weighing:
     def _is_new(self, number: int, holds: Sequence[Scalar]) -> Scalar:
         """Whether a hypothesis may follow the active one: it suspects all its sensors, and something else.
 
-        A lost sensor whose true value is near zero agrees with hypotheses that believe it, which says nothing; a wrong
+        A lost sensor whose true value is near zero agrees with hypotheses that use it, which shows nothing; a wrong
         one recovers once the right one is suspected beside it.
         """
         own = self.hypotheses[number]

@@ -138,8 +138,8 @@ class ConditionCalibration:
         if self.suspicions:
             listed = ", ".join(f"{each.drive} as of {each.suspect} ({each.ratio:.1f})" for each in self.suspicions)
             return (
-                "not healthy, by the log-likelihood ratio of a fault over what sound drives show at most, expected "
-                f"below 1: {listed}. Leave out what is faulty, or see whether the vehicle file is that of this vehicle"
+                "not healthy, by the log-likelihood ratio of a fault over what fault-free drives show at most, "
+                f"expected below 1: {listed}. Leave out what is faulty, or see whether the vehicle file is that of this vehicle"
             )
         return ""
 
@@ -196,7 +196,7 @@ def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
         whole = seconds + sum(each.driven for each in rest)
         raise InputError(
             f"the recordings hold {whole / 60.0:.1f} minutes of driving, {left / 60.0:.1f} of them for limits: the "
-            f"first {FOR_PARAMETERS / 60.0:.0f} tell the parameters, and limits need {60.0 * LEAST_HOURS:.0f} more, "
+            f"first {FOR_PARAMETERS / 60.0:.0f} give the parameters, and limits need {60.0 * LEAST_HOURS:.0f} more, "
             f"better an hour; standing does not count, nor {SETTLING + BLOCK:.0f} s of every drive"
         )
 

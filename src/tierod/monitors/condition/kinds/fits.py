@@ -17,7 +17,7 @@ DENSE = tuple(round(0.02 * k, 2) for k in range(1, 28))
 
 ROUGH = 60.0
 """What a delay leaves over is noise of up to so many times the variance of the prediction, which is more than a torque
-that jumps leaves a sample beside its delay; beyond that the delay is believed less and less."""
+that jumps leaves a sample beside its delay; beyond that the delay is less and less likely."""
 INFLUENCE = 8.0
 """Deviations beyond which a reading counts no more against a kind: what a fault was for seconds is not unlearnt from
 the first readings after it, which have yet to show that it is gone."""

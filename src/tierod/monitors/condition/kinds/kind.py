@@ -135,8 +135,8 @@ class KindOfFault:
         paused = where(present(sample.recovering), sample.recovering, 0.0) > 0.5
         reading, prediction = where(known, sample.reading, 0.0), where(known, sample.prediction, 0.0)
         deviation = where(both(known, sample.deviation > 0.0), sample.deviation, 1.0)
-        smooth, sound = self._watched(state, known, reading - prediction, deviation)
-        begins = either(state.seen < 0.5, both(negated(declared), either(sound, state.declared_for > 0.5)))
+        smooth, fault_free = self._watched(state, known, reading - prediction, deviation)
+        begins = either(state.seen < 0.5, both(negated(declared), either(fault_free, state.declared_for > 0.5)))
         before = selected(begins, self._fresh(state, deviation), state)
         before = before._replace(
             repeated=where(declared, before.repeated, 1.0), declared_for=where(declared, before.declared_for, 0.0)
@@ -144,7 +144,7 @@ class KindOfFault:
         revived = all_of(
             self._is_still(before), reading != before.last, absolute(reading - prediction) < self.agrees * deviation
         )
-        counts = all_of(known, negated(paused), negated(revived), either(declared, negated(sound)))
+        counts = all_of(known, negated(paused), negated(revived), either(declared, negated(fault_free)))
         after = selected(counts, self._learnt(before, declared, reading, prediction, deviation), before)
         after = after._replace(
             age=after.age + where(after.seen > 0.5, 1.0, 0.0),

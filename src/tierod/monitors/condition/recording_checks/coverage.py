@@ -159,8 +159,8 @@ class ImpossibleValues:
 SLOWEST = 40.0
 """Rate of a target below which nothing is judged [Hz].
 
-Ten minutes of a calibrated demonstrator, whose control works at 100 Hz, are sound with targets read at 50 Hz; at 33 Hz
-the sound sensor of the steering torque would be called faulty for 90 s of them. Sensors may come at 20 Hz.
+Ten minutes of a calibrated demonstrator, whose control works at 100 Hz, are healthy with targets read at 50 Hz; at
+33 Hz the fault-free sensor of the steering torque would be called faulty for 90 s of them. Sensors may come at 20 Hz.
 """
 
 _PLACES = [ConditionSample._fields.index(name) for name in TARGETS]

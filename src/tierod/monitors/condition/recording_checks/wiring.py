@@ -164,8 +164,8 @@ BEFORE = 1.0
 class ClockLeap:
     """Looks at what follows where two sensors of one bus are declared together for a shift in time between the buses.
 
-    A single sensor that is late is a fault; two of one bus that are, with the angle late or early beside what tells the
-    yaw rate, have lost their time base. Two faults of which one is a delay of the angle look the same.
+    A single sensor that is late is a fault; two of one bus that are, with the angle late or early beside the other
+    estimates of the yaw rate, have lost their time base. Two faults of which one is a delay of the angle look the same.
 
     Args:
         look: makes what looks at signals for contradictions

@@ -52,14 +52,14 @@ class Repaired(NamedTuple):
 
 @dataclass(frozen=True)
 class ActuatorSet:
-    """r1a to r8a at every sample, and four residuals beyond the paper that tell motors and sides apart.
+    """r1a to r8a at every sample, and four residuals beyond the paper that separate motors and sides.
 
     Args:
         car: the vehicle
         coefficients: from `calibrate_residuals`
         hold: bridges two missing samples
         motors: shares of both steering torques that are missing in the shaft's, as sensed and as the motion of the
-            steering tells it, whichever misses less: a faulty sensor is no faulty motor
+            steering shows it, whichever misses less: a faulty sensor is no faulty motor
         drives: share of the drives' torque that is missing in the acceleration
         side: share of the drives' torque that turns up as a force at the tie rods, since one side alone drives
         speed_memory: over which the target speed is differentiated

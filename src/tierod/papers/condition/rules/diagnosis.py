@@ -50,7 +50,7 @@ class RuleDiagnosis:
         table: the rules
         sample_time: between two samples
         groups: of faults, in each of which one fault at a time is assumed; all are one group where there is none
-        least_score: candidates are told where no rule holds although something is abnormal, if they fit so well
+        least_score: candidates are named where no rule holds although something is abnormal, if they fit so well
 
     The output has a number for each fault. `faulty`: 1 where its rule has held for the confirm time (and, with
     `one_fault`, no other has). `candidates`: 1 for each of several whose rules hold together, or where none holds for

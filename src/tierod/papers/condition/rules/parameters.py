@@ -24,7 +24,7 @@ class ResidualParameters:
         column_inertia: of all that turns with the column
         rack_stiffness, rack_damping: of the rack
         rack_ratio: rack travel per turn of the column
-        nominal_friction: dry friction of the sound steering at the column
+        nominal_friction: dry friction of the fault-free steering at the column
         wheel_radius: dynamic rolling radius
 
     Source: Li, Frey, Gauterin, Table A1. There `i` is the inverse of the rack ratio although eqs (1) to (3) need the

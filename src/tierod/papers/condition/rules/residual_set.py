@@ -128,7 +128,8 @@ class ResidualSet:
 
     def _waited(self, before: Scalar, value: Scalar) -> Scalar:
         """How long a signal has been there [s], up to twice the time of settling."""
-        return where(present(value), minimum(before + self.hold.sample_time, 2.0 * self.settling), 0.0)
+        waited: Scalar = minimum(before + self.hold.sample_time, 2.0 * self.settling)
+        return where(present(value), waited, 0.0)
 
     def _there(self, waited: Measured, held: Measured, moving: Scalar) -> SensorFlags:
         """Whether all signals of each residual are there, and the drive is one that it is made for."""

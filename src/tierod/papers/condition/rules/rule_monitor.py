@@ -67,7 +67,7 @@ class RuleMonitor:
     Output = Judged
 
     def init(self) -> State:
-        """At rest, all sound."""
+        """At rest, all fault-free."""
         return self.State(
             self.sensors.init(),
             self.actuators.init(),

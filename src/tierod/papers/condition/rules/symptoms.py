@@ -95,5 +95,5 @@ class SymptomTable:
         return tuple(rule.fault for rule in self.rules)
 
     def not_isolable(self) -> tuple[tuple[str, str], ...]:
-        """Pairs of faults, one of whose rules holds wherever the other does: symptoms alone never tell them apart."""
+        """Pairs of faults, one of whose rules holds wherever the other does: symptoms alone never isolate them."""
         return tuple((a.fault, b.fault) for a, b in combinations(self.rules, 2) if a.implies(b) or b.implies(a))
