@@ -139,7 +139,7 @@ class ConditionCalibration:
             listed = ", ".join(f"{each.drive} as of {each.suspect} ({each.ratio:.1f})" for each in self.suspicions)
             return (
                 "not healthy, by the log-likelihood ratio of a fault over what fault-free drives show at most, "
-                f"expected below 1: {listed}. Leave out what is faulty, or check whether the vehicle file is that of this car"
+                f"expected below 1: {listed}. Leave out what is faulty, or check whether the vehicle file fits this car"
             )
         return ""
 
