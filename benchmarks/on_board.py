@@ -1,4 +1,4 @@
-"""The whole condition monitor, bank, rules, substitutes and counters of the fault memory, in times real time.
+"""The block of the condition monitor that `diagnose` runs, in times real time.
 
 Others load the machine: what counts is the least processor time of several runs, of ours and of the peer's alike, taken
 for each second of driving by itself and added up. What the fastest run took as a whole is printed beside it.
@@ -16,9 +16,9 @@ from tierod.core.graph import Bank
 from tierod.core.graph.kernel import kernel
 from tierod.core.graph.trace import initial_memory
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.on_board import on_board
-from tierod.monitors.condition.signals import hypotheses
-from tierod.monitors.condition.vehicle_bank import bank_of
+from tierod.monitors.condition.hypotheses import hypotheses
+from tierod.monitors.condition.monitor import condition_monitor
+from tierod.monitors.condition.signals import ConditionSample
 from tierod.papers.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
 from tierod.papers.condition.recorded import recorded
 from tierod.vehicles import load
@@ -29,15 +29,13 @@ RATE = 100.0
 STEPS = 6_000
 PEER_STEPS = 100
 REPEATS = 10
-VARIANTS = ("rules", "rules-discriminating", "rules-printed")
 
 
 def run() -> list[dict]:
     """One row: hours of driving judged in an hour of one core, against the same filters' algebra alone in NumPy."""
     healthy, faulty = _samples(healthy_drives(1.0)[0]), _samples(sensor_tests(1)[0])
     lost = _samples(actuator_tests(1)[0])
-    vehicle = load("smartload")
-    whole = on_board(vehicle)
+    whole = condition_monitor(load("smartload"))
     took = _took(whole, healthy)
     value = took.times_real_time
     peer = PEER_STEPS / RATE / _least(_numpy_bank)
@@ -52,8 +50,7 @@ def run() -> list[dict]:
             "fastest_whole_run": took.whole,
             "sensor_lost": _took(whole, faulty).times_real_time,
             "motor_lost": _took(whole, lost).times_real_time,
-            "bank_alone": _took(bank_of(vehicle), healthy).times_real_time,
-            "three_rule_tables": _took(on_board(vehicle, rules=VARIANTS), healthy).times_real_time,
+            "decision_alone": _took(Bank(whole.lanes, whole.judge.decision), healthy).times_real_time,
         }
     ]
 
@@ -73,7 +70,7 @@ class Took:
 
 def _samples(drive: Drive) -> np.ndarray:
     recording = recorded(drive)
-    columns = [recording[name].values for name in on_board(load("smartload")).Sample._fields]
+    columns = [recording[name].values for name in ConditionSample._fields]
     return np.ascontiguousarray(np.column_stack(columns)[:STEPS])
 
 

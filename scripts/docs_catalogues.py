@@ -14,7 +14,7 @@ from docs_text import names, page, table, unit
 from tierod.cli import main
 from tierod.core.nomenclature import nomenclature
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.monitors.condition.residuals.catalogue import RESIDUALS
+from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.vehicles import QUANTITIES, load, shipped
 
 

@@ -11,7 +11,6 @@ from models.friction_paper import CAR
 from monitors.condition.demonstrator import CAR as DEMONSTRATOR
 from tierod.core.graph.bank import Bank
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
-from tierod.diagnosis.rules import RuleDiagnosis
 from tierod.diagnosis.substitution import Substitute, SubstitutionGraph
 from tierod.diagnosis.switchover import Switchover
 from tierod.methods.detectors.control_charts import Cusum, GeometricAverage, HeldThreshold
@@ -42,18 +41,7 @@ from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.rolling_filter import RollingFilter
 from tierod.monitors.condition.calibration.likeliest import WhitenedInnovations
 from tierod.monitors.condition.kinds.kind import KindOfFault
-from tierod.monitors.condition.residuals.actuator_set import ActuatorSet, actuator_set
-from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
-from tierod.monitors.condition.residuals.all_residuals import AllResiduals
-from tierod.monitors.condition.residuals.calibration import ResidualCalibration
-from tierod.monitors.condition.residuals.catalogue import RESIDUALS
-from tierod.monitors.condition.residuals.parameters import Coefficients
-from tierod.monitors.condition.residuals.residual_set import ResidualSet, residual_set
-from tierod.monitors.condition.residuals.shares import LostShares
-from tierod.monitors.condition.residuals.steering_signals import SteeringSignals
-from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
-from tierod.monitors.condition.rule_files import rules
-from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
+from tierod.monitors.condition.reaction import FaultReaction
 from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.monitors.driver_torque.delayed import DelayedHandTorque
 from tierod.monitors.driver_torque.hands import HandsMonitor
@@ -93,6 +81,18 @@ from tierod.monitors.sideslip.two_stage import TwoStageKalman, TwoStagePoles, tw
 from tierod.papers.column.column_friction import ColumnFrictionObserver
 from tierod.papers.column.control.intervention import DriverIntervention, Noise, SteeringController
 from tierod.papers.column.control.position_control import PositionControl
+from tierod.papers.condition.rules.actuator_set import ActuatorSet, actuator_set
+from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
+from tierod.papers.condition.rules.all_residuals import AllResiduals
+from tierod.papers.condition.rules.calibration import ResidualCalibration
+from tierod.papers.condition.rules.catalogue import RESIDUALS
+from tierod.papers.condition.rules.diagnosis import RuleDiagnosis
+from tierod.papers.condition.rules.parameters import Coefficients
+from tierod.papers.condition.rules.readings import ResidualThreshold
+from tierod.papers.condition.rules.residual_set import ResidualSet, residual_set
+from tierod.papers.condition.rules.rule_monitor import RuleMonitor, RulesWithReaction, rule_monitor
+from tierod.papers.condition.rules.steering_signals import LostShares, SteeringSignals
+from tierod.papers.condition.rules.symptom_files import rules
 from tierod.papers.motor_angle.dq_motor import DqMotorParameters
 from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
 from tierod.papers.motor_angle.flux_observer import FluxObserver
@@ -115,8 +115,13 @@ BASES = {"GaussianFilter", "EachSignal", "SteeringTorqueObserver"}
 SET_UPS = {"AlarmWatch", "ClosedLoop", "SweptBench"}
 """A plant with what watches or drives it, of one campaign of a paper."""
 
-PARTS = {"AngleObserver", "ConditionJudge", "Decision", "OnBoardJudge", "Watching"}
+PARTS = {"AngleObserver", "ConditionJudge", "Decision", "FaultReaction", "Watching"}
 """Steps with arguments of their own, used inside one block and exercised through it."""
+
+
+def _rules():
+    limits = dict.fromkeys(RESIDUALS, ResidualThreshold(0.5))
+    return rule_monitor(DEMONSTRATOR, ResidualCalibration(Coefficients(), limits, {}, 0))
 
 
 MOTOR = load("motor-bench").parameters_for(SampledMotorParameters)
@@ -209,9 +214,9 @@ def examples() -> dict[type, Callable[[], Any]]:
         AllResiduals: lambda: AllResiduals(residual_set(DEMONSTRATOR), actuator_set(DEMONSTRATOR)),
         LostShares: lambda: LostShares(0.4, 0.5, DT),
         RuleDiagnosis: lambda: RuleDiagnosis(rules("rules"), DT),
-        RuleMonitor: lambda: rule_monitor(
-            DEMONSTRATOR,
-            ResidualCalibration(Coefficients(), dict.fromkeys(RESIDUALS, ResidualThreshold(0.5)), {}, 0),
+        RuleMonitor: _rules,
+        RulesWithReaction: lambda: RulesWithReaction(
+            _rules(), FaultReaction.of(Reconfiguration.of_vehicle(load("smartload"), filters=False))
         ),
         FeedforwardAngle: lambda: FeedforwardAngle(MOTOR),
         FeedforwardWithLoad: lambda: FeedforwardWithLoad.of(MOTOR, slow="increments"),

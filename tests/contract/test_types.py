@@ -11,9 +11,7 @@ ROOT = Path(tierod.__file__).parent
 
 UNTYPED = frozenset(
     {
-        "diagnosis",
         "experiments",
-        "monitors.condition",
         "monitors.friction",
         "monitors.harness",
         "papers.sideslip",

@@ -122,14 +122,14 @@ class Episode:
         kind: of the fault, in words ("total loss", "positive offset"); empty where it is not identifiable
         start: [s] in the recording
         end: [s], None where it lasts to the end
-        size: of the fault; None where it has none, or is not identifiable
+        magnitude: of the fault; None where it has none, or it is not identifiable
         candidates: others that explain what was seen as well; empty where it is this one alone
     """
 
     kind: str
     start: float
     end: float | None = None
-    size: Estimate | None = None
+    magnitude: Estimate | None = None
     candidates: tuple[str, ...] = ()
 
 

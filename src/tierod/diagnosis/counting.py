@@ -42,7 +42,7 @@ class Counting:
         self._state = None
 
     def forget(self, names: Collection[str]) -> None:
-        """Counters of some codes begin anew, so that a fault that is still there is told again; others go on."""
+        """Counters of some codes begin anew, so that a fault that is still there is reported again; others go on."""
         if self._state is not None:
             counted = self._counted()
             counted[[self.names.index(name) for name in names]] = 0.0

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import named_tuple
+from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import any_of, both, maximum, minimum, present, where
 
@@ -40,8 +40,8 @@ class DebounceCounter:
     class State(NamedTuple):
         """Counter, and the verdict that holds: 1 failed, -1 passed, 0 none yet."""
 
-        counter: float
-        verdict: float
+        counter: Scalar
+        verdict: Scalar
 
     class Output(NamedTuple):
         """Counter, and the verdict that holds: 1 failed, -1 passed, 0 none yet."""
@@ -59,7 +59,7 @@ class DebounceCounter:
         """Nothing known."""
         return self.State(0.0, 0.0)
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: Sample) -> tuple[State, Output]:
         """One result on."""
         result = where(present(sample.result), sample.result, 0.0)
         counter, verdict = state
@@ -89,7 +89,7 @@ class DebounceCounters:
     def __post_init__(self) -> None:
         known = range(len(self.counters))
         if len(self.causes) != len(self.counters) or any(k not in known for causes in self.causes for k in causes):
-            raise ParameterError(f"causes has to tell places 0 to {len(self.counters) - 1} for each counter")
+            raise ParameterError(f"causes has to hold places 0 to {len(self.counters) - 1} for each counter")
 
     @property
     def Sample(self) -> type:
@@ -106,8 +106,8 @@ class DebounceCounters:
         return tuple(counter.init() for counter in self.counters)
 
     def step(
-        self, state: tuple[DebounceCounter.State, ...], sample: Any
-    ) -> tuple[tuple[DebounceCounter.State, ...], Any]:
+        self, state: tuple[DebounceCounter.State, ...], sample: Tree
+    ) -> tuple[tuple[DebounceCounter.State, ...], Tree]:
         """One result of each code on."""
         after, verdicts = [], []
         for counter, own, causes, result in zip(self.counters, state, self.causes, sample, strict=True):

@@ -8,7 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tierod.diagnosis.status import CLEARED, CodeStatus
+import numpy as np
+
+from tierod.diagnosis.status import CLEARED, CodeStatus, after_test, at_cycle_end, at_cycle_start, passed_this_cycle
+from tierod.diagnosis.trouble_codes import TroubleCode
 
 
 @dataclass(frozen=True)
@@ -136,3 +139,98 @@ def _frame(content: Any) -> FreezeFrame | None:
     ):
         raise ValueError("a freeze frame holds something other than dates and finite numbers")
     return FreezeFrame(**{**content, "time": tuple(time), "values": values})
+
+
+def failed(entry: Entry, code: TroubleCode) -> Entry:
+    """The entry after its test has failed."""
+    again = bool(entry.status & CodeStatus.FAILED_THIS_CYCLE)
+    cycles = min(entry.failed_cycles + (not again), code.confirmation_cycles)
+    status = after_test(entry.status, failed=True)
+    if cycles >= code.confirmation_cycles:
+        status |= CodeStatus.CONFIRMED
+    if status & CodeStatus.CONFIRMED and code.lamp:
+        status |= CodeStatus.WARNING_REQUESTED
+    occurrences = entry.occurrences + (not entry.status & CodeStatus.TEST_FAILED)
+    return entry.with_(
+        status=status,
+        verdict=1,
+        occurrences=occurrences,
+        failed_cycles=cycles,
+        passed_cycles=0,
+        healed=False,
+        consequence_of="",
+    )
+
+
+def displaced(entry: Entry) -> Entry:
+    """The entry after it made room for another: no longer kept, but what its test says now still stands."""
+    gone = CodeStatus.PENDING | CodeStatus.CONFIRMED | CodeStatus.WARNING_REQUESTED
+    return Entry(status=entry.status & ~gone, counter=entry.counter, verdict=entry.verdict)
+
+
+def begun(entry: Entry) -> Entry:
+    """The entry at the beginning of an operation cycle: tests start anew, what was found before stays."""
+    return entry.with_(status=at_cycle_start(entry.status), counter=0, verdict=0)
+
+
+def ended(entry: Entry, code: TroubleCode) -> Entry:
+    """The entry at the end of an operation cycle: passed cycles let the lamp go, and then the code itself.
+
+    A code that never asked for the lamp ages from its first passed cycle on. A cycle in which the test failed as the
+    consequence of another is no step towards healing.
+    """
+    status = at_cycle_end(entry.status)
+    if not passed_this_cycle(entry.status) or entry.consequence_of:
+        return entry.with_(status=status)
+    entry = entry.with_(status=status, failed_cycles=0, passed_cycles=entry.passed_cycles + 1)
+    if not status & CodeStatus.CONFIRMED:
+        return entry.with_(passed_cycles=0)
+    if not entry.healed and not status & CodeStatus.WARNING_REQUESTED:
+        entry = entry.with_(healed=True)
+    if not entry.healed and entry.passed_cycles >= code.healing_cycles:
+        return entry.with_(status=status & ~CodeStatus.WARNING_REQUESTED, healed=True, passed_cycles=0)
+    if entry.healed and entry.passed_cycles >= code.aging_cycles:
+        return Entry(status=status & ~CodeStatus.CONFIRMED)
+    return entry
+
+
+BEFORE, AFTER = 2.0, 1.0
+"""What a freeze frame shows around the instant of the failure [s]."""
+
+MOST = 61
+"""Values per signal in a frame."""
+
+
+class Window:
+    """Signals of the last moments."""
+
+    def __init__(self) -> None:
+        self.time = np.zeros(0)
+        self.values: dict[str, np.ndarray] = {}
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
+        """More samples, later than those before; a signal that a piece lacks is missing there."""
+        old, new = len(self.time), len(time)
+        self.time = np.concatenate([self.time, time])
+        for name in {**self.values, **signals}:
+            before = self.values.get(name, np.full(old, np.nan))
+            self.values[name] = np.concatenate([before, signals.get(name, np.full(new, np.nan))])
+
+    def forget(self, until: float) -> None:
+        """Drop what lies before a time [s]."""
+        first = int(np.searchsorted(self.time, until))
+        self.time = self.time[first:]
+        self.values = {name: values[first:] for name, values in self.values.items()}
+
+    def frame(self, cycle: int, date: str, instant: float) -> FreezeFrame:
+        """What is held of the signals around an instant [s], thinned out so that the instant stays."""
+        begin = int(np.searchsorted(self.time, instant - BEFORE))
+        end = int(np.searchsorted(self.time, instant + AFTER, "right"))
+        centre = max(int(np.searchsorted(self.time, instant + 1e-9)) - 1, begin)
+        stride = max(-(-(end - begin) // MOST), 1)
+        kept = np.arange(begin + (centre - begin) % stride, end, stride)
+        values = {
+            name: tuple(float(value) if np.isfinite(value) else None for value in each[kept])
+            for name, each in self.values.items()
+        }
+        return FreezeFrame(cycle, date, instant, tuple(np.round(self.time[kept] - instant, 6).tolist()), values)

@@ -13,10 +13,9 @@ import numpy as np
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.files import expanded, holding
 from tierod.core.signals import SIGNALS
-from tierod.diagnosis import cycle, store
+from tierod.diagnosis import store
 from tierod.diagnosis.counting import Counting
-from tierod.diagnosis.entry import Entry
-from tierod.diagnosis.frames import AFTER, BEFORE, Window
+from tierod.diagnosis.entry import AFTER, BEFORE, Entry, Window, begun, displaced, ended, failed
 from tierod.diagnosis.status import CodeStatus, after_test
 from tierod.diagnosis.trouble_codes import REACTIONS, TroubleCodes, load_trouble_codes
 
@@ -139,7 +138,7 @@ class FaultMemory:
         if recording:
             self.recordings = dict(list(self.recordings.items())[1 - RECORDINGS :])
             self.recordings[recording] = (self.cycles, self.date)
-        self.entries = {name: cycle.begun(entry) for name, entry in self.entries.items()}
+        self.entries = {name: begun(entry) for name, entry in self.entries.items()}
         self._counting.restart()
         self._window = Window()
         self._waiting, self._before = {}, {}
@@ -190,7 +189,7 @@ class FaultMemory:
         self.save()
 
     def _close(self) -> None:
-        self.entries = {name: cycle.ended(entry, self.codes.codes[name]) for name, entry in self.entries.items()}
+        self.entries = {name: ended(entry, self.codes.codes[name]) for name, entry in self.entries.items()}
         self.open = self._live = False
 
     def clear(self, name: str | None = None) -> None:
@@ -272,7 +271,7 @@ class FaultMemory:
             self.entries[name] = entry.with_(verdict=1, consequence_of=causes[0])
             return
         self._before[name] = (instant, entry)
-        self.entries[name] = cycle.failed(entry, code)
+        self.entries[name] = failed(entry, code)
         self._waiting[name] = instant
         self._take_back(instant, name)
         self._make_room(name)
@@ -295,7 +294,7 @@ class FaultMemory:
         failing = {name for name in stored if self.entries[name].status & CodeStatus.TEST_FAILED}
         # The least important goes; among equals one that is not failing now, then the one that is not the newest.
         least = max(stored, key=lambda name: (self.codes.codes[name].priority, name not in failing, name != newest))
-        self.entries[least] = cycle.displaced(self.entries[least])
+        self.entries[least] = displaced(self.entries[least])
         self._waiting.pop(least, None)
         self.overflowed = True
 

@@ -1,4 +1,4 @@
-"""The fault memory in the shape in which a service-oriented diagnosis tells it: the resource `faults`."""
+"""The fault memory in the shape of a service-oriented diagnosis: the resource `faults`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def faults(memory: FaultMemory, everything: bool = False) -> dict[str, Any]:
     """The answer to GET /faults: one item for each code that the memory holds.
 
     Args:
-        memory: whose codes are told
+        memory: whose codes are listed
         everything: every code of the table too, of which nothing is known
 
     Source: ASAM SOVD 1.0, "faults" (ISO 17978-3).
@@ -74,7 +74,7 @@ def _aggregated(entry: Entry) -> str:
 
 
 def _environment(entry: Entry) -> dict[str, Any]:
-    told = (("first_occurrence", entry.first), ("last_occurrence", entry.last))
+    frames = (("first_occurrence", entry.first), ("last_occurrence", entry.last))
     return {
         "extended_data_records": {
             "occurrence_counter": entry.occurrences,
@@ -83,7 +83,7 @@ def _environment(entry: Entry) -> dict[str, Any]:
             "passed_operation_cycles": entry.passed_cycles,
             "consequence_of": entry.consequence_of or None,
         },
-        "snapshots": [snapshot(key, frame) for key, frame in told if frame is not None],
+        "snapshots": [snapshot(key, frame) for key, frame in frames if frame is not None],
     }
 
 

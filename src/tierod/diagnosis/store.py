@@ -50,7 +50,7 @@ def load(path: Path, codes: TroubleCodes, vehicle: str | None = None) -> Kept:
 
     Raises:
         InputError: it cannot be read, is damaged, of another version, table or vehicle. What cannot be read as a memory
-            is copied aside first; the message tells where
+            is copied aside first; the message names the place
     """
     raw = _raw(path)
     try:
@@ -159,12 +159,12 @@ def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[st
 
 def digest_of(content: Mapping[str, Any], vehicle: Any) -> str:
     """A digest of content and vehicle."""
-    told = json.dumps([vehicle, content], sort_keys=True, ensure_ascii=False)
-    return hashlib.sha256(told.encode()).hexdigest()
+    text = json.dumps([vehicle, content], sort_keys=True, ensure_ascii=False)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def aside(path: Path) -> Path:
-    """Copy a file beside itself under a name of its own and tell where.
+    """Copy a file beside itself under a name of its own and return it.
 
     Raises:
         InputError: it cannot be read

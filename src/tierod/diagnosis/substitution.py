@@ -16,7 +16,7 @@ class Substitute:
 
     Args:
         name: of the way, a few words with hyphens
-        needs: judged sensors without which it tells nothing
+        needs: judged sensors without which it has no value
         deviation: root-mean-square error beside the true signal, as measured [unit of the signal]
         source: where and how the deviation was measured
     """

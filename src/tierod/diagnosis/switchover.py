@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import named_tuple
+from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, either, negated, present, sqrt, where
 from tierod.diagnosis.substitution import SubstitutionGraph
@@ -16,7 +16,7 @@ SENSOR = 0.0
 HELD = -1.0
 """Source of a value: nothing is left, and the last one is held."""
 NOTHING = -2.0
-"""Source of a value: nothing has been told yet."""
+"""Source of a value: there was no value yet."""
 
 
 class Supplied(NamedTuple):
@@ -26,28 +26,28 @@ class Supplied(NamedTuple):
         value: of the sensor or its substitute [unit of the signal]
         deviation: standard deviation of the substitute, with what is left of a bump; grows while held; zero while the
             sensor is used
-        source: 0 the sensor, 1, 2, ... the substitute, -1 the last value held, -2 nothing told yet
+        source: 0 the sensor, 1, 2, ... the substitute, -1 the last value held, -2 no value yet
     """
 
-    value: Any
-    deviation: Any
-    source: Any
+    value: Scalar
+    deviation: Scalar
+    source: Scalar
 
 
 class SupplyState(NamedTuple):
     """Of one signal: what was supplied last, from where, and what is left of the bump."""
 
-    value: Any
-    deviation: Any
-    source: Any
-    bump: Any
+    value: Scalar
+    deviation: Scalar
+    source: Scalar
+    bump: Scalar
 
 
 @dataclass(frozen=True)
 class Switchover:
-    """Supply every signal from its sensor, or from the best substitute whose own sensors are sound.
+    """Supply every signal from its sensor, or from the best substitute whose own sensors are fault-free.
 
-    A substitute that takes over from a sound value (another substitute, or the sensor when it comes back into use)
+    A substitute that takes over from a fault-free value (another substitute, or the sensor when it comes back into use)
     begins where that one ended, and goes over to its own value with `fade`. After a sensor that has just been found
     faulty it begins at its own value at once.
 
@@ -94,10 +94,10 @@ class Switchover:
         return named_tuple("AllSupplied", [(sensor, Supplied) for sensor in self.graph.sensors])
 
     def init(self) -> tuple[SupplyState, ...]:
-        """Nothing told yet."""
+        """No value yet."""
         return tuple(SupplyState(0.0, 0.0, NOTHING, 0.0) for _ in self.graph.sensors)
 
-    def step(self, state: tuple[SupplyState, ...], sample: Any) -> tuple[tuple[SupplyState, ...], Any]:
+    def step(self, state: tuple[SupplyState, ...], sample: Tree) -> tuple[tuple[SupplyState, ...], Tree]:
         """One sample on."""
         faulty = dict(zip(self.graph.sensors, (offered.faulty for offered in sample), strict=True))
         supplies = [
@@ -107,10 +107,10 @@ class Switchover:
         return tuple(after for after, _ in supplies), self.Output(*(supplied for _, supplied in supplies))
 
     def _supply(
-        self, index: int, before: SupplyState, offered: Any, faulty: dict[str, Any]
+        self, index: int, before: SupplyState, offered: Tree, faulty: dict[str, Scalar]
     ) -> tuple[SupplyState, Supplied]:
-        sound = both(faulty[self.graph.sensors[index]] < 0.5, present(offered.measured))
-        held = both(before.source > NOTHING, negated(sound))
+        own = both(faulty[self.graph.sensors[index]] < 0.5, present(offered.measured))
+        held = both(before.source > NOTHING, negated(own))
         value, source = before.value, where(held, HELD, NOTHING)
         deviation = where(held, before.deviation + self.growth[index] * self.sample_time, 0.0)
         ways = self.graph.ways[index]
@@ -121,15 +121,15 @@ class Switchover:
             value = where(usable, offered[rank + 2], value)
             source = where(usable, rank + 1.0, source)
             deviation = where(usable, ways[rank].deviation, deviation)
-        value, source = where(sound, offered.measured, value), where(sound, SENSOR, source)
-        bump = self._bump(before, sound, value, source)
-        spread = where(source > SENSOR, sqrt(deviation * deviation + bump * bump), where(sound, 0.0, deviation))
+        value, source = where(own, offered.measured, value), where(own, SENSOR, source)
+        bump = self._bump(before, own, value, source)
+        spread = where(source > SENSOR, sqrt(deviation * deviation + bump * bump), where(own, 0.0, deviation))
         supplied = Supplied(value + bump, spread, source)
         return SupplyState(supplied.value, spread, source, bump), supplied
 
-    def _bump(self, before: SupplyState, sound: Any, value: Any, source: Any) -> Any:
+    def _bump(self, before: SupplyState, own: Scalar, value: Scalar, source: Scalar) -> Scalar:
         """What is added to the new source's own value, on its way to zero."""
-        after_a_fault = both(before.source == SENSOR, negated(sound))
+        after_a_fault = both(before.source == SENSOR, negated(own))
         from_nothing = either(before.source == NOTHING, after_a_fault)
         begun = where(from_nothing, 0.0, before.value - value)
         kept = before.bump * (self.fade / (self.fade + self.sample_time))

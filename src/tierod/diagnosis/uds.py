@@ -32,7 +32,7 @@ def answer(memory: FaultMemory, request: bytes) -> bytes:
 
     Returns:
         a positive answer, or a negative one with its reason; nothing where the sub-function asks, by its highest bit,
-        for silence instead of a positive answer. A freeze frame tells each signal of the table as a single precision
+        for silence instead of a positive answer. A freeze frame holds each signal of the table as a single precision
         number, NaN where nothing was measured
 
     Source: ISO 14229-1:2020, 12.2 and 12.3.
@@ -108,9 +108,9 @@ def _freeze_frames(memory: FaultMemory, entry: Entry, record: int) -> bytes | No
 
 def _freeze_frame(memory: FaultMemory, number: int, frame: FreezeFrame) -> bytes:
     values = frame.at_instant()
-    told = {identifier: values[name] for name, identifier in memory.codes.identifiers.items() if name in values}
-    data = b"".join(struct.pack(">H", identifier) + _single(value) for identifier, value in told.items())
-    return bytes([number, len(told)]) + data
+    found = {identifier: values[name] for name, identifier in memory.codes.identifiers.items() if name in values}
+    data = b"".join(struct.pack(">H", identifier) + _single(value) for identifier, value in found.items())
+    return bytes([number, len(found)]) + data
 
 
 def _single(value: float | None) -> bytes:

@@ -54,7 +54,7 @@ class Campaign:
     @property
     def hours(self) -> float:
         """Of driving, all cells together [h]."""
-        return sum(cell.scenario.duration for cell in self.plan.cells) / 3600.0
+        return float(sum(cell.scenario.duration for cell in self.plan.cells)) / 3600.0
 
 
 def shipped() -> tuple[str, ...]:

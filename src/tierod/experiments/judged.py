@@ -137,7 +137,8 @@ class Judged:
 
 def plain(judged: Judged) -> dict[str, Any]:
     """As JSON holds it: NaN is null, infinity the text "inf"."""
-    return _plain(dataclasses.asdict(judged))
+    found: dict[str, Any] = _plain(dataclasses.asdict(judged))
+    return found
 
 
 def _plain(value: Any) -> Any:

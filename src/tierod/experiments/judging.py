@@ -197,8 +197,9 @@ class _Estimates:
 
     def values_in(self, part: np.ndarray) -> np.ndarray:
         """Estimates in a part of the drive."""
-        values = self.values[part]
-        return values[np.isfinite(values)]
+        values: np.ndarray = self.values[part]
+        kept: np.ndarray = values[np.isfinite(values)]
+        return kept
 
     def kept_in(self, part: np.ndarray, step: float) -> tuple[float, ...]:
         """One estimate every few seconds."""

@@ -135,7 +135,8 @@ def commonroad_agreement(speed: float, steer: float, frequency: float, multibody
 
     def slope(instant: float, state: np.ndarray) -> list[float]:
         rate = (angle(instant + 1e-6) - angle(instant - 1e-6)) / 2e-6
-        return model(list(state), [rate, 0.0], given)
+        rates: list[float] = model(list(state), [rate, 0.0], given)
+        return rates
 
     begin = np.array(start([0.0, 0.0, 0.0, speed, 0.0, 0.0, 0.0], given), dtype=float)
     states = solve_ivp(slope, (0.0, time[-1]), begin, "LSODA", t_eval=time, rtol=1e-7, atol=1e-9, max_step=0.01).y

@@ -136,7 +136,8 @@ def document(summary: Summary, command: str = "") -> dict[str, Any]:
         "states": [_states(summary, judge.label) for judge in campaign.plan.judges],
         "cells": [_cell(rows) for rows in cells.values()],
     }
-    return _json(content)
+    document: dict[str, Any] = _json(content)
+    return document
 
 
 def figures(pool: Pool) -> dict[str, float]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.decimation import merged
-from tierod.core.findings import ChannelQuality, Diagnosis, Element, Estimate, Finding, Trace
+from tierod.core.findings import ChannelQuality, Diagnosis, Element, Episode, Estimate, Finding, Trace
 from tierod.report.display import INTERVAL
 from tierod.report.verdict import overall
 
@@ -81,8 +81,13 @@ def _estimate(estimate: Estimate | None) -> dict[str, Any] | None:
 
 def _element(element: Element) -> dict[str, Any]:
     content = {field.name: getattr(element, field.name) for field in dataclasses.fields(element)}
-    episodes = [dataclasses.asdict(episode) | {"size": _estimate(episode.size)} for episode in element.episodes]
-    return content | {"episodes": episodes}
+    return content | {"episodes": [_episode(episode) for episode in element.episodes]}
+
+
+def _episode(episode: Episode) -> dict[str, Any]:
+    """An episode by the keys of the schema, which calls its magnitude its size."""
+    names = {field.name: "size" if field.name == "magnitude" else field.name for field in dataclasses.fields(episode)}
+    return {key: getattr(episode, name) for name, key in names.items()} | {"size": _estimate(episode.magnitude)}
 
 
 def _quality(row: ChannelQuality) -> dict[str, Any]:

@@ -152,7 +152,7 @@ def _fault(episode: Episode) -> str:
 
 
 def _size(episode: Episode) -> str:
-    if episode.size is None:
+    if episode.magnitude is None:
         return ""
-    value, low, high, unit = interval(episode.size)
+    value, low, high, unit = interval(episode.magnitude)
     return f"{value} {unit} ({low} to {high})" if low != "–" else f"{value} {unit}"

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from tierod.monitors.condition.residuals.parameters import ResidualParameters
 from tierod.monitors.condition.signals import ConditionSample
+from tierod.papers.condition.rules.parameters import ResidualParameters
 from tierod.vehicles import load
 
 CAR = load("smartload").parameters_for(ResidualParameters)

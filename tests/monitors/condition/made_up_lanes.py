@@ -10,8 +10,8 @@ import numpy as np
 from tierod.core.block import skeleton
 from tierod.core.graph.maths import both, log, present, sqrt, where
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.bank.readings import Readings
-from tierod.monitors.condition.signals import SENSORS, ConditionSample, Hypothesis
+from tierod.monitors.condition.hypotheses import Hypothesis
+from tierod.monitors.condition.signals import SENSORS, ConditionSample, Readings
 
 LEFT, RIGHT, YAW, ANGLE, TORQUE, FORCE = SENSORS
 MOTOR_1, MOTOR_2 = "steering_motor_1", "steering_motor_2"

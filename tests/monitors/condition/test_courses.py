@@ -1,9 +1,9 @@
-"""Episodes of faults and courses of trouble codes, from what is said sample by sample."""
+"""Episodes of faults and courses of trouble codes, from statements sample by sample."""
 
 import numpy as np
 import pytest
 
-from monitors.condition.made_up_said import PERIOD, part, place, sound, span
+from monitors.condition.made_up_statements import PERIOD, declare, doubt, fault_free, part, place, span
 from tierod.core.findings import Status
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.kinds.catalogue import GAIN, NOISE, OFFSET
@@ -11,88 +11,88 @@ from tierod.monitors.condition.kinds.catalogue import GAIN, NOISE, OFFSET
 YAW, ANGLE = "yaw_rate", "steering_wheel_angle"
 
 
-def course_of(time, said, element=YAW, available=True, cuts=()):
+def course_of(time, stated, element=YAW, available=True, cuts=()):
     course = ElementCourse(element, PERIOD)
     there = np.full(len(time), available) if isinstance(available, bool) else available
     for start, stop in zip((0, *cuts), (*cuts, len(time)), strict=True):
-        course.add(time[start:stop], part(said, start, stop), there[start:stop])
+        course.add(time[start:stop], part(stated, start, stop), there[start:stop])
     return course
 
 
-def episodes_of(time, said, **more):
-    return course_of(time, said, **more).episodes(float(time[-1]) + PERIOD)
+def episodes_of(time, stated, **more):
+    return course_of(time, stated, **more).episodes(float(time[-1]) + PERIOD)
 
 
 def test_a_sound_element_has_no_episode_and_was_testable_all_the_time():
-    course = course_of(*sound(10.0))
+    course = course_of(*fault_free(10.0))
     assert course.episodes(10.0) == ()
     assert course.testable == pytest.approx(10.0)
     assert [change.status for change in course.course] == [Status.HEALTHY]
 
 
 def test_an_episode_has_start_end_kind_and_size():
-    time, said = sound()
-    there = span(2.0, 5.0), place(YAW)
-    said.faulty[there], said.kind[there], said.size[there], said.deviation[there] = True, OFFSET, -0.3, 0.01
-    (episode,) = episodes_of(time, said)
+    time, stated = fault_free()
+    declare(stated, span(2.0, 5.0), (YAW,), OFFSET, -0.3)
+    (episode,) = episodes_of(time, stated)
     assert (episode.start, episode.end) == (pytest.approx(2.0), pytest.approx(5.0))
     assert episode.kind == "negative offset"
-    assert (episode.size.quantity, episode.size.value, episode.size.unit) == ("offset of yaw rate", -0.3, "rad/s")
+    assert (episode.magnitude.quantity, episode.magnitude.value, episode.magnitude.unit) == (
+        "offset of yaw rate",
+        -0.3,
+        "rad/s",
+    )
     assert episode.candidates == ()
 
 
 def test_what_lasts_to_the_end_has_no_end():
-    time, said = sound()
-    said.faulty[span(8.0, 10.0), place(YAW)] = True
-    assert episodes_of(time, said)[0].end is None
+    time, stated = fault_free()
+    declare(stated, span(8.0, 10.0), (YAW,))
+    assert episodes_of(time, stated)[0].end is None
 
 
 def test_the_kind_is_the_one_told_for_longest_and_not_that_of_the_return():
-    time, said = sound()
-    column = place(YAW)
-    said.faulty[span(2.0, 5.0), column] = True
-    for start, stop, kind, size in ((2.0, 2.1, GAIN, 4.0), (2.1, 4.9, OFFSET, 0.2), (4.9, 5.0, NOISE, 9.0)):
-        said.kind[span(start, stop), column], said.size[span(start, stop), column] = kind, size
-        said.deviation[span(start, stop), column] = 0.01
-    (episode,) = episodes_of(time, said)
-    assert (episode.kind, episode.size.value) == ("positive offset", 0.2)
+    time, stated = fault_free()
+    for start, stop, kind, magnitude in ((2.0, 2.1, GAIN, 4.0), (2.1, 4.9, OFFSET, 0.2), (4.9, 5.0, NOISE, 9.0)):
+        declare(stated, span(start, stop), (YAW,), kind, magnitude)
+    (episode,) = episodes_of(time, stated)
+    assert (episode.kind, episode.magnitude.value) == ("positive offset", 0.2)
 
 
 @pytest.mark.parametrize(("gap", "count"), [(0.2, 1), (0.5, 2)])
 def test_episodes_with_little_between_them_are_one(gap, count):
-    time, said = sound()
-    said.faulty[span(2.0, 3.0), place(YAW)] = True
-    said.faulty[span(3.0 + gap, 4.0), place(YAW)] = True
-    found = episodes_of(time, said)
+    time, stated = fault_free()
+    declare(stated, span(2.0, 3.0), (YAW,))
+    declare(stated, span(3.0 + gap, 4.0), (YAW,))
+    found = episodes_of(time, stated)
     assert len(found) == count
     assert found[-1].end == pytest.approx(4.0)
 
 
 def test_lasting_doubt_names_the_others_and_short_doubt_is_not_told():
-    time, said = sound()
-    said.candidates[span(2.0, 3.0), place(YAW)] = said.candidates[span(2.0, 3.0), place(ANGLE)] = True
-    said.candidates[span(5.0, 5.3), place(YAW)] = said.candidates[span(5.0, 5.3), place(ANGLE)] = True
-    (episode,) = episodes_of(time, said)
+    time, stated = fault_free()
+    doubt(stated, span(2.0, 3.0), (YAW, ANGLE))
+    doubt(stated, span(5.0, 5.3), (YAW, ANGLE))
+    (episode,) = episodes_of(time, stated)
     assert episode.candidates == (ANGLE,)
     assert (episode.start, episode.end) == (pytest.approx(2.0), pytest.approx(3.0))
 
 
 def test_doubt_of_one_alone_on_the_way_to_a_verdict_is_no_episode():
-    time, said = sound()
-    said.candidates[span(2.0, 3.0), place(YAW)] = True
-    assert episodes_of(time, said) == ()
+    time, stated = fault_free()
+    doubt(stated, span(2.0, 3.0), (YAW,))
+    assert episodes_of(time, stated) == ()
 
 
 def test_the_course_tells_every_change_once():
-    time, said = sound()
-    said.testable[span(0.0, 1.0)] = False
-    said.candidates[span(2.0, 2.5), place(YAW)] = True
-    said.faulty[span(2.5, 4.0), place(YAW)] = True
+    time, stated = fault_free()
+    stated.testable[span(0.0, 1.0)] = False
+    doubt(stated, span(2.0, 2.5), (YAW,))
+    declare(stated, span(2.5, 4.0), (YAW,))
     there = np.ones(len(time), bool)
     there[span(6.0, 7.0)] = False
     course = course_of(
         time,
-        said.only(np.repeat(there[:, None], said.faulty.shape[1], axis=1), np.ones(len(time), bool)),
+        stated.where_available(np.repeat(there[:, None], stated.status.shape[1], axis=1), np.ones(len(time), bool)),
         available=there,
     )
     expected = [
@@ -111,25 +111,25 @@ def test_the_course_tells_every_change_once():
 
 @pytest.mark.parametrize("cuts", [(1,), (250, 251), (260,), (100, 350, 520, 999)])
 def test_the_result_does_not_depend_on_the_cuts(cuts):
-    time, said = sound()
+    time, stated = fault_free()
     rng = np.random.default_rng(1)
     column = place(YAW)
-    said.faulty[span(2.5, 5.2), column] = True
-    said.faulty[span(5.3, 6.0), column] = True
-    said.kind[:, column] = rng.choice([OFFSET, GAIN], len(time), p=[0.7, 0.3])
-    said.size[:, column], said.deviation[:, column] = rng.normal(size=len(time)), 0.1
-    said.candidates[span(7.0, 8.0)] = True
-    whole, pieces = course_of(time, said), course_of(time, said, cuts=cuts)
+    for at in (span(2.5, 5.2), span(5.3, 6.0)):
+        declare(stated, at, (YAW,))
+    stated.kind[:, column] = rng.choice([OFFSET, GAIN], len(time), p=[0.7, 0.3])
+    stated.magnitude[:, column], stated.deviation[:, column] = rng.normal(size=len(time)), 0.1
+    doubt(stated, span(7.0, 8.0))
+    whole, pieces = course_of(time, stated), course_of(time, stated, cuts=cuts)
     assert pieces.episodes(10.0) == whole.episodes(10.0)
     assert pieces.course == whole.course
     assert (pieces.testable, pieces.available) == (whole.testable, whole.available)
 
 
 def test_what_was_declared_while_something_else_was_wrong_is_taken_back():
-    time, said = sound()
+    time, stated = fault_free()
     for start, stop in ((1.0, 2.0), (4.0, 5.0), (7.0, 8.0)):
-        said.faulty[span(start, stop), place(YAW)] = True
-    course = course_of(time, said)
+        declare(stated, span(start, stop), (YAW,))
+    course = course_of(time, stated)
     course.forget(3.5, 6.0)
     assert [each.start for each in course.episodes(10.0)] == pytest.approx([1.0, 7.0])
     statuses = [(each.status, each.time) for each in course.course if each.status is not Status.HEALTHY]

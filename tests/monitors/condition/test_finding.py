@@ -5,17 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from monitors.condition.made_up_said import PERIOD, place, sound, span
+from monitors.condition.made_up_statements import PERIOD, declare, doubt, fault_free, place, span
 from tierod.core.findings import Element, Episode, Status
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
-from tierod.monitors.condition.recording_checks.accelerations import Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
-from tierod.monitors.condition.recording_checks.coverage import TARGETS, Covered
-from tierod.monitors.condition.said import LOST_TORQUE
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample
+from tierod.monitors.condition.recording_checks.coverage import Covered
+from tierod.monitors.condition.recording_checks.filter_inputs import Disagreement
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS, TARGETS, ConditionSample
+from tierod.monitors.condition.statements import LOST_TORQUE
 from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements, losses
 from tierod.monitors.condition.substitutes import substitution_graph
 
@@ -23,15 +23,15 @@ YAW, ANGLE, MOTOR = "yaw_rate", "steering_wheel_angle", "steering_motor_1"
 
 
 def concluded(
-    change=lambda said: None, seconds=20.0, speed=5.0, missing=(), problems=(), calibrated=True, gone=(), parked=False
+    change=lambda stated: None, seconds=20.0, speed=5.0, missing=(), problems=(), calibrated=True, gone=(), parked=False
 ):
-    """Elements, finding and code courses of a drive over which `change` alters what is said.
+    """Elements, finding and code courses of a drive over which `change` alters what is stated.
 
     `missing` are never there, `gone` are not from 11 s on: their readings have ended a second before.
     """
-    time, said = sound(seconds)
-    change(said)
-    available = np.ones(said.faulty.shape, bool)
+    time, stated = fault_free(seconds)
+    change(stated)
+    available = np.ones(stated.status.shape, bool)
     available[:, [place(name) for name in missing]] = False
     available[np.ix_(time >= 11.0 - 1e-9, [place(name) for name in gone])] = False
     values = np.full((len(time), len(ConditionSample._fields)), speed)
@@ -42,7 +42,7 @@ def concluded(
     drive.sources = {name: {substitution_graph().substitutes[name][0].name: 100} for name in SENSORS}
     courses = {name: ElementCourse(name, PERIOD) for name in ELEMENTS}
     for column, course in enumerate(courses.values()):
-        course.add(time, said.only(available & judged[:, None], ~no), available[:, column])
+        course.add(time, stated.where_available(available & judged[:, None], ~no), available[:, column])
     states = elements(courses, drive, problems, substitution_graph())
     lost = losses(courses, drive)
     finding = judge("condition, bank", states, drive, problems, lost, 0, calibrated)
@@ -50,24 +50,23 @@ def concluded(
 
 
 def faulty(name, start, stop, kind=0.0, size=np.nan):
-    def change(said):
-        there = span(start, stop), place(name)
-        said.faulty[there], said.kind[there], said.size[there], said.deviation[there] = True, kind, size, 0.01
+    def change(stated):
+        declare(stated, span(start, stop), (name,), kind, size)
 
     return change
 
 
 def doubtful(names, start, stop):
-    def change(said):
-        said.candidates[span(start, stop), :] |= [name in names for name in ELEMENTS]
+    def change(stated):
+        doubt(stated, span(start, stop), names)
 
     return change
 
 
 def both(*changes):
-    def change(said):
+    def change(stated):
         for each in changes:
-            each(said)
+            each(stated)
 
     return change
 
@@ -97,7 +96,7 @@ def test_a_motor_that_lost_torque_is_told_in_per_cent():
     states, finding, _ = concluded(faulty(MOTOR, 5.0, 20.0, LOST_TORQUE, 0.5))
     assert finding.headline == "Steering motor 1: loss of torque of 50 % from 5.00 s on."
     assert states[MOTOR].substitute == ""
-    assert states[MOTOR].episodes[0].size.value == pytest.approx(50.0)
+    assert states[MOTOR].episodes[0].magnitude.value == pytest.approx(50.0)
 
 
 def test_where_both_motors_lost_torque_what_feeds_both_is_looked_at_first():
@@ -156,7 +155,7 @@ def test_a_missing_sensor_is_named():
     assert "not judged: yaw rate" in finding.headline
 
 
-def test_a_sensor_that_falls_silent_is_not_available_and_the_drive_is_not_plainly_sound():
+def test_a_sensor_that_falls_silent_is_not_available_and_the_drive_is_not_plainly_fault_free():
     states, finding, _ = concluded(gone=(YAW,))
     assert (states[YAW].status, states[YAW].cause) == (
         Status.NOT_AVAILABLE,
@@ -207,14 +206,14 @@ def test_what_ends_while_the_vehicle_is_parked_is_the_end_of_the_drive():
 
 
 def _testable_until(stop):
-    def change(said):
-        said.testable[span(stop, 20.0)] = False
+    def change(stated):
+        stated.testable[span(stop, 20.0)] = False
 
     return change
 
 
-def never_testable(said):
-    said.testable[:] = False
+def never_testable(stated):
+    stated.testable[:] = False
 
 
 @pytest.mark.parametrize(("speed", "cause"), [(0.0, "the vehicle stood"), (-3.0, "the vehicle reversed")])
@@ -232,8 +231,8 @@ def test_the_cause_of_what_is_there_goes_before_what_is_not():
 
 
 def test_too_little_to_show_is_a_cause_of_its_own():
-    def change(said):
-        said.testable[:, [place(YAW), place(MOTOR)]] = False
+    def change(stated):
+        stated.testable[:, [place(YAW), place(MOTOR)]] = False
 
     states, _, _ = concluded(change)
     assert "the true value was near zero" in states[YAW].cause
@@ -241,8 +240,8 @@ def test_too_little_to_show_is_a_cause_of_its_own():
 
 
 def test_what_was_not_judged_stands_beside_its_own_cause():
-    def change(said):
-        said.testable[:, [place(ANGLE), place(MOTOR)]] = False
+    def change(stated):
+        stated.testable[:, [place(ANGLE), place(MOTOR)]] = False
 
     _, finding, _ = concluded(change, missing=(YAW, "tie_rod_force"))
     assert finding.headline == (
@@ -253,8 +252,8 @@ def test_what_was_not_judged_stands_beside_its_own_cause():
 
 
 def test_without_the_torque_sensor_nothing_tells_what_a_motor_gives():
-    def change(said):
-        said.testable[:, place(MOTOR)] = False
+    def change(stated):
+        stated.testable[:, place(MOTOR)] = False
 
     states, _, _ = concluded(change, missing=("steering_shaft_torque",))
     assert states[MOTOR].cause == "nothing tells what it gives without steering shaft torque"
@@ -269,20 +268,20 @@ def test_what_was_wired_wrongly_makes_nothing_testable():
 
 
 def test_an_uncalibrated_vehicle_is_told():
-    assert "nobody has calibrated this vehicle" in concluded(calibrated=False)[1].warnings[0]
+    assert "this vehicle is not calibrated" in concluded(calibrated=False)[1].warnings[0]
 
 
 def slid(seconds, causes=None):
     """The finding of a drive of 20 s of which some slid, and of causes beside what is declared."""
-    time, said = sound(20.0)
+    time, stated = fault_free(20.0)
     drive, no = Driven(PERIOD), np.zeros(len(time), bool)
-    there = np.ones(said.faulty.shape, bool)
+    there = np.ones(stated.status.shape, bool)
     values = np.full((len(time), len(ConditionSample._fields)), 5.0)
     drive.add(time, values, Covered(there, ~no, no, no, no))
-    drive.add_slid(time < seconds)
+    drive.add_low_grip(time < seconds)
     courses = {name: ElementCourse(name, PERIOD) for name in ELEMENTS}
     for column, course in enumerate(courses.values()):
-        course.add(time, said, there[:, column])
+        course.add(time, stated, there[:, column])
     states = elements(courses, drive, (), substitution_graph())
     return judge("condition, bank", states, drive, (), {}, 0, True, (), causes)
 

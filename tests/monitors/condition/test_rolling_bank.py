@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from tierod.core.graph import scan
-from tierod.monitors.condition.bank.rolling_filter import JUDGED, RollingFilter
+from tierod.monitors.condition.bank.rolling_filter import RollingFilter
 from tierod.monitors.condition.calibration.grid import aligned
-from tierod.monitors.condition.rolling_bank import rolling_bank, rolling_hypotheses
-from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.hypotheses import hypotheses_of_cars
+from tierod.monitors.condition.monitor import rolling_monitor
+from tierod.monitors.condition.signals import OF_CARS, ConditionSample
+from tierod.monitors.condition.statements import FAULT
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import LOSS, OFFSET, Injected
 from tierod.papers.condition.recorded import recorded
@@ -18,7 +20,7 @@ from tierod.vehicles import load
 
 CAR = load("smartload")
 START, END = 12.0, 20.0
-MEASURED = [ConditionSample._fields.index(name) for name in (*JUDGED, "longitudinal_acceleration")]
+MEASURED = [ConditionSample._fields.index(name) for name in (*OF_CARS, "longitudinal_acceleration")]
 MEASURED.append(ConditionSample._fields.index("lateral_acceleration"))
 
 
@@ -33,29 +35,29 @@ def drive(*injected):
 
 @pytest.fixture(scope="module")
 def bank():
-    return rolling_bank(CAR)
+    return rolling_monitor(CAR)
 
 
 def declared(bank, samples):
     result = scan(bank, samples)
-    return {name: result[f"decision.faulty.{name}"] > 0.5 for name in JUDGED}, result
+    return {name: result[f"statements.{name}.status"] == FAULT for name in OF_CARS}, result
 
 
 def test_only_sensors_of_cars_are_suspected_and_never_both_wheels():
-    suspected = [each.suspects for each in rolling_hypotheses()]
+    suspected = [each.suspects for each in hypotheses_of_cars()]
     assert len(suspected) == 10
-    assert set().union(*suspected) == set(JUDGED)
-    assert JUDGED[:2] not in suspected
+    assert set().union(*suspected) == set(OF_CARS)
+    assert OF_CARS[:2] not in suspected
 
 
 def test_a_sound_drive_is_quiet_and_the_filter_knows_what_it_does_not_know(bank):
     said, _ = declared(bank, drive())
     assert not any(each.any() for each in said.values())
     base, squares = RollingFilter.of_vehicle(CAR), {}
-    for each in rolling_hypotheses()[1:5]:
+    for each in hypotheses_of_cars()[1:5]:
         (name,) = each.sensors
-        result = scan(base.leaving_out(each.sensors), drive())
-        error = drive()[:, JUDGED.index(name)] - result[f"prediction.{name}"]
+        result = scan(base.leaving_out(each), drive())
+        error = drive()[:, OF_CARS.index(name)] - result[f"prediction.{name}"]
         squares[name] = np.mean((error / result[f"deviation.{name}"])[500:] ** 2)
     # Tyres near their grip, and radii that differ by more than those of a production car.
     assert max(squares.values()) < 6.0
@@ -63,7 +65,7 @@ def test_a_sound_drive_is_quiet_and_the_filter_knows_what_it_does_not_know(bank)
 
 @pytest.mark.parametrize(
     ("sensor", "kind", "size"),
-    [(JUDGED[0], LOSS, math.nan), (JUDGED[1], OFFSET, -2.0), (JUDGED[2], OFFSET, 0.3), (JUDGED[3], OFFSET, 1.5)],
+    [(OF_CARS[0], LOSS, math.nan), (OF_CARS[1], OFFSET, -2.0), (OF_CARS[2], OFFSET, 0.3), (OF_CARS[3], OFFSET, 1.5)],
 )
 def test_a_fault_is_named_and_nobody_else(bank, sensor, kind, size):
     said, result = declared(bank, drive(Injected(sensor, kind, size, START, END)))
@@ -71,20 +73,20 @@ def test_a_fault_is_named_and_nobody_else(bank, sensor, kind, size):
     assert said[sensor][inside].all()
     assert not said[sensor][: round(START * 100)].any()
     assert not any(each.any() for name, each in said.items() if name != sensor)
-    if sensor in JUDGED[:2]:
-        sound = drive()[inside, JUDGED.index(sensor)]
-        assert np.sqrt(np.mean((result[f"decision.value.{sensor}"][inside] - sound) ** 2)) < 0.15
+    if sensor in OF_CARS[:2]:
+        sound = drive()[inside, OF_CARS.index(sensor)]
+        assert np.sqrt(np.mean((result[f"value.{sensor}"][inside] - sound) ** 2)) < 0.15
 
 
 def test_missing_samples_leave_the_bank_unharmed(bank):
-    samples = drive(Injected(JUDGED[2], OFFSET, 0.3, START, END)).copy()
+    samples = drive(Injected(OF_CARS[2], OFFSET, 0.3, START, END)).copy()
     samples[600:630] = np.nan
     samples[::2, :4] = np.nan
     said, result = declared(bank, samples)
     assert np.isfinite(result.values).all()
-    assert said[JUDGED[2]][round(START * 100) + 100 : round(END * 100)].all()
-    assert not said[JUDGED[2]][round(END * 100) + 150 :].any()  # back, though every other sample is not there
-    assert not any(each.any() for name, each in said.items() if name != JUDGED[2])
+    assert said[OF_CARS[2]][round(START * 100) + 100 : round(END * 100)].all()
+    assert not said[OF_CARS[2]][round(END * 100) + 150 :].any()  # back, though every other sample is not there
+    assert not any(each.any() for name, each in said.items() if name != OF_CARS[2])
 
 
 def test_a_coarse_sensor_is_believed_less():

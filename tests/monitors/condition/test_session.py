@@ -10,8 +10,7 @@ from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.driven import SLID
-from tierod.monitors.condition.recording_checks.coverage import TARGETS
-from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS, TARGETS
 from tierod.monitors.diagnose import Run
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import OFFSET, Injected
@@ -55,7 +54,7 @@ def told(diagnosis):
 
 
 def _rounded(episode):
-    return (episode.kind, round(episode.start, 6), episode.end and round(episode.end, 6), episode.size)
+    return (episode.kind, round(episode.start, 6), episode.end and round(episode.end, 6), episode.magnitude)
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +79,7 @@ def test_a_sound_drive_is_sound(sound):
     assert diagnosis.findings[0].status is Status.HEALTHY
     assert set(states(diagnosis).values()) == {Status.HEALTHY}
     assert "10 of 10 sensors and actuators are sound over 40 s" in diagnosis.findings[0].headline
-    assert "nobody has calibrated this vehicle" in diagnosis.findings[0].warnings[0]
+    assert "this vehicle is not calibrated" in diagnosis.findings[0].warnings[0]
     assert all(courses[name.replace("_", "-")][-1].status is not Status.FAULT for name in ELEMENTS)
     assert not any(name.startswith("supplied_") for name in diagnosis.traces)
 
@@ -93,7 +92,7 @@ def test_a_fault_is_named_with_time_kind_size_substitute_and_code(faulty):
     assert episode.start == pytest.approx(15.0, abs=0.3)
     assert episode.end == pytest.approx(25.0, abs=1.0)
     assert episode.kind == "positive offset"
-    assert episode.size.value == pytest.approx(0.5, rel=0.1)
+    assert episode.magnitude.value == pytest.approx(0.5, rel=0.1)
     assert element.substitute.startswith("filter of the others (±")
     assert element.trouble_code == "C1A32-64"
     assert "Yaw rate sensor: positive offset" in diagnosis.findings[0].headline

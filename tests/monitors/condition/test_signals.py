@@ -4,7 +4,8 @@ from math import comb
 
 from tierod.core.block import units
 from tierod.core.signals import SIGNALS
-from tierod.monitors.condition.signals import ACTUATORS, HEALTHY, SENSORS, ConditionSample, hypotheses
+from tierod.monitors.condition.hypotheses import HEALTHY, hypotheses
+from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample
 
 
 def test_every_signal_is_canonical_with_its_unit():

@@ -9,8 +9,7 @@ import pytest
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.condition.definition import CONDITION
-from tierod.monitors.condition.recording_checks.coverage import TARGETS
-from tierod.monitors.condition.signals import ACCELERATIONS, ELEMENTS
+from tierod.monitors.condition.signals import ACCELERATIONS, ELEMENTS, TARGETS
 from tierod.monitors.diagnose import Run
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import OFFSET, Injected, lost

@@ -7,8 +7,8 @@ import os
 import pytest
 
 from shared_data import shared_data
-from tierod.monitors.condition.rolling_bank import OTHERS, SLOW, WHEELS
-from tierod.monitors.condition.substitutes import ON_CARS
+from tierod.monitors.condition.monitor import SLOW, WITH_WHEELS, WITHOUT_WHEELS
+from tierod.monitors.condition.signals import SENSOR_TABLE
 from tierod.papers.condition.real_cars import at_other_instants, judged
 from tierod.papers.condition.real_diagnoses import RULES, SETTLED, accuracy, healthy_ratios
 from tierod.papers.condition.real_recordings import CARS, DATA, SENSORS
@@ -43,7 +43,7 @@ def test_the_rules_stay_beside_it(car):
 
 def test_limits_are_designed_on_the_beginnings_and_hold_on_the_rest(car):
     recording = car.recording()
-    limits = (WHEELS, OTHERS, SLOW)
+    limits = (WITH_WHEELS, WITHOUT_WHEELS, SLOW)
     learnt = healthy_ratios(car, recording, SETTLED, car.learning)
     later = healthy_ratios(car, recording, car.learning, recording.span[1])
     for ratio, above, limit in zip(learnt, (2.0, 2.0, 1.0), limits, strict=True):
@@ -53,7 +53,8 @@ def test_limits_are_designed_on_the_beginnings_and_hold_on_the_rest(car):
 
 def test_substitutes_of_cars_err_as_their_table_says(car):
     measured = accuracy(car, car.recording())
-    assert all(measured[name] <= 1.05 * ON_CARS[name] for name in SENSORS)
+    limits = {each.name: each.error_on_cars for each in SENSOR_TABLE}
+    assert all(measured[name] <= 1.05 * limits[name] for name in SENSORS)
 
 
 @pytest.mark.slow

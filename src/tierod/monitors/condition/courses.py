@@ -1,4 +1,4 @@
-"""From what is said sample by sample to episodes of faults and courses of trouble codes, piece by piece."""
+"""From statements sample by sample to episodes of faults and courses of trouble codes, piece by piece."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ import numpy as np
 
 from tierod.core.findings import Episode, Estimate, Status
 from tierod.core.series import runs
-from tierod.monitors.condition.said import Said, told
+from tierod.core.statement import STATUSES
+from tierod.monitors.condition.reaction import LEAST_DOUBT
 from tierod.monitors.condition.signals import ELEMENTS
+from tierod.monitors.condition.statements import (
+    FAULT,
+    SUSPECT,
+    StatementCourse,
+    described,
+)
 from tierod.monitors.harness.session import StatusChange
 
 TOGETHER = 0.3
 """Two episodes of one element with less between them are one [s]."""
-LEAST_DOUBT = 0.5
-"""Doubt between several elements that ends sooner is on the way to a verdict, and not told [s]."""
 SHARE = 0.5
 """Of an episode, over which another element must be a candidate beside it to be named with it."""
-
-NOBODY, NOT_TESTABLE, HEALTHY, SUSPECT, FAULT = range(5)
-STATUSES = (Status.NOT_AVAILABLE, Status.NOT_TESTABLE, Status.HEALTHY, Status.SUSPECT, Status.FAULT)
-"""Of the codes of the running verdicts."""
 
 
 @dataclass
@@ -32,7 +33,7 @@ class Stretch:
         start, end: [s]
         count: of samples
         others: at how many of them each element was a candidate
-        kinds: at how many of them each kind was told, with its last size and standard deviation
+        kinds: at how many of them each kind was identified, with its last magnitude and standard deviation
     """
 
     start: float
@@ -43,16 +44,16 @@ class Stretch:
 
     @property
     def kind(self) -> tuple[float, float, float]:
-        """The kind that was told for longest, with size and standard deviation; 0 where none was.
+        """The kind that was identified for longest, with magnitude and standard deviation; 0 where none was.
 
-        The first samples are too few to tell one, the last ones belong to the return of the sensor.
+        The first samples are too few to identify one, the last ones belong to the return of the sensor.
         """
         kind = max(self.kinds, key=lambda each: self.kinds[each][0], default=0.0)
         return (kind, *self.kinds[kind][1:]) if self.kinds else (0.0, np.nan, np.nan)
 
-    def tell(self, kind: float, count: int, size: float, deviation: float) -> None:
-        """Note a kind that was told at some further samples."""
-        self.kinds[kind] = (self.kinds.get(kind, (0,))[0] + count, size, deviation)
+    def add(self, kind: float, count: int, magnitude: float, deviation: float) -> None:
+        """Count a kind that was identified at some further samples."""
+        self.kinds[kind] = (self.kinds.get(kind, (0,))[0] + count, magnitude, deviation)
 
 
 @dataclass
@@ -62,7 +63,7 @@ class ElementCourse:
     Args:
         element: its name
         period: of the samples [s]
-        told: time of the last sample at which a fault would have shown [s]
+        observed: time of the last sample at which a fault would have shown [s]
     """
 
     element: str
@@ -72,7 +73,7 @@ class ElementCourse:
     course: list[StatusChange] = field(default_factory=list)
     testable_samples: int = 0
     available_samples: int = 0
-    told: float = -np.inf
+    observed: float = -np.inf
 
     @property
     def testable(self) -> float:
@@ -84,46 +85,46 @@ class ElementCourse:
         """Time for which there was something to judge [s]."""
         return self.available_samples * self.period
 
-    def add(self, time: np.ndarray, said: Said, available: np.ndarray) -> None:
+    def add(self, time: np.ndarray, stated: StatementCourse, available: np.ndarray) -> None:
         """The next piece.
 
         Args:
             time: [s], (n,)
-            said: of all elements
-            available: whether it is read, or what is asked of it is known, (n,)
+            stated: about all elements
+            available: whether this one is read, or what is asked of it is known, (n,)
         """
         place = ELEMENTS.index(self.element)
-        faulty, candidate = said.faulty[:, place], said.candidates[:, place]
-        testable = said.testable[:, place] & available
+        status, testable = stated.status[:, place], stated.testable[:, place]
         self.available_samples += int(np.count_nonzero(available))
         self.testable_samples += int(np.count_nonzero(testable))
-        self.told = float(time[testable][-1]) if testable.any() else self.told
-        self._extend(self.faults, time, faulty, said, place)
-        self._extend(self.doubts, time, candidate & ~faulty, said, place)
-        code = np.select([faulty, ~available, candidate, ~testable], [FAULT, NOBODY, SUSPECT, NOT_TESTABLE], HEALTHY)
-        for at in np.flatnonzero(np.diff(code, prepend=-1)).tolist():
-            status = STATUSES[code[at]]
-            if not self.course or self.course[-1].status is not status:
-                self.course.append(StatusChange(float(time[at]), status))
+        self.observed = float(time[testable][-1]) if testable.any() else self.observed
+        self._extend(self.faults, time, status == FAULT, stated, place)
+        self._extend(self.doubts, time, status == SUSPECT, stated, place)
+        for at in np.flatnonzero(np.diff(status, prepend=-1)).tolist():
+            reached = STATUSES[status[at]]
+            if not self.course or self.course[-1].status is not reached:
+                self.course.append(StatusChange(float(time[at]), reached))
 
-    def _extend(self, stretches: list[Stretch], time: np.ndarray, there: np.ndarray, said: Said, place: int) -> None:
+    def _extend(
+        self, stretches: list[Stretch], time: np.ndarray, there: np.ndarray, stated: StatementCourse, place: int
+    ) -> None:
         begins, ends = runs(there)
         for start, stop in zip(begins.tolist(), ends.tolist(), strict=True):
             new = Stretch(
                 float(time[start]),
                 float(time[stop - 1]) + self.period,
                 stop - start,
-                said.candidates[start:stop].sum(axis=0),
+                (stated.status[start:stop] == SUSPECT).sum(axis=0),
             )
-            told_kinds = said.kind[start:stop, place]
-            for kind in np.unique(told_kinds[told_kinds > 0.5]).tolist():
-                at = start + np.flatnonzero(told_kinds == kind)
-                new.tell(kind, len(at), float(said.size[at[-1], place]), float(said.deviation[at[-1], place]))
+            kinds = stated.kind[start:stop, place]
+            for kind in np.unique(kinds[kinds > 0.5]).tolist():
+                at = start + np.flatnonzero(kinds == kind)
+                new.add(kind, len(at), float(stated.magnitude[at[-1], place]), float(stated.deviation[at[-1], place]))
             if stretches and new.start - stretches[-1].end < TOGETHER:
                 before = stretches[-1]
                 before.end, before.count, before.others = new.end, before.count + new.count, before.others + new.others
-                for kind, (count, size, deviation) in new.kinds.items():
-                    before.tell(kind, count, size, deviation)
+                for kind, (count, magnitude, deviation) in new.kinds.items():
+                    before.add(kind, count, magnitude, deviation)
             else:
                 stretches.append(new)
 
@@ -162,7 +163,7 @@ class ElementCourse:
 
     def _episode(self, stretch: Stretch, last: float, doubt: bool = False) -> Episode:
         kind, value, deviation = stretch.kind
-        words = told(self.element, kind, value)
+        words = described(self.element, kind, value)
         size = None
         if words.quantity and np.isfinite(value):
             name, factor = f"{words.quantity} of {self.element.replace('_', ' ')}", words.factor

@@ -11,8 +11,13 @@ from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.monitors.condition.recording_checks.absence import Absence, Loss
-from tierod.monitors.condition.recording_checks.coverage import ALL, LOST, TARGETS, UNASKED, Covered
-from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS
+from tierod.monitors.condition.recording_checks.coverage import (
+    ALL,
+    LOST,
+    UNASKED,
+    Covered,
+)
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS, TARGETS
 
 STANDING = 0.5
 """Speed below which the vehicle stands [m/s]."""
@@ -109,7 +114,7 @@ class Driven:
         """Time in which the tyres slid, so that nothing was judged [s]."""
         return self.unjudged.get(SLID, 0) * self.period
 
-    def add_slid(self, slid: np.ndarray) -> None:
+    def add_low_grip(self, slid: np.ndarray) -> None:
         """Whether the tyres slid over the next piece, (n,)."""
         self._count(SLID, slid)
 
@@ -122,22 +127,23 @@ class Driven:
         borne = UNASKED if name in ACTUATORS else LOST
         self.absences.setdefault(name, Absence(self.period, borne)).add(time, there, parked)
 
-    def loss(self, element: str, told: float) -> Loss | None:
+    def loss(self, element: str, observed: float) -> Loss | None:
         """What was lost on the way that an element cannot be judged without: its own signal, then that of others.
 
         Args:
             element: sensor or actuator
-            told: when a fault of it would have shown for the last time [s]; who can tell with few sensors lacks none
+            observed: when a fault of it would have shown for the last time [s]; an element that is testable with few
+                sensors lacks none
         """
         sensor = element in SENSORS
         gone = self.now if sensor and self.now in ALL_GONE else "no reading" if sensor else "no target"
-        own = self.absences[element].told(Status.NOT_AVAILABLE, gone, "read" if sensor else "its target was known")
+        own = self.absences[element].loss(Status.NOT_AVAILABLE, gone, "read" if sensor else "its target was known")
         if own is not None:
             return own
-        judged = self.absences[_JUDGED].told(Status.NOT_TESTABLE, self.now, "it could be judged")
+        judged = self.absences[_JUDGED].loss(Status.NOT_TESTABLE, self.now, "it could be judged")
         enough = self.absences[_ENOUGH]
-        if judged is None and enough.since is not None and told <= enough.since + LOST:
-            return enough.told(Status.NOT_TESTABLE, TOO_FEW, "")
+        if judged is None and enough.since is not None and observed <= enough.since + LOST:
+            return enough.loss(Status.NOT_TESTABLE, TOO_FEW, "")
         return judged
 
     @property
@@ -145,10 +151,10 @@ class Driven:
         """Whether there were ever enough sensors to judge any of them."""
         return self.absences[_ENOUGH].came
 
-    def add_sources(self, supplied: Result, graph: SubstitutionGraph) -> None:
+    def add_sources(self, result: Result, graph: SubstitutionGraph) -> None:
         """Where each sensor's signal came from over the next piece."""
         for sensor, ways in graph.substitutes.items():
-            source = supplied[f"{sensor}.source"]
-            told = self.sources.setdefault(sensor, {})
+            source = result[f"supplied.{sensor}.source"]
+            counts = self.sources.setdefault(sensor, {})
             for number, way in enumerate(ways, 1):
-                told[way.name] = told.get(way.name, 0) + int(np.count_nonzero(source == number))
+                counts[way.name] = counts.get(way.name, 0) + int(np.count_nonzero(source == number))

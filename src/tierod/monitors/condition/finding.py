@@ -10,11 +10,18 @@ from typing import NamedTuple
 from tierod.core.findings import Element, Episode, Finding, Status
 from tierod.monitors.condition.driven import SLID, Driven
 from tierod.monitors.condition.recording_checks.absence import Loss
-from tierod.monitors.condition.recording_checks.accelerations import MOTION, Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
-from tierod.monitors.condition.recording_checks.coverage import TARGETS
-from tierod.monitors.condition.said import listed, shown
-from tierod.monitors.condition.signals import ACCELERATIONS, ACTUATORS, DRIVES, ELEMENTS, MOTORS, SENSORS
+from tierod.monitors.condition.recording_checks.filter_inputs import MOTION, Disagreement
+from tierod.monitors.condition.signals import (
+    ACCELERATIONS,
+    ACTUATORS,
+    DRIVES,
+    ELEMENTS,
+    MOTORS,
+    SENSORS,
+    TARGETS,
+)
+from tierod.monitors.condition.statements import listed, shown
 from tierod.monitors.condition.states import LACKING, LEAST_TOLD
 
 
@@ -75,17 +82,17 @@ def judge(
     doubtful = [each for each in states if each.status is Status.SUSPECT]
     if faulty or doubtful:
         return _and_other_causes(_fault(name, faulty, doubtful, evidence, warnings), (*faulty, *doubtful), causes)
-    sound = [each for each in states if each.status is Status.HEALTHY]
+    healthy = [each for each in states if each.status is Status.HEALTHY]
     open_ = [each for each in states if each.status is not Status.HEALTHY]
     if lost:
-        return _lost(name, sound, lost, evidence, warnings)
-    if not sound:
+        return _lost(name, healthy, lost, evidence, warnings)
+    if not healthy:
         return _nothing_judged(name, open_, evidence, warnings)
     if drive.slid > HARDLY * drive.forward * drive.period:
-        return _and_other_causes(_hardly_judged(name, sound, drive, evidence, warnings), (), causes)
+        return _and_other_causes(_hardly_judged(name, healthy, drive, evidence, warnings), (), causes)
     rest = f"; not judged: {_by_cause(open_)}" if open_ else ""
     judged = drive.judged * drive.period
-    headline = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound over {judged:.0f} s{rest}."
+    headline = f"{len(healthy)} of {len(ELEMENTS)} sensors and actuators are sound over {judged:.0f} s{rest}."
     warnings += tuple(
         f"{listed(targets)}: {_off(targets)}, too little for a verdict; check the channels, and the actuators with them"
         for targets in (causes.asked if causes else ())
@@ -118,7 +125,7 @@ def _and_other_causes(finding: Finding, declared: Sequence[Element], causes: Oth
         return finding
     alone = [each.name for each in declared] == ["steering_shaft_torque"]
     other = [
-        f"{each.element.replace('_', ' ')} may be the cause instead: it is {shown(each.size, 'm/s**2')} off "
+        f"{each.element.replace('_', ' ')} may be the cause instead: it is {shown(each.magnitude, 'm/s**2')} off "
         f"{MOTION[each.element]} from {each.start:.0f} s on, more than is usual"
         for each in causes.disagreeing
         if not each.sure
@@ -144,23 +151,23 @@ def _by_cause(open_: Sequence[Element]) -> str:
     for each in open_:
         if each.name not in lacking:
             causes.setdefault(each.cause.partition(";")[0], []).append(each.name)
-    told = [f"{listed(names)} ({cause})" for cause, names in causes.items()]
-    return "; ".join((*told, *([f"{listed(lacking)} (not in the recording)"] if lacking else [])))
+    causes_named = [f"{listed(names)} ({cause})" for cause, names in causes.items()]
+    return "; ".join((*causes_named, *([f"{listed(lacking)} (not in the recording)"] if lacking else [])))
 
 
 def _lost(
     name: str,
-    sound: Sequence[Element],
+    healthy: Sequence[Element],
     lost: Mapping[str, Loss],
     evidence: dict[str, float],
     warnings: tuple[str, ...],
 ) -> Finding:
-    """The finding where something was there at first and was lost on the way: nobody's fault, and not sound either."""
+    """The finding where something was there at first and was lost on the way: no fault, and not healthy either."""
     first = min(lost.values(), key=_order)
     alike = [name for name, loss in lost.items() if loss.cause == first.cause]
     who = "" if len(alike) >= len(SENSORS) else f"{listed(alike)}: "
-    rest = f"{len(sound)} of {len(ELEMENTS)} sensors and actuators are sound"
-    headline = f"{who}{first.cause}; {rest if sound else 'nothing is judged from then on'}."
+    rest = f"{len(healthy)} of {len(ELEMENTS)} sensors and actuators are sound"
+    headline = f"{who}{first.cause}; {rest if healthy else 'nothing is judged from then on'}."
     action = "check what they share, a bus, a supply, the logger, and then the sensors themselves; record again"
     return Finding(
         name, first.status, headline[:1].upper() + headline[1:], first.since, None, evidence, first.cause, action,
@@ -193,8 +200,8 @@ def _not_judged(drive: Driven) -> tuple[str, ...]:
 
 
 UNCALIBRATED = (
-    "nobody has calibrated this vehicle: its limits are as wide as several virtual vehicles need together, so that "
-    "small faults are missed, and sizes and substitutes err more, as their intervals tell; "
+    "this vehicle is not calibrated: its limits are as wide as several virtual vehicles need together, so that "
+    "small faults are missed, and sizes and substitutes err more, as their intervals show; "
     "'tierod identify thresholds' calibrates it on healthy drives"
 )
 
@@ -213,7 +220,7 @@ def _fault(
         named = {name for episode, each in all_ for name in (each.name, *episode.candidates)}
         one_of = listed(sorted(named, key=ELEMENTS.index), "or")
         headline = f"Something is wrong since {first.start:.2f} s; it is {one_of}."
-        cause = "several explain what was seen as well, and nothing in the drive tells them apart"
+        cause = "several explain the readings as well, and nothing in the drive isolates one of them"
         if targets := _targets(sorted(named)):
             cause += f"; so does a wrong recording of what is asked ({listed(targets)})"
         action = "check them one by one, or drive with more steering and braking"
@@ -233,8 +240,8 @@ def _fault(
         places += ", and the channel map"
     action = f"check {listed(names)}: {places}"
     return Finding(
-        name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.size, evidence, cause, action,
-        warnings,
+        name, Status.FAULT, headline[:1].upper() + headline[1:], episode.start, episode.magnitude, evidence, cause,
+        action, warnings,
     )  # fmt: skip
 
 
@@ -276,7 +283,7 @@ def _sentence(episode: Episode, element: Element) -> str:
     plain = element.name.replace("_", " ")
     what = "fault" if not episode.kind else episode.kind
     until = "" if episode.end is None else f" to {episode.end:.2f} s"
-    size = f" of {shown(episode.size.value, episode.size.unit)}" if episode.size is not None else ""
+    size = f" of {shown(episode.magnitude.value, episode.magnitude.unit)}" if episode.magnitude is not None else ""
     return f"{plain} {element.role if element.role == 'sensor' else ''}".rstrip() + (
         f": {what}{size} from {episode.start:.2f} s{until or ' on'}"
     )

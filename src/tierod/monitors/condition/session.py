@@ -1,34 +1,43 @@
-"""The condition monitor over one recording: states of sensors and actuators, substitutes, and the finding."""
+"""The condition monitor over one recording: runs its block, collects its statements, and concludes from them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tierod.core.block import Block
 from tierod.core.findings import Status
-from tierod.core.graph import Memory, Result, scan
+from tierod.core.graph import Memory, scan
 from tierod.core.recording import Aligned
 from tierod.core.signals import SIGNALS
+from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.blind import untold
+from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
-from tierod.monitors.condition.recording_checks.accelerations import AccelerationCheck
-from tierod.monitors.condition.recording_checks.clock_leap import ClockLeap
-from tierod.monitors.condition.recording_checks.coverage import TARGETS, Coverage
-from tierod.monitors.condition.recording_checks.impossible import ImpossibleValues
-from tierod.monitors.condition.recording_checks.pace import TargetPace
-from tierod.monitors.condition.recording_checks.targets import TargetCheck
-from tierod.monitors.condition.recording_checks.wiring import Close, Wiring
-from tierod.monitors.condition.said import Said, nothing_said
-from tierod.monitors.condition.signals import ACCELERATIONS, ELEMENTS, SENSORS, ConditionSample
+from tierod.monitors.condition.recording_checks.coverage import Coverage, ImpossibleValues, TargetPace
+from tierod.monitors.condition.recording_checks.filter_inputs import AccelerationCheck, TargetCheck
+from tierod.monitors.condition.recording_checks.wiring import ClockLeap, CloseLimits, Wiring
+from tierod.monitors.condition.signals import (
+    ACCELERATIONS,
+    ELEMENTS,
+    SENSORS,
+    TARGETS,
+    CarParameters,
+    ConditionSample,
+)
+from tierod.monitors.condition.statements import (
+    FAULT,
+    HEALTHY,
+    SUSPECT,
+    StatementCourse,
+)
 from tierod.monitors.condition.states import acceleration_elements, code_courses, elements, losses
-from tierod.monitors.condition.substitutes import Reconfiguration
+from tierod.monitors.condition.structure import limitations
 from tierod.monitors.harness.session import Conclusion
 from tierod.vehicles import Vehicle
 
@@ -37,22 +46,23 @@ MEASURED = (*SENSORS, *ACCELERATIONS)
 EVIDENCE = "evidence_for_a_fault"
 """Trace of what a fault is declared by."""
 SLICE = 60_000
-"""Samples that are judged at once, lest all outputs of a long piece lie in memory together."""
+"""Samples that are judged at once, so that not all outputs of a long piece lie in memory together."""
 BEFORE = 1.0
 """Of the first sign of an acceleration that fails, from when on it may have moved the filters [s]."""
-FAULT, CANDIDATE, NOT_TESTABLE, SOUND = 1.0, 0.5, 0.25, 0.0
-"""Values of the states over time; none where nothing is judged."""
+TRACED = {FAULT: 1.0, SUSPECT: 0.5, HEALTHY: 0.0}
+"""Values of the states over time; a quarter for those that are not testable, none where nothing is judged."""
+NOT_TESTABLE = 0.25
 
 
 class Car(NamedTuple):
-    """What is known of a car whose torques nobody knows.
+    """What is known of a car whose torques are not known.
 
     Args:
         parameters: of `RollingCar`
         notes: what a user must know of the judgement
     """
 
-    parameters: Any
+    parameters: RollingCar.Parameters
     notes: tuple[str, ...]
 
 
@@ -61,23 +71,20 @@ class ConditionSession:
 
     Args:
         name: of monitor and variant
-        block: of the variant
-        said: from its outputs to what is said of every element
-        filtered: from its outputs to what filters that leave out all that is at fault say in place of every sensor,
-            (n, sensors); None where it has none
+        block: of the variant; its output is a `ConditionOutput`
+        graph: of the substitutes that the block supplies
         vehicle: that is judged
         rate: of the samples [Hz]
         calibrated: whether its limits were designed on this very vehicle
         decision: by which it declares a fault
-        car: what is known of a car whose torques nobody knows; None where the file tells of everything
+        car: what is known of a car whose torques are not known; None where the file describes everything
     """
 
     def __init__(
         self,
         name: str,
         block: Block,
-        said: Callable[[Result], Said],
-        filtered: Callable[[Result], np.ndarray] | None,
+        graph: SubstitutionGraph,
         vehicle: Vehicle,
         rate: float,
         calibrated: bool,
@@ -86,13 +93,7 @@ class ConditionSession:
     ):
         self.name, self.block, self.vehicle, self.rate, self.calibrated = name, block, vehicle, rate, calibrated
         self.signals: tuple[str, ...] = ConditionSample._fields
-        self.decision = decision
-        whole = car is None
-        self.reconfiguration = (
-            Reconfiguration.of_vehicle(vehicle, 1.0 / rate, calibrated, filters=filtered is not None)
-            if car is None
-            else Reconfiguration.of_car(car.parameters, 1.0 / rate)
-        )
+        self.decision, self.graph = decision, graph
         self._notes = () if car is None else car.notes
         self.traces: Mapping[str, str] = {
             EVIDENCE: "",
@@ -100,20 +101,25 @@ class ConditionSession:
             **{f"supplied_{each}": SIGNALS[each].unit for each in SENSORS},
             **{f"deviation_of_supplied_{each}": SIGNALS[each].unit for each in SENSORS},
         }
-        self._said, self._filtered = said, filtered
-        close = Close() if calibrated else None
-        parameters = vehicle.parameters_for(AutomatedVehicle.Parameters) if car is None else car.parameters
+        close = CloseLimits() if calibrated else None
+        whole: AutomatedVehicle.Parameters | None = None
+        if car is None:
+            parameters: CarParameters = (whole := vehicle.parameters_for(AutomatedVehicle.Parameters))
+        else:
+            parameters = car.parameters
         self._wiring = Wiring(parameters, rate, close=close)
         self._leap = ClockLeap(lambda: Wiring(parameters, rate, close=close))
-        self._coverage, self._driven = Coverage(rate, asked=whole), Driven(1.0 / rate, asked=whole)
-        self._pace = TargetPace(rate) if whole else None
-        self._asked = TargetCheck(parameters, rate) if whole else None
+        self._coverage, self._driven = (
+            Coverage(rate, asked=whole is not None),
+            Driven(1.0 / rate, asked=whole is not None),
+        )
+        self._pace = TargetPace(rate) if whole is not None else None
+        self._asked = TargetCheck(whole, rate) if whole is not None else None
         self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
         self._read = np.zeros(len(MEASURED), bool)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in ELEMENTS}
         self._anew = False
         self._memory: Memory | None = None
-        self._supply: Memory | None = None
 
     def refuse(self, aligned: Aligned) -> None:
         """Refuse nothing: the finding states what cannot be judged."""
@@ -167,46 +173,36 @@ class ConditionSession:
     def _part(self, aligned: Aligned, available: np.ndarray, judged: bool, anew: bool) -> dict[str, np.ndarray]:
         """Samples that are all judged, or all not; after those that are not, the monitor begins anew.
 
-        The same where an acceleration fails, which the filters have used until then.
+        The same where an acceleration fails, which the filters have used until then. While nothing is judged no reading
+        is known to be right, and nothing is supplied.
         """
-        if anew:
+        if anew or not judged:
             self._memory = None
-        filtered = np.full((len(aligned.time), len(SENSORS)), np.nan)
+        count = len(aligned.time)
+        stated, states = StatementCourse.unjudged(count), np.full((count, len(ELEMENTS)), np.nan)
+        supplied = {name: states[:, 0] for name in self.traces if "supplied_" in name}
+        # Missing wheel speeds do not show that the vehicle stands.
+        moving = ~(np.abs(aligned.values[:, :2]) < STANDING).all(axis=1)
         if judged:
-            self._supply = None if self._memory is None else self._supply
             result = scan(self.block, aligned, self._memory)
             self._memory = result.state
-            # Missing wheel speeds do not tell that the vehicle stands.
-            moving = ~(np.abs(aligned.values[:, :2]) < STANDING).all(axis=1)
-            said = self._said(result).only(available, moving)
-            filtered = filtered if self._filtered is None else self._filtered(result)
-            kinds = [said.faulty, said.candidates, ~said.testable]
-            states = np.select(kinds, [FAULT, CANDIDATE, NOT_TESTABLE], SOUND)
+            stated = StatementCourse.of(result).where_available(available, moving)
+            states = np.select([stated.status == code for code in TRACED], list(TRACED.values()), NOT_TESTABLE)
+            supplied = {f"supplied_{name}": result[f"supplied.{name}.value"] for name in SENSORS}
+            supplied |= {f"deviation_of_supplied_{name}": result[f"supplied.{name}.deviation"] for name in SENSORS}
+            self._driven.add_sources(result, self.graph)
         else:
-            self._memory = None
-            said = nothing_said(len(aligned.time))
-            states = np.full(said.faulty.shape, np.nan)
+            stated = stated.where_available(available, moving)
         for place, course in enumerate(self._courses.values()):
-            course.add(aligned.time, said, available[:, place])
-        self._driven.add_slid(said.slid)
-        self._leap.add(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), said.faulty)
-        supplied = self._supplied(aligned.values, said, filtered)
-        self._driven.add_sources(supplied, self.reconfiguration.switchover.graph)
+            course.add(aligned.time, stated, available[:, place])
+        self._driven.add_low_grip(stated.low_grip)
+        faulty = stated.status == FAULT
+        self._leap.add(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), faulty)
         return {
-            EVIDENCE: said.evidence,
+            EVIDENCE: stated.lead,
             **{f"state_of_{name}": states[:, place] for place, name in enumerate(ELEMENTS)},
-            **{f"supplied_{name}": supplied[f"{name}.value"] for name in SENSORS},
-            **{f"deviation_of_supplied_{name}": supplied[f"{name}.deviation"] for name in SENSORS},
+            **supplied,
         }
-
-    def _supplied(self, readings: np.ndarray, said: Said, filtered: np.ndarray) -> Result:
-        """Every sensor's signal as others may use it; a reading that is not believed is passed on to nobody."""
-        faulty = said.faulty[:, : len(SENSORS)].astype(float)
-        believed = readings.copy()
-        believed[:, : len(SENSORS)][said.gated] = np.nan
-        result = scan(self.reconfiguration, np.hstack([believed, faulty, filtered]), self._supply)
-        self._supply = result.state
-        return result
 
     def conclude(self) -> Conclusion:
         """The state of every element, and the finding."""
@@ -220,26 +216,21 @@ class ConditionSession:
         wired = self._wiring.problems() or self._leap.problems([each for each in faults if not each.candidates])
         problems = (*wired, *slow)
         interruptions = self._coverage.interruptions
-        states = elements(self._courses, self._driven, problems, self.reconfiguration.switchover.graph)
+        states = elements(self._courses, self._driven, problems, self.graph)
         lost = losses(self._courses, self._driven)
         missing = [name for name, read in zip(MEASURED, self._read, strict=True) if not read]
-        # Without any reading, or with all of them, there is nothing to say of what tells the others apart.
-        notes = untold(self.vehicle, missing) if missing and self._read.any() else ()
-        told = self.calibrated or bool(self._notes)
+        # Without any reading, or with all of them, there is nothing to state about isolability.
+        notes = limitations(self.vehicle, missing) if missing and self._read.any() else ()
+        designed = self.calibrated or bool(self._notes)
         notes = (*self._notes, *notes, *self._impossible.notes())
         causes = OtherCauses(disagreeing, self._not_done())
         if not problems:
             states = (*states, *acceleration_elements(disagreeing))
-        finding = judge(self.name, states, self._driven, problems, lost, interruptions, told, notes, causes)
+        finding = judge(self.name, states, self._driven, problems, lost, interruptions, designed, notes, causes)
         if any(each.status in (Status.FAULT, Status.SUSPECT) and each.name not in ACCELERATIONS for each in states):
             finding = replace(finding, decided_by=(self.decision,))
-        sound = {each.name for each in states if each.name in SENSORS and not each.substitute}
-        withheld = tuple(f"{what}{name}" for name in sorted(sound) for what in ("supplied_", "deviation_of_supplied_"))
-        # What was wired wrongly is nobody's fault, and must fill no fault memory.
+        own = {each.name for each in states if each.name in SENSORS and not each.substitute}
+        withheld = tuple(f"{what}{name}" for name in sorted(own) for what in ("supplied_", "deviation_of_supplied_"))
+        # Wrong wiring is no fault of an element, and must fill no fault memory.
         courses = {} if problems else code_courses(self._courses, self._driven.end)
         return Conclusion(finding, elements=states, code_courses=courses, withheld=withheld)
-
-
-def filtered_by_bank(result: Result) -> np.ndarray:
-    """What the bank says in place of every sensor, (n, sensors)."""
-    return np.column_stack([result[f"decision.value.{name}"] for name in SENSORS])

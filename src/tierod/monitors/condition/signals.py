@@ -1,29 +1,103 @@
-"""What the condition monitor reads, what it suspects, and the hypotheses that it weighs."""
+"""What the condition monitor reads and judges: one table of sensors, one of actuators, and the types made from them.
+
+A further sensor is one more row of `SENSOR_TABLE` (and of the sample), an output of the vehicle's model, and a trouble
+code; what substitutes and checks of recordings can make of it stands in their own tables.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import combinations, product
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
-SENSORS = (
-    "wheel_speed_rear_left",
-    "wheel_speed_rear_right",
-    "yaw_rate",
-    "steering_wheel_angle",
-    "steering_shaft_torque",
-    "tie_rod_force",
+from tierod.core.block import named_tuple
+from tierod.core.signals import SIGNALS
+from tierod.core.statement import Statement
+from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.models.rolling_car import RollingCar
+
+CarParameters: TypeAlias = AutomatedVehicle.Parameters | RollingCar.Parameters
+"""Of a vehicle whose torques are known, or of one that is judged by its motion alone."""
+
+
+class Sensor(NamedTuple):
+    """A sensor that is judged; every number in the unit of its signal unless another is named.
+
+    Args:
+        name: of its signal
+        noise: standard deviation of one reading; data sheets of production sensors, rounding included
+        plausible: width of the range in which a failed sensor may read anything
+        growth: by which a held value may be off after a second, from usual rates of change [unit per s]
+        error_on_cars: root-mean-square error of the filter that leaves it out, the larger of two real cars; of sensors
+            that cars do not have, which are never supplied, what they may change in a second
+        lasting: errors of its prediction stay alike for so long [s]; by the variance of their means over two or ten
+            seconds, on fault-free drives of three virtual demonstrators: 0.2 to 0.7 s for the yaw rate, 0.6 to 2.0 s
+            for the angle, 0.05 s at most for all others. In a hard bend they last longer
+        jumps: whether its signal jumps, as the torque does with what is asked of the motors
+    """
+
+    name: str
+    noise: float
+    plausible: float
+    growth: float
+    error_on_cars: float
+    lasting: float = 0.1
+    jumps: bool = False
+
+
+SENSOR_TABLE = (
+    # A wheel's noise holds the unevenness of the road; an angle's the rounding to 0.1 degrees, and where in the sample
+    # it is read; torque and force come from strain gauges.
+    Sensor("wheel_speed_rear_left", 0.022, 30.0, 1.0, 0.052),
+    Sensor("wheel_speed_rear_right", 0.022, 30.0, 1.0, 0.046),
+    Sensor("yaw_rate", 0.0032, 4.0, 0.3, 0.032, lasting=1.0),
+    Sensor("steering_wheel_angle", 6e-4, 16.0, 1.5, 0.17, lasting=2.0),
+    Sensor("steering_shaft_torque", 0.11, 60.0, 3.0, 3.0, jumps=True),
+    Sensor("tie_rod_force", 20.5, 4000.0, 200.0, 200.0),
 )
 """The sensors that are judged, in the order of all outputs."""
 
-WHEELS = SENSORS[:2]
-"""The sensors of the speed."""
+SENSORS = tuple(each.name for each in SENSOR_TABLE)
+"""Their names."""
+
+WHEELS, OF_CARS = SENSORS[:2], SENSORS[:4]
+"""The sensors of the speed, and those that every car has."""
+
+SHAFT_TORQUE = "steering_shaft_torque"
+"""The sensor that observes what both steering motors give together."""
 
 ACCELERATIONS = ("longitudinal_acceleration", "lateral_acceleration")
 """Sensors that help and are replaced by nothing; the other sensors show whether they are right."""
 
-ACTUATORS = ("steering_motor_1", "steering_motor_2", "drive_left", "drive_right")
+ACCELERATION_NOISE = 0.12
+"""Standard deviation of one reading of either [m/s**2]."""
+
+
+class Actuator(NamedTuple):
+    """An actuator that is judged.
+
+    Args:
+        name: of the actuator
+        target: signal of the torque that is asked of it
+        needs: sensor without which no drive shows whether it gives what is asked; "" where there is none
+    """
+
+    name: str
+    target: str
+    needs: str = ""
+
+
+ACTUATOR_TABLE = (
+    Actuator("steering_motor_1", "steering_motor_1_target_torque", SHAFT_TORQUE),
+    Actuator("steering_motor_2", "steering_motor_2_target_torque", SHAFT_TORQUE),
+    Actuator("drive_left", "target_drive_torque_left"),
+    Actuator("drive_right", "target_drive_torque_right"),
+)
 """The actuators that are judged, in the order of all outputs."""
+
+ACTUATORS = tuple(each.name for each in ACTUATOR_TABLE)
+"""Their names."""
+
+TARGETS = tuple(each.target for each in ACTUATOR_TABLE)
+"""What is asked of them, in their order."""
 
 MOTORS, DRIVES = ACTUATORS[:2], ACTUATORS[2:]
 """Actuators that turn the column together, and that push the vehicle together. Where what feeds or enables them fails,
@@ -32,85 +106,34 @@ both lose the same share."""
 ELEMENTS = SENSORS + ACTUATORS
 """Everything that is judged, in the order of all outputs."""
 
-HEALTHY = "healthy"
-"""Name of the hypothesis that suspects nothing."""
+NEEDED = {each.name: each.needs for each in ACTUATOR_TABLE if each.needs}
+"""Sensor without which an actuator is not observable."""
 
 
-class ConditionSample(NamedTuple):
-    """One sample of the vehicle; NaN where a signal is missing.
-
-    Args:
-        wheel_speed_rear_left, wheel_speed_rear_right: circumferential speeds of the rear wheels, as sensed
-        yaw_rate: as sensed
-        steering_wheel_angle: of the column, as sensed
-        steering_shaft_torque: below both steering motors, as sensed
-        tie_rod_force: sum of both sides, positive where it opposes a turn to the left, as sensed
-        longitudinal_acceleration, lateral_acceleration: specific forces at the sensor, not judged
-        steering_motor_1_target_torque, steering_motor_2_target_torque: asked of the motors, at their shafts
-        target_drive_torque_left, target_drive_torque_right: asked of the drives, at the wheels
-        target_steering_wheel_angle, target_vehicle_speed: what the control wants
-    """
-
-    wheel_speed_rear_left: Annotated[float, "m/s"]
-    wheel_speed_rear_right: Annotated[float, "m/s"]
-    yaw_rate: Annotated[float, "rad/s"]
-    steering_wheel_angle: Annotated[float, "rad"]
-    steering_shaft_torque: Annotated[float, "N*m"]
-    tie_rod_force: Annotated[float, "N"]
-    longitudinal_acceleration: Annotated[float, "m/s**2"]
-    lateral_acceleration: Annotated[float, "m/s**2"]
-    steering_motor_1_target_torque: Annotated[float, "N*m"]
-    steering_motor_2_target_torque: Annotated[float, "N*m"]
-    target_drive_torque_left: Annotated[float, "N*m"]
-    target_drive_torque_right: Annotated[float, "N*m"]
-    target_steering_wheel_angle: Annotated[float, "rad"]
-    target_vehicle_speed: Annotated[float, "m/s"]
+def _of_signals(name: str, signals: tuple[str, ...]) -> Any:
+    return named_tuple(name, [(each, Annotated[float, SIGNALS[each].unit]) for each in signals])
 
 
-@dataclass(frozen=True)
-class Hypothesis:
-    """One explanation: what is at fault, all else being sound.
+Readings: Any = _of_signals("Readings", SENSORS)
+"""One number per sensor, in its unit."""
 
-    Args:
-        name: "healthy", or the names of the suspects joined by " + "
-        sensors: at fault, names from `SENSORS`
-        actuators: at fault, names from `ACTUATORS`
-    """
+Measured: Any = _of_signals("Measured", (*SENSORS, *ACCELERATIONS))
+"""One number per sensor, accelerations included, in its unit."""
 
-    name: str
-    sensors: tuple[str, ...] = ()
-    actuators: tuple[str, ...] = ()
+Elements: Any = named_tuple("Elements", [(name, Annotated[float, ""]) for name in ELEMENTS])
+"""One number per sensor and actuator; mostly whether (1) or not (0)."""
 
-    @property
-    def suspects(self) -> tuple[str, ...]:
-        """Everything at fault, sensors first."""
-        return self.sensors + self.actuators
+Statements: Any = named_tuple("Statements", [(name, Statement) for name in ELEMENTS])
+"""What is stated about every sensor and actuator."""
 
-    def agrees(self, other: Hypothesis) -> bool:
-        """Whether both suspect the same actuators, as far as both suspect any: what two lose together is another loss.
+ConditionSample: Any = _of_signals(
+    "ConditionSample",
+    (*SENSORS, *ACCELERATIONS, *TARGETS, "target_steering_wheel_angle", "target_vehicle_speed"),
+)
+"""One sample of the vehicle; NaN where a signal is missing.
 
-        Args:
-            other: hypothesis
-        """
-        return not self.actuators or not other.actuators or self.actuators == other.actuators
-
-
-def hypotheses() -> tuple[Hypothesis, ...]:
-    """All explanations that are weighed, 52 in a fixed order.
-
-    Healthy; one sensor (6); one actuator (4); two sensors (15); a sensor and an actuator (24); two actuators that share
-    a supply and lose the same share (2).
-    """
-    singles = [((name,), ()) for name in SENSORS]
-    motors = [((), (name,)) for name in ACTUATORS]
-    pairs = [(pair, ()) for pair in combinations(SENSORS, 2)]
-    mixed = [((sensor,), (actuator,)) for sensor, actuator in product(SENSORS, ACTUATORS)]
-    shared = [((), MOTORS), ((), DRIVES)]
-    return tuple(
-        Hypothesis(" + ".join((*sensors, *actuators)) or HEALTHY, sensors, actuators)
-        for sensors, actuators in [((), ()), *singles, *motors, *pairs, *mixed, *shared]
-    )
-
-
-SLIDING = Hypothesis("sliding tyres")
-"""That tyres slide, and nobody is at fault; no diagnosis, but a reason for none."""
+Wheel speeds are circumferential, the angle is that of the column, the shaft's torque lies below both steering motors,
+the tie-rod force is the sum of both sides, positive where it opposes a turn to the left; accelerations are specific
+forces at the sensor. Targets: torques asked of the motors, at their shafts, and of the drives, at the wheels; the last
+two are what the control wants.
+"""

@@ -8,26 +8,24 @@ from tierod.core.findings import Element, Episode, Status
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.substitution import SubstitutionGraph
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.monitors.condition.bank.testability import TOLD_BY
 from tierod.monitors.condition.courses import TOGETHER, ElementCourse
 from tierod.monitors.condition.driven import ALL_HELD, ALL_ZERO, TOO_FEW, Driven
+from tierod.monitors.condition.reaction import NOT_ISOLABLE
 from tierod.monitors.condition.recording_checks.absence import Loss
-from tierod.monitors.condition.recording_checks.accelerations import MOTION, Disagreement
 from tierod.monitors.condition.recording_checks.contradictions import Problem
-from tierod.monitors.condition.said import shown
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.condition.recording_checks.filter_inputs import MOTION, Disagreement
+from tierod.monitors.condition.signals import ACTUATORS, NEEDED, SENSORS
+from tierod.monitors.condition.statements import shown
 from tierod.monitors.harness.session import StatusChange
 
 LEAST_TESTABLE = 5.0
-"""Time for which a fault of an element must have been able to show before the element is called sound [s]."""
+"""Time for which a fault of an element must have been able to show before the element is called healthy [s]."""
 LACKING = "the recording has no"
 """How the cause of what is not there begins."""
 LEAST_TOLD = 1.0
-"""Of a drive that was not judged, from which on it is told [s]."""
+"""Of a drive that was not judged, from which on it is reported [s]."""
 _NEVER = 0.05
 """Less than this is no time in which a fault could have shown [s]."""
-NOT_ISOLABLE = "condition-not-isolable"
-"""Trouble code of what is seen and not told apart."""
 
 
 def elements(
@@ -44,8 +42,8 @@ def elements(
     codes = load_trouble_codes().codes
     found, open_, lost = [], unresolved(courses, drive.end), losses(courses, drive)
     for name, course in courses.items():
-        told_by = courses.get(TOLD_BY.get(name, ""))
-        status, cause = _status(course, open_[name], drive, problems, told_by, lost.get(name))
+        needed = courses.get(NEEDED.get(name, ""))
+        status, cause = _status(course, open_[name], drive, problems, needed, lost.get(name))
         judged = status in (Status.FAULT, Status.SUSPECT)
         episodes = open_[name] if judged else ()
         code = codes[name.replace("_", "-")].code if status is Status.FAULT else ""
@@ -68,7 +66,7 @@ def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element,
             "sensor",
             Status.FAULT,
             f"it does not go with {MOTION[each.element]}; the filters do without it since {each.found:.2f} s",
-            (Episode(f"{shown(each.size, 'm/s**2')} off {MOTION[each.element]}", each.start, None, None),),
+            (Episode(f"{shown(each.magnitude, 'm/s**2')} off {MOTION[each.element]}", each.start, None, None),),
         )
         for each in disagreeing
         if each.sure
@@ -82,7 +80,7 @@ def losses(courses: Mapping[str, ElementCourse], drive: Driven) -> dict[str, Los
         courses: of all elements
         drive: figures over it
     """
-    found = {name: drive.loss(name, course.told) for name, course in courses.items() if course.available > 0.0}
+    found = {name: drive.loss(name, course.observed) for name, course in courses.items() if course.available > 0.0}
     return {name: loss for name, loss in found.items() if loss is not None}
 
 
@@ -110,7 +108,7 @@ def _status(
     episodes: Sequence[Episode],
     drive: Driven,
     problems: Sequence[Problem],
-    told_by: ElementCourse | None,
+    needed: ElementCourse | None,
     loss: Loss | None,
 ) -> tuple[Status, str]:
     name = course.element
@@ -131,8 +129,8 @@ def _status(
         seen = f"sound {when}" if course.testable >= LEAST_TESTABLE else f"{when} too little was seen to judge it"
         return loss.status, f"{loss.cause}; {seen}"
     if course.testable < LEAST_TESTABLE:
-        if not _dead(drive) and told_by is not None and told_by.available < min(LEAST_TESTABLE, 0.5 * drive.seconds):
-            return Status.NOT_TESTABLE, f"nothing tells what it gives without {told_by.element.replace('_', ' ')}"
+        if not _dead(drive) and needed is not None and needed.available < min(LEAST_TESTABLE, 0.5 * drive.seconds):
+            return Status.NOT_TESTABLE, f"nothing tells what it gives without {needed.element.replace('_', ' ')}"
         return Status.NOT_TESTABLE, _not_testable(name, course, drive)
     if drive.seconds - course.available > LEAST_TOLD:
         return Status.HEALTHY, f"while it was there, {course.available:.0f} of {drive.seconds:.0f} s"
@@ -140,7 +138,7 @@ def _status(
 
 
 def _dead(drive: Driven) -> str:
-    """What all sensors did that told nothing almost throughout; "" where they told something."""
+    """What all sensors did that showed nothing almost throughout; "" where they showed something."""
     little = drive.judged * drive.period < LEAST_TESTABLE
     return drive.not_judged if little and drive.not_judged in (ALL_ZERO, ALL_HELD) else ""
 

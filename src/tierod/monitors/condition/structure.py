@@ -1,4 +1,4 @@
-"""The structure of the automated vehicle: which sensor, which actuator stands in which equation."""
+"""Which sensor and actuator stands in which equation of the vehicle, and which faults that leaves undetectable."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from dataclasses import MISSING, fields
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.errors import ParameterError, nearest
-from tierod.methods.analysis.structure import Equation, StructuralModel, structure_of
+from tierod.methods.analysis.structure import Equation, Isolability, StructuralModel, isolability, structure_of
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, SENSORS
+from tierod.monitors.condition.statements import listed
 from tierod.vehicles import Vehicle
 
 ERRORS = ("front_force_error", "rear_force_error", "tie_rod_force_error")
@@ -38,17 +39,17 @@ class _Actuated:
         drive_right: Annotated[float, "N*m"]
 
     @staticmethod
-    def transition(x: Any, u: Any, p: Any) -> Any:
-        """The state one sample on, nobody suspected."""
+    def transition(x: AutomatedVehicle.State, u: Input, p: AutomatedVehicle.Parameters) -> AutomatedVehicle.State:
+        """The state one sample on, nothing suspected."""
         return AutomatedVehicle.transition(x._replace(torque_loss=0.0), _asked(u), p)
 
     @staticmethod
-    def output(x: Any, u: Any, p: Any) -> Any:
+    def output(x: AutomatedVehicle.State, u: Input, p: AutomatedVehicle.Parameters) -> AutomatedVehicle.Output:
         """What is measured."""
         return AutomatedVehicle.output(x._replace(torque_loss=0.0), _asked(u), p)
 
 
-def _asked(u: Any) -> Any:
+def _asked(u: _Actuated.Input) -> AutomatedVehicle.Input:
     torques = (u.steering_torque, 0.0, u.drive_left, u.drive_right)
     return AutomatedVehicle.Input(*torques, *torques, 0.0, 0.0, 0.0, 0.0)
 
@@ -62,18 +63,18 @@ def rolls(vehicle: Vehicle) -> bool:
     return len(_lacking(vehicle, RollingCar.Parameters)) < len(_lacking(vehicle, AutomatedVehicle.Parameters))
 
 
-def _lacking(vehicle: Vehicle, wanted: Any) -> list[str]:
+def _lacking(vehicle: Vehicle, wanted: type[Any]) -> list[str]:
     needed = (each for each in fields(wanted) if each.default is MISSING and each.default_factory is MISSING)
     return [each.name for each in needed if each.name not in vehicle]
 
 
 def rolling_structure(vehicle: Vehicle, without: Collection[str] = (), steering_known: bool = True) -> StructuralModel:
-    """Equations of a car whose torques nobody knows: speed and yaw rate may go anywhere at any time.
+    """Equations of a car whose torques are not known: speed and yaw rate may go anywhere at any time.
 
     Args:
         vehicle: with the parameters of `RollingCar`
         without: sensors that the car or the recording does not have, accelerations included
-        steering_known: whether the car turns as it is steered; if not, the angle tells nothing of the yaw rate
+        steering_known: whether the car turns as it is steered; if not, the angle does not give the yaw rate
 
     Raises:
         ParameterError: parameters that are missing
@@ -136,3 +137,45 @@ def further_sensors(model: StructuralModel) -> tuple[Equation, ...]:
             again = f"second {name.replace('_', ' ')}"
             offered.append(Equation.of(again, model.by_name[name].unknowns, {again}, again))
     return tuple(offered)
+
+
+SHOWN = 3
+"""Pairs that are named; 'tierod isolability' shows all."""
+
+
+def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
+    """Which faults are not detectable or not isolable without some sensors, in sentences.
+
+    Args:
+        vehicle: that is judged
+        missing: sensors that the recording lacks, accelerations included
+    """
+    model = vehicle_structure(vehicle, missing)
+    single, pairs = isolability(model), isolability(model, at_once=2)
+    lack = f"without {listed(sorted(missing))}, " if missing else ""
+    unseen, alike = single.undetectable, [group for group in single.groups if len(group) > 1]
+    notes = [f"{lack}faults of {listed(unseen)} do not show in any equation"] if unseen else []
+    notes += [f"{lack}faults of {listed(group)} are not told apart" for group in alike]
+    if not notes and single.faults:
+        notes = [f"{lack}single faults of {listed(single.faults)} are still told apart by the equations"]
+    return (*notes, *_double(pairs))
+
+
+def _double(pairs: Isolability) -> tuple[str, ...]:
+    """Of two faults at once, those that something else explains as well."""
+    both = [name for name in pairs.faults if " + " in name]
+    mixed = [name for name in both if name not in pairs.isolable]
+    if not mixed:
+        return ()
+    named = "; ".join(f"{_plain(name)} look like {_plain(_other(pairs, name))}" for name in mixed[:SHOWN])
+    more = f"; and {len(mixed) - SHOWN} more" if len(mixed) > SHOWN else ""
+    return (f"of {len(both)} pairs of faults {len(mixed)} are not told from others: {named}{more}",)
+
+
+def _other(pairs: Isolability, name: str) -> str:
+    others = pairs.mistaken_for(name)
+    return others[0] if others else "nothing at all"
+
+
+def _plain(name: str) -> str:
+    return listed(name.split(" + "))

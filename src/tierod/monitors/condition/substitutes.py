@@ -1,4 +1,4 @@
-"""What else tells the reading of a sensor: the filter of all others, and plain relations for when that is gone."""
+"""Substitutes of every sensor: the filter of all others, and plain relations for when that is gone."""
 
 from __future__ import annotations
 
@@ -6,14 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from tierod.core.block import named_tuple
+from tierod.core.block import Scalar, Tree
 from tierod.core.graph.maths import maximum
 from tierod.diagnosis.substitution import SubstitutionGraph, graph_from
-from tierod.diagnosis.switchover import Switchover
+from tierod.diagnosis.switchover import SupplyState, Switchover
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.models.rolling_car import RollingCar
+from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS, CarParameters, ConditionSample, Readings
 from tierod.physics.central_axis import rolling_yaw_rate
 from tierod.vehicles import Vehicle
 
@@ -21,23 +22,11 @@ FILTER = "filter-of-the-others"
 """Substitute that the bank gives: the filter that leaves out all that is at fault."""
 LEAST_SPEED = 1.0
 """Taken for slower ones where something is divided by the speed [m/s]."""
-FADE = 0.2
-"""Time constant of a switch between two sound sources [s]: far longer than a sample, far shorter than a turn."""
-
-GROWTH = (1.0, 1.0, 0.3, 1.5, 3.0, 200.0)
+GROWTH = tuple(each.growth for each in SENSOR_TABLE)
 """By which a held value may be off after a second [unit of the signal per s]: usual rates of change."""
+FADE = 0.2
+"""Time constant of a switch between two fault-free sources [s]: far longer than a sample, far shorter than a turn."""
 
-
-ON_CARS = {
-    "wheel_speed_rear_left": 0.052,
-    "wheel_speed_rear_right": 0.046,
-    "yaw_rate": 0.032,
-    "steering_wheel_angle": 0.17,
-    "steering_shaft_torque": 3.0,
-    "tie_rod_force": 200.0,
-}
-"""Root-mean-square error of the filter that leaves a sensor out, the larger of two real cars [unit of the signal]; of
-those that cars do not have, which are never supplied, what they may change in a second."""
 _OF_CARS = {"name": FILTER, "needs": [], "source": "sound beginnings of the recordings of two real cars"}
 
 
@@ -46,7 +35,7 @@ def substitution_graph(calibrated: bool = True, filters: bool = True) -> Substit
     """The substitutes of every sensor, the best first, with their measured errors.
 
     Args:
-        calibrated: whether the errors are those of calibrated vehicles, or of one that nobody has calibrated
+        calibrated: whether the errors are those of calibrated vehicles, or of one that was not calibrated
         filters: whether there is a bank that leaves out all that is at fault; rules have none
     """
     from tierod.core.toml import Document
@@ -64,7 +53,7 @@ def substitution_graph(calibrated: bool = True, filters: bool = True) -> Substit
 @lru_cache(maxsize=1)
 def graph_of_cars() -> SubstitutionGraph:
     """The filter of the others in place of every sensor that cars have, with what it errs by on two real cars."""
-    return graph_from({name: [{**_OF_CARS, "deviation": error}] for name, error in ON_CARS.items()})
+    return graph_from({each.name: [{**_OF_CARS, "deviation": each.error_on_cars}] for each in SENSOR_TABLE})
 
 
 def _way(row: Mapping[str, Any], calibrated: bool) -> dict[str, Any]:
@@ -73,20 +62,14 @@ def _way(row: Mapping[str, Any], calibrated: bool) -> dict[str, Any]:
     return kept if calibrated else {**kept, "deviation": row["uncalibrated"]}
 
 
-Faulty: Any = named_tuple("Faulty", [(name, Annotated[float, ""]) for name in SENSORS])
-"""Whether each sensor is declared faulty, 1 or 0."""
-Filtered: Any = named_tuple("Filtered", [(name, Annotated[float, ""]) for name in SENSORS])
-"""What the bank says of each sensor, in its unit."""
-
-
-def plain_relations(readings: Any, vehicle: Any) -> dict[str, dict[str, Any]]:
+def plain_relations(readings: ConditionSample, vehicle: CarParameters) -> dict[str, dict[str, Scalar]]:
     """Every substitute but the filter: sensor -> name -> value, in the unit of the sensor.
 
     Args:
         readings: a `ConditionSample`
         vehicle: parameters of `AutomatedVehicle`
 
-    Validity: rear tyres that roll, gentle turns; each holds for a sensor in so far as those that it uses are sound.
+    Validity: rear tyres that roll, gentle turns; each holds for a sensor as far as those that it uses are fault-free.
     Source: Li, Frey, Gauterin, eqs (7), (9), (30) to (33), (46), simplified and corrected.
     """
     left, right, yaw_rate, angle, torque, force = readings[: len(SENSORS)]
@@ -145,17 +128,17 @@ class Reconfiguration:
     """
 
     switchover: Switchover
-    vehicle: Any
+    vehicle: CarParameters
 
     class Sample(NamedTuple):
-        """Readings and targets, what is declared, and what the bank says in place of each sensor."""
+        """Readings and targets, whether each sensor is declared faulty, and its value by the filters."""
 
         readings: ConditionSample
-        faulty: Faulty
-        filtered: Filtered
+        faulty: Readings
+        filtered: Readings
 
     @classmethod
-    def of_car(cls, parameters: Any, sample_time: float = 0.01) -> Reconfiguration:
+    def of_car(cls, parameters: RollingCar.Parameters, sample_time: float = 0.01) -> Reconfiguration:
         """With the filter of the others alone, whose errors are those on two real cars.
 
         Args:
@@ -186,11 +169,11 @@ class Reconfiguration:
         """Per sensor what is supplied."""
         return self.switchover.Output
 
-    def init(self) -> Any:
+    def init(self) -> tuple[SupplyState, ...]:
         """Nothing supplied yet."""
         return self.switchover.init()
 
-    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+    def step(self, state: tuple[SupplyState, ...], sample: Sample) -> tuple[tuple[SupplyState, ...], Tree]:
         """One sample on."""
         relations = plain_relations(sample.readings, self.vehicle)
         graph = self.switchover.graph

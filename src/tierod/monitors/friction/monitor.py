@@ -249,8 +249,9 @@ def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Findin
 
 def acting_by_build_up(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
     """Friction that acts, as the pre-sliding estimator sees it: its model's, and what is left of the balance."""
-    modelled: np.ndarray = result["estimate.friction_torque"] * result["estimate.build_up"]
-    return modelled + result["estimate.innovation"]
+    modelled = result["estimate.friction_torque"] * result["estimate.build_up"]
+    acting: np.ndarray = modelled + result["estimate.innovation"]
+    return acting
 
 
 def acting_by_balance(parameters: FrictionParameters) -> Acting:

@@ -150,7 +150,8 @@ class GainsOverDrive:
             ]
         )
         used = (speed > self.limits.slowest) & (np.abs(torque) > self.limits.smallest)
-        return rows[used & np.isfinite(rows).all(axis=1)]
+        kept: np.ndarray = rows[used & np.isfinite(rows).all(axis=1)]
+        return kept
 
     def found(self) -> TorqueGains | None:
         """The gains; None where the drive or the vehicle file do not say."""

@@ -95,7 +95,8 @@ class LagOverDrive:
 
 def _change(values: np.ndarray) -> np.ndarray:
     """Change over SPAN samples: a steady turn says nothing of a delay, and offsets vanish."""
-    return values[SPAN:] - values[:-SPAN]
+    change: np.ndarray = values[SPAN:] - values[:-SPAN]
+    return change
 
 
 def _cross_correlation(first: np.ndarray, second: np.ndarray) -> np.ndarray:

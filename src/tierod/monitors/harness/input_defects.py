@@ -55,7 +55,8 @@ CHARACTERISTIC_SPEED = 22.0
 def _turned(block: Mapping[str, np.ndarray]) -> np.ndarray:
     """What the yaw rate of a usual car is proportional to."""
     speed = block["vehicle_speed"]
-    return block["steering_wheel_angle"] * speed / (1.0 + (speed / CHARACTERISTIC_SPEED) ** 2)
+    turned: np.ndarray = block["steering_wheel_angle"] * speed / (1.0 + (speed / CHARACTERISTIC_SPEED) ** 2)
+    return turned
 
 
 RELATIONS = {

@@ -34,7 +34,7 @@ def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_ma
     named = [metadata[key] for key in KEYS if isinstance(metadata.get(key), str)]
     for name in named:
         if name in shipped():
-            return name
+            return str(name)
     told = f"names '{named[0]}', which tierod does not ship" if named else "names none"
     raise ParameterError(
         f"no vehicle is given, and the recording {told}; give --vehicle (in Python: vehicle=...) with a name of "

@@ -7,15 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from tierod.core.findings import Status
 from tierod.core.graph import Bank, Result, scan
 from tierod.core.recording import Recording
-from tierod.monitors.condition.bank.judge import condition_bank
-from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.core.statement import code_of
 from tierod.monitors.condition.calibration.grid import aligned
-from tierod.monitors.condition.calibration.limits import NAME, design_limits, limits_of, table_of
+from tierod.monitors.condition.calibration.limits import NAME, design_limits, table_of
 from tierod.monitors.condition.calibration.vehicle_parameters import calibrate as calibrate_parameters
 from tierod.monitors.condition.kinds.catalogue import KINDS
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.condition.monitor import condition_monitor
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS
 from tierod.papers.condition.recorded import calibration_set
 from tierod.papers.condition.truth import Declared
 from tierod.vehicles import Vehicle, load
@@ -40,7 +41,7 @@ class Known:
     def bank(self) -> Bank:
         """The bank at work."""
         if self._bank is None:
-            self._bank = condition_bank(LeaveOutFilter.of_vehicle(self.vehicle), limits_of(self.vehicle))
+            self._bank = condition_monitor(self.vehicle)
         return self._bank
 
 
@@ -54,29 +55,29 @@ def calibrate(number: int, quick: bool) -> Known:
 
 
 def declare(known: Known, recording: Recording, name: str) -> Declared:
-    """What the bank says of a drive."""
-    return said_of(scan(known.bank, aligned(recording)), recording["yaw_rate"].time)
+    """What the bank states over a drive."""
+    return declared_of(scan(known.bank, aligned(recording)), recording["yaw_rate"].time)
 
 
-def said_of(result: Result, time: np.ndarray) -> Declared:
-    """What a bank has said.
+def declared_of(result: Result, time: np.ndarray) -> Declared:
+    """What any variant of the monitor has stated.
 
     Args:
-        result: of the bank, whose output is a `Judgement`
+        result: of a block whose output holds statements
         time: of its samples [s]
     """
-    elements = (*SENSORS, *ACTUATORS)
-    names = np.array(["", *KINDS])
-    share = result["loss.share"]
+    names = np.array(["", *KINDS[:-1], "loss"])
+    status, kind, magnitude, deviation = (
+        {each: result[f"statements.{each}.{part}"] for each in ELEMENTS}
+        for part in ("status", "kind", "magnitude", "deviation")
+    )
     return Declared(
         time,
-        {each: result[f"decision.faulty.{each}"] > 0.5 for each in elements},
-        {each: result[f"decision.candidates.{each}"] > 0.5 for each in elements},
-        {each: result[f"decision.testable.{each}"] < 0.5 for each in elements},
-        {each: names[np.rint(result[f"kinds.{each}.kind"]).astype(int)] for each in SENSORS}
-        | {each: np.where(result[f"decision.faulty.{each}"] > 0.5, "loss", "") for each in ACTUATORS},
-        {each: result[f"kinds.{each}.size"] for each in SENSORS} | dict.fromkeys(ACTUATORS, share),
-        {each: result[f"decision.value.{each}"] for each in SENSORS},
-        {each: result[f"kinds.{each}.deviation"] for each in SENSORS}
-        | dict.fromkeys(ACTUATORS, result["loss.deviation"]),
+        {each: codes == code_of(Status.FAULT) for each, codes in status.items()},
+        {each: codes == code_of(Status.SUSPECT) for each, codes in status.items()},
+        {each: result[f"testable.{each}"] < 0.5 for each in ELEMENTS},
+        {each: names[np.rint(numbers).astype(int)] for each, numbers in kind.items()},
+        magnitude,
+        {each: result[f"value.{each}"] for each in SENSORS},
+        deviation,
     )

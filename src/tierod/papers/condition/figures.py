@@ -11,14 +11,14 @@ from tierod.core.content import Chart, Heading, Item, Panel
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
-from tierod.monitors.condition.residuals.all_residuals import AllResiduals
-from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
-from tierod.monitors.condition.residuals.fit import samples_of
-from tierod.monitors.condition.residuals.thresholds import Excitation
-from tierod.monitors.condition.rule_monitor import RuleMonitor
 from tierod.papers.condition.drives import SENSORS, TEST_SECONDS, Drive, both_motors
 from tierod.papers.condition.faults import LOSS, Injected, lost
 from tierod.papers.condition.recorded import recorded
+from tierod.papers.condition.rules.all_residuals import AllResiduals
+from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
+from tierod.papers.condition.rules.fit import samples_of
+from tierod.papers.condition.rules.readings import Excitation
+from tierod.papers.condition.rules.rule_monitor import RuleMonitor
 from tierod.papers.condition.runs import BEST, VARIANTS, calibrations, diagnosed
 from tierod.papers.condition.tables import curves, flags, states
 from tierod.papers.condition.truth import Declared, truths
@@ -141,8 +141,9 @@ class _View:
         lively = Excitation._make(result[f"excitation.{name}"] for name in Excitation._fields)
         names = [each.name for each in (*SENSOR_RESIDUALS, *ACTUATOR_RESIDUALS)]
         thresholds = (*monitor.sensor_thresholds, *monitor.actuator_thresholds)
+        there, residuals = ({each: result[f"{part}.{each}"] for each in names} for part in ("there", "residuals"))
         return {
-            name: np.where(result[f"there.{name}"] > 0.5, threshold.ratio(result[f"residuals.{name}"], lively), 0.0)
+            name: np.where(there[name] > 0.5, threshold.ratio(residuals[name], lively), 0.0)  # type: ignore[arg-type]  # arrays
             for name, threshold in zip(names, thresholds, strict=True)
         }
 

@@ -13,7 +13,12 @@ from tierod.core.claims import Claim, at_least, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Channel, Recording
 from tierod.experiments.effort import Effort
-from tierod.monitors.condition.rolling_bank import OTHERS, SLOW, WHEELS, rolling_bank
+from tierod.monitors.condition.monitor import (
+    SLOW,
+    WITH_WHEELS,
+    WITHOUT_WHEELS,
+    rolling_monitor,
+)
 from tierod.papers.condition import tables
 from tierod.papers.condition.by_rules import said as said_by_rules
 from tierod.papers.condition.drives import Drive
@@ -166,7 +171,7 @@ def _ratios(here: Mapping[RealCar, Recording]) -> Table:
         ):
             figures = healthy_ratios(car, recording, start, stop)
             rows.append((car.name, what, f"{stop - start:.0f}", *(f"{each:.1f}" for each in figures)))
-    rows.append(("limits", "", "", f"{WHEELS:g}", f"{OTHERS:g}", f"{SLOW:g}"))
+    rows.append(("limits", "", "", f"{WITH_WHEELS:g}", f"{WITHOUT_WHEELS:g}", f"{SLOW:g}"))
     header = ("car", "part", "length [s]", "with wheels, short", "without wheels, short", "long")
     note = "Largest ratio of any hypothesis that lasts for three samples, per sample; over 0.05 s and over 0.5 s."
     return Table("Ratios of sound recordings [nat]", header, tuple(rows), note)
@@ -187,7 +192,7 @@ def judged(car: RealCar, recording: Recording, name: str = BEST, quick: bool = F
         recording = on_grid(recording)
         diagnosis = partial(said_by_rules, learnt(car, recording))
     else:
-        diagnosis = partial(said, rolling_bank(car.known))
+        diagnosis = partial(said, rolling_monitor(car.known))
     starts = car.starts[:1] if quick else car.starts
     faults = [each for start in starts for sensor in SENSORS for each in faults_of(sensor, start, car.lasting)]
     scored = [_scored(car, recording, diagnosis, (each,), measures) for each in faults]

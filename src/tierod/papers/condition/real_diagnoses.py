@@ -11,20 +11,21 @@ from tierod.core.recording import Recording
 from tierod.monitors.condition.bank.rolling_filter import RollingFilter
 from tierod.monitors.condition.calibration.grid import sampled
 from tierod.monitors.condition.calibration.healthy_ratios import Watching, lasting, unreachable
-from tierod.monitors.condition.residuals.actuator_set import actuator_set
-from tierod.monitors.condition.residuals.adaptive_speed import AdaptiveSpeed
-from tierod.monitors.condition.residuals.all_residuals import AllResiduals
-from tierod.monitors.condition.residuals.calibration import ResidualCalibration
-from tierod.monitors.condition.residuals.catalogue import RESIDUALS
-from tierod.monitors.condition.residuals.fit import SETTLING, samples_of
-from tierod.monitors.condition.residuals.parameters import Coefficients, ResidualParameters
-from tierod.monitors.condition.residuals.residual_set import residual_set
-from tierod.monitors.condition.residuals.rolling import steer_of_rolling
-from tierod.monitors.condition.residuals.thresholds import ResidualThreshold
-from tierod.monitors.condition.rolling_bank import rolling_bank, rolling_hypotheses
-from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
-from tierod.papers.condition.by_bank import said_of
+from tierod.monitors.condition.hypotheses import hypotheses_of_cars
+from tierod.monitors.condition.monitor import rolling_monitor
+from tierod.papers.condition.by_bank import declared_of
 from tierod.papers.condition.real_recordings import RATE, SENSORS, RealCar
+from tierod.papers.condition.rules.actuator_set import actuator_set
+from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
+from tierod.papers.condition.rules.all_residuals import AllResiduals
+from tierod.papers.condition.rules.calibration import ResidualCalibration
+from tierod.papers.condition.rules.catalogue import RESIDUALS
+from tierod.papers.condition.rules.fit import SETTLING, samples_of
+from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
+from tierod.papers.condition.rules.readings import ResidualThreshold
+from tierod.papers.condition.rules.residual_set import residual_set
+from tierod.papers.condition.rules.routes import steer_of_rolling
+from tierod.papers.condition.rules.rule_monitor import RuleMonitor, rule_monitor
 from tierod.papers.condition.truth import Declared
 
 SETTLED = 2.0
@@ -39,7 +40,7 @@ def said(bank: Bank, recording: Recording) -> Declared:
         recording: as it was made, or with faults
     """
     samples = sampled(recording)
-    return said_of(scan(bank, samples.values), samples.time)
+    return declared_of(scan(bank, samples.values), samples.time)
 
 
 def accuracy(car: RealCar, recording: Recording) -> dict[str, float]:
@@ -53,11 +54,11 @@ def accuracy(car: RealCar, recording: Recording) -> dict[str, float]:
     """
     samples, base = sampled(recording), RollingFilter.of_vehicle(car.known)
     found = {}
-    for each in rolling_hypotheses():
+    for each in hypotheses_of_cars():
         if len(each.sensors) == 1:
             (name,) = each.sensors
             reading = samples.values[:, samples.names.index(name)]
-            error = reading - scan(base.leaving_out(each.sensors), samples.values)[f"prediction.{name}"]
+            error = reading - scan(base.leaving_out(each), samples.values)[f"prediction.{name}"]
             since = samples.time - samples.time[0]
             looked_at = (since >= SETTLED) & (since < car.learning) & np.isfinite(error)
             found[name] = float(np.sqrt(np.mean(error[looked_at] ** 2)))
@@ -74,9 +75,9 @@ def healthy_ratios(car: RealCar, recording: Recording, start: float, stop: float
         recording: sound
         start, stop: of the stretch, from the beginning of the recording [s]
     """
-    explanations = rolling_hypotheses()
+    explanations = hypotheses_of_cars()
     count = len(explanations) - 1
-    bank = rolling_bank(car.known, unreachable(explanations))
+    bank = rolling_monitor(car.known, unreachable(explanations))
     ratios = scan(replace(bank, judge=Watching(bank.judge.decision)), sampled(recording).values).values
     largest = lasting(ratios[round(start * RATE) : round(stop * RATE)]).max(axis=0)
     fast, slow = largest[1 : count + 1], largest[count + 2 :]

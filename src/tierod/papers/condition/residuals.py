@@ -13,14 +13,14 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.methods.detectors.stopping_rules import HoldRule, StoppingRule
-from tierod.monitors.condition.residuals.calibration import ResidualCalibration, calibrate_residuals
-from tierod.monitors.condition.residuals.catalogue import RESIDUALS, SENSOR_RESIDUALS, Residual, residual
-from tierod.monitors.condition.residuals.parameters import ResidualParameters
-from tierod.monitors.condition.residuals.thresholds import Excitation, ResidualThreshold
-from tierod.monitors.condition.rule_monitor import RuleMonitor, rule_monitor
 from tierod.papers.condition.by_rules import said
 from tierod.papers.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
 from tierod.papers.condition.recorded import calibration_set, recorded
+from tierod.papers.condition.rules.calibration import ResidualCalibration, calibrate_residuals
+from tierod.papers.condition.rules.catalogue import RESIDUALS, SENSOR_RESIDUALS, Residual, residual
+from tierod.papers.condition.rules.parameters import ResidualParameters
+from tierod.papers.condition.rules.readings import Excitation, ResidualThreshold
+from tierod.papers.condition.rules.rule_monitor import RuleMonitor, rule_monitor
 from tierod.papers.condition.runs import calibrations
 from tierod.papers.condition.scoring import DriveScore, score
 from tierod.papers.condition.signatures import (

@@ -72,7 +72,8 @@ def _calibrate(wanted: tuple[str, int, bool]) -> Any:
 def diagnosed(name: str, drive: Drive, recording: Recording, known: Mapping[tuple[str, int], Any]) -> Declared:
     """What a variant says of a drive."""
     module = VARIANTS[name].module
-    return import_module(module).declare(known[module, drive.vehicle], recording, name)
+    declared: Declared = import_module(module).declare(known[module, drive.vehicle], recording, name)
+    return declared
 
 
 def scores(drives: Sequence[Drive], effort: Effort, names: Sequence[str] | None = None) -> dict[str, list[DriveScore]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -65,7 +65,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield from _baseline(found)
 
 
-def _of_kind(kind: str):
+def _of_kind(kind: str) -> Callable[[DriveScore], bool]:
     return lambda each: each.drive.injected[0].kind == kind
 
 

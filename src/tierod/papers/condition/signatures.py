@@ -10,13 +10,13 @@ import numpy as np
 from tierod.core.content import Table
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.monitors.condition.residuals.all_residuals import AllResiduals
-from tierod.monitors.condition.residuals.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS
-from tierod.monitors.condition.residuals.fit import samples_of
-from tierod.monitors.condition.residuals.thresholds import Excitation
-from tierod.monitors.condition.rule_monitor import RuleMonitor
 from tierod.papers.condition.drives import ACTUATORS, SENSORS, Drive
 from tierod.papers.condition.faults import TARGETS
+from tierod.papers.condition.rules.all_residuals import AllResiduals
+from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS
+from tierod.papers.condition.rules.fit import samples_of
+from tierod.papers.condition.rules.readings import Excitation
+from tierod.papers.condition.rules.rule_monitor import RuleMonitor
 
 SEEN, UNSEEN = 0.05, 0.01
 """Share of a fault's time from which on a residual sees it, and up to which one does not that should not."""
@@ -71,7 +71,10 @@ def signatures(tests: Sequence[Drive], recordings: Sequence[Recording], monitor:
         lively = Excitation(*(result[f"excitation.{name}"] for name in Excitation._fields))  # type: ignore[arg-type]
         time = recording["yaw_rate"].time
         during = (time >= fault.start) & (time < fault.end)
-        ratios = {name: np.abs(limits[name].ratio(result[f"residuals.{name}"], lively))[during] for name in names}
+        ratios = {
+            name: np.abs(limits[name].ratio(result[f"residuals.{name}"], lively))[during]  # type: ignore[arg-type]  # arrays
+            for name in names
+        }
         seen = {
             name: Seen(float(np.mean(each >= 1.0)), float(np.quantile(each, 0.95))) for name, each in ratios.items()
         }

@@ -9,8 +9,8 @@ from typing import NamedTuple
 from tierod.core.content import Heading, Item, Table
 from tierod.experiments.effort import Effort
 from tierod.methods.analysis.structure import Isolability, isolability
-from tierod.monitors.condition.said import listed
 from tierod.monitors.condition.signals import ELEMENTS
+from tierod.monitors.condition.statements import listed
 from tierod.monitors.condition.structure import vehicle_structure
 from tierod.papers.condition import actuators, beyond, sensors
 from tierod.papers.condition.runs import BEST, VARIANTS, scores

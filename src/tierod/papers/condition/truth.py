@@ -60,7 +60,8 @@ def where_shown(
     total = np.concatenate([[0.0], np.cumsum(power)])
     past = np.minimum(np.arange(1, len(power) + 1), count)
     mean = (total[1:] - total[1 + np.arange(len(power)) - past]) / count
-    return faulty & (mean / (2.0 * known[element] ** 2) >= ENOUGH)
+    enough: np.ndarray = faulty & (mean / (2.0 * known[element] ** 2) >= ENOUGH)
+    return enough
 
 
 class Declared(NamedTuple):
@@ -136,12 +137,13 @@ class Truth(NamedTuple):
 
     def _would_be_off(self, each: Injected, time: np.ndarray) -> np.ndarray:
         if each.element in TORQUES:
-            return each.size * self.asked[each.element]
-        sound = self.sound[each.element]
+            asked: np.ndarray = self.asked[each.element]
+            return each.size * asked
+        sound: np.ndarray = self.sound[each.element]
         if each.kind == LOSS:
             return sound
         if each.kind == STUCK:
-            return sound - sound[min(int(np.searchsorted(time, each.start)), len(sound) - 1)]
+            return sound - float(sound[min(int(np.searchsorted(time, each.start)), len(sound) - 1)])
         if each.kind in (GAIN, OUTLIER):
             return (each.size - 1.0) * sound
         return np.full(len(time), math.inf)

@@ -12,8 +12,8 @@ from tierod.core.graph import Bank, scan
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.monitors.condition.calibration.grid import aligned
-from tierod.monitors.condition.vehicle_bank import bank_of
-from tierod.papers.condition.by_bank import said_of
+from tierod.monitors.condition.monitor import condition_monitor
+from tierod.papers.condition.by_bank import declared_of
 from tierod.papers.condition.drives import Drive, healthy_drives, more_kinds
 from tierod.papers.condition.faults import DELAY, GAIN, NOISE, OFFSET
 from tierod.papers.condition.recorded import each
@@ -92,9 +92,9 @@ def _by_kind(scored: list[DriveScore]) -> Table:
 
 @lru_cache(maxsize=1)
 def _bank() -> Bank:
-    return bank_of(load("smartload"))
+    return condition_monitor(load("smartload"))
 
 
 def _scored(drive: Drive, recording: Recording) -> DriveScore:
-    said = said_of(scan(_bank(), aligned(recording)), recording["yaw_rate"].time)
+    said = declared_of(scan(_bank(), aligned(recording)), recording["yaw_rate"].time)
     return score(drive, truth_of(drive, recording), said)

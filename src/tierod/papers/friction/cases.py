@@ -52,7 +52,7 @@ class Case:
     reference: Case | None = None
 
     def __post_init__(self) -> None:
-        named: tuple[tuple[Mapping, str], ...] = (
+        named: tuple[tuple[Mapping[str, object], str], ...] = (
             (TYRES, self.tyres),
             (LAWS, self.law),
             (CONDITIONS, self.condition),

@@ -127,7 +127,9 @@ def _without_gains(cases: tuple[Case, ...], drives: Drives) -> np.ndarray:
     if known.sum() <= 3:
         return np.zeros(0)
     regressors = np.array(gains)[known] * np.array([[case.level] for case in driven])[known]
-    return errors[known] - regressors @ np.linalg.lstsq(regressors, errors[known], rcond=None)[0]
+    fitted: np.ndarray = regressors @ np.linalg.lstsq(regressors, errors[known], rcond=None)[0]
+    left: np.ndarray = errors[known] - fitted
+    return left
 
 
 def _sensors(cases: list[Case]) -> list[SensorSet]:

@@ -42,7 +42,7 @@ def brake_torque(pwm: float) -> float:
     Source: through the middles of the three printed ranges, 1.5, 4 and 8.5 N*m, goes a power law with the exponent 3.4
     within 1 %; below and above it is continued [assumed].
     """
-    return 1.5 * (pwm / 15.0) ** 3.4
+    return 1.5 * float((pwm / 15.0) ** 3.4)
 
 
 @dataclass(frozen=True)

@@ -181,7 +181,8 @@ class Driven:
     def truth(self, name: str) -> np.ndarray:
         """A true signal at the samples, (n,)."""
         channel = self.recording[f"truth_{name}"]
-        return np.interp(self.time, channel.time, channel.values)
+        values: np.ndarray = np.interp(self.time, channel.time, channel.values)
+        return values
 
 
 def driven(course: Course, seed: int) -> Driven:

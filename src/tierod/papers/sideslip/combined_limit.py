@@ -131,7 +131,8 @@ def false_ice(seeds: tuple[int, ...], readings: str) -> tuple[float, float, floa
 
 def _grip(drive: Driven) -> np.ndarray:
     """Greatest force of the front axle [N] on the road under it, as the ramps show it."""
-    return GRIP * np.maximum(drive.truth("road_friction"), 0.05)
+    friction: np.ndarray = np.maximum(drive.truth("road_friction"), 0.05)
+    return GRIP * friction
 
 
 def items(effort: Effort) -> Iterator[Item]:

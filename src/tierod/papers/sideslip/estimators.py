@@ -95,7 +95,9 @@ def inverted(p: SteeredVehicle.Parameters, drive: Driven, observer: Course) -> n
     speed = np.maximum(drive.signals["vehicle_speed"], LowSpeed.slowest)
     stiffness = (p.mechanical_trail + p.pneumatic_trail) * p.front_cornering_stiffness
     steer, yaw_rate = drive.signals["road_wheel_angle"], drive.signals["yaw_rate"]
-    return steer - p.front_distance * yaw_rate / speed - observer.result["self_aligning_torque"] / stiffness
+    force: np.ndarray = observer.result["self_aligning_torque"] / stiffness
+    sideslip: np.ndarray = steer - p.front_distance * yaw_rate / speed - force
+    return sideslip
 
 
 def error(course: Course, drive: Driven) -> float:

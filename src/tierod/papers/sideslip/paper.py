@@ -108,7 +108,8 @@ def _modelled(p: SteeredVehicle.Parameters, drive: Driven) -> np.ndarray:
         drive.signals["road_wheel_angle"],
     )
     front = front_slip_speed(speed * sideslip, yaw_rate, speed, steer, p.front_distance) / speed
-    return (p.mechanical_trail + p.pneumatic_trail) * linear_lateral_force(front, p.front_cornering_stiffness)
+    force: np.ndarray = linear_lateral_force(front, p.front_cornering_stiffness)
+    return (p.mechanical_trail + p.pneumatic_trail) * force
 
 
 def _torque(course: Course, drive: Driven, modelled: np.ndarray) -> Chart:

@@ -19,8 +19,8 @@ from tierod.methods.analysis.structure import (
     minimal_redundant_sets,
     minimal_test_sets,
 )
-from tierod.monitors.condition.said import listed
 from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, SENSORS
+from tierod.monitors.condition.statements import listed
 from tierod.monitors.condition.structure import (
     further_sensors,
     rolls,

@@ -9,7 +9,8 @@ from tierod.core.content import Item, Table
 from tierod.core.errors import ParameterError
 from tierod.core.recording import Recording
 from tierod.monitors.condition.calibration.whole import ConditionCalibration, calibrate_condition
-from tierod.monitors.condition.signals import ConditionSample, hypotheses
+from tierod.monitors.condition.hypotheses import hypotheses
+from tierod.monitors.condition.signals import ConditionSample
 from tierod.report.display import number
 from tierod.report.identification.subject import Subject, found_table
 from tierod.vehicles import Vehicle
@@ -24,7 +25,7 @@ def _thresholds(
 
 
 def _thresholds_signals() -> tuple[str, ...]:
-    return ConditionSample._fields
+    return tuple(ConditionSample._fields)
 
 
 def _thresholds_items(result: ConditionCalibration) -> Iterable[Item]:

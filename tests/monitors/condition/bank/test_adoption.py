@@ -4,8 +4,8 @@ import pytest
 
 from monitors.condition.made_up_lanes import LEFT, RIGHT, TORQUE
 from tierod.core.graph import KEEP
-from tierod.monitors.condition.bank.adoption import adopted, believed, kin
-from tierod.monitors.condition.signals import Hypothesis
+from tierod.monitors.condition.bank.adoption import adopted, best_pair_containing, selected_lane
+from tierod.monitors.condition.hypotheses import Hypothesis
 
 HYPOTHESES = (
     Hypothesis("healthy"),
@@ -19,8 +19,8 @@ IMPOSSIBLE = 12.0
 
 def taken(likelihoods, changed=0.0):
     """Of every lane the one whose state it goes on from."""
-    source, far_off = believed(HYPOTHESES, likelihoods, 0.0, IMPOSSIBLE)
-    nearest = kin(HYPOTHESES, likelihoods, IMPOSSIBLE)
+    source, far_off = selected_lane(HYPOTHESES, likelihoods, 0.0, IMPOSSIBLE)
+    nearest = best_pair_containing(HYPOTHESES, likelihoods, IMPOSSIBLE)
     return adopted(HYPOTHESES, source, nearest, far_off, changed, source if changed else 0.0)
 
 
@@ -49,8 +49,8 @@ def test_lanes_of_actuators_alone_go_on_by_themselves_until_something_is_declare
     known = (*HYPOTHESES[:2], Hypothesis("both", (), drives), *(Hypothesis(name, (), (name,)) for name in drives))
 
     def taken_by(likelihoods, active=0.0, changed=0.0):
-        source, far_off = believed(known, likelihoods, active, IMPOSSIBLE)
-        return adopted(known, source, kin(known, likelihoods, IMPOSSIBLE), far_off, changed, active)
+        source, far_off = selected_lane(known, likelihoods, active, IMPOSSIBLE)
+        return adopted(known, source, best_pair_containing(known, likelihoods, IMPOSSIBLE), far_off, changed, active)
 
     left_explains = (-50.0, -10.0, -60.0, -50.0, -50.0)
     assert taken_by(left_explains) == (1.0, KEEP, KEEP, KEEP, KEEP)

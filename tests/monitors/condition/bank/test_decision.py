@@ -19,17 +19,18 @@ from monitors.condition.made_up_lanes import (
 )
 from tierod.core.errors import ParameterError
 from tierod.core.graph import Bank, scan
-from tierod.monitors.condition.bank.decision import judge
+from tierod.monitors.condition.bank.decision import Decision
 from tierod.monitors.condition.bank.weighing import Limits, Weighing
 from tierod.monitors.condition.calibration.limits import GAP
-from tierod.monitors.condition.signals import SENSORS, Hypothesis
+from tierod.monitors.condition.hypotheses import Hypothesis
+from tierod.monitors.condition.signals import SENSORS
 
 
 @pytest.fixture(scope="module")
 def bank():
     count = len(HYPOTHESES) - 1
     limits = Limits((3.0,) * count, (1.0,) * count, gap=1.0, margin=1.0)
-    return Bank(tuple(map(lane, HYPOTHESES)), judge(HYPOTHESES, limits))
+    return Bank(tuple(map(lane, HYPOTHESES)), Decision(Weighing(HYPOTHESES, limits)))
 
 
 @pytest.fixture
@@ -86,7 +87,7 @@ def test_one_after_another_becomes_a_pair_and_each_recovers_by_itself(bank, driv
 @pytest.mark.parametrize(("lasts", "named"), [(6, False), (100, True)])
 def test_a_bump_just_after_a_fault_is_no_second_one(drive, lasts, named):
     limits = Limits((50.0,) * (len(HYPOTHESES) - 1), (1.0,) * (len(HYPOTHESES) - 1), gap=1.0, margin=1.0)
-    bank = Bank(tuple(map(lane, HYPOTHESES)), judge(HYPOTHESES, limits))
+    bank = Bank(tuple(map(lane, HYPOTHESES)), Decision(Weighing(HYPOTHESES, limits)))
     drive[300:, column(LEFT)] = 0.0
     _, (at, _) = declared(scan(bank, drive[:500]))
     bump = round(at * RATE) + 2
@@ -141,7 +142,7 @@ def test_a_motor_is_told_from_the_other_by_the_swing_of_their_split(bank, drive,
 def test_both_motors_are_named_where_both_lose_torque_and_no_sooner_than_the_split_has_changed(drive):
     known = (*HYPOTHESES, Hypothesis("both motors", (), (MOTOR_1, MOTOR_2)))
     limits = Limits((3.0,) * (len(known) - 1), (1.0,) * (len(known) - 1), gap=1.0, margin=1.0)
-    decision = judge(known, limits)
+    decision = Decision(Weighing(known, limits))
     drive[300:700, column(TORQUE)] -= 0.5 * drive[300:700, 8:10].sum(axis=1)
     result = scan(Bank(tuple(replace(lane(each), wander=1e-3) for each in known), decision), drive)
     named = (result[f"faulty.{MOTOR_1}"] > 0.5) & (result[f"faulty.{MOTOR_2}"] > 0.5)

@@ -3,25 +3,20 @@
 import numpy as np
 import pytest
 
-from monitors.condition.made_up_lanes import HYPOTHESES, LEFT, MOTOR_2, TORQUE, column, healthy_drive, lane
+from monitors.condition.made_up_judge import made_up_bank
+from monitors.condition.made_up_lanes import LEFT, MOTOR_2, TORQUE, column, healthy_drive
 from tierod.core.graph import Bank, scan
-from tierod.monitors.condition.bank.decision import judge
-from tierod.monitors.condition.bank.judge import ConditionJudge, condition_bank
-from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.bank.tuning import PlausibleRange
-from tierod.monitors.condition.bank.weighing import Limits
+from tierod.monitors.condition.hypotheses import hypotheses
 from tierod.monitors.condition.kinds.catalogue import KINDS
-from tierod.monitors.condition.kinds.kind import KindOfFault
-from tierod.monitors.condition.signals import SENSORS, hypotheses
+from tierod.monitors.condition.monitor import condition_monitor
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS
+from tierod.monitors.condition.statements import FAULT
 from tierod.vehicles import load
 
 
 @pytest.fixture(scope="module")
 def bank():
-    count = len(HYPOTHESES) - 1
-    decision = judge(HYPOTHESES, Limits((3.0,) * count, (1.0,) * count, gap=1.0, margin=1.0))
-    kinds = tuple(KindOfFault.of_sensor(name, PlausibleRange()) for name in SENSORS)
-    return Bank(tuple(map(lane, HYPOTHESES)), ConditionJudge(decision, kinds))
+    return made_up_bank()
 
 
 @pytest.fixture
@@ -36,17 +31,17 @@ def drive():
 
 
 def kind_at(result, name, index):
-    return KINDS[int(result[f"kinds.{name}.kind"][index]) - 1]
+    return KINDS[int(result[f"statements.{name}.kind"][index]) - 1]
 
 
 def test_kind_and_size_are_named_beside_the_sensor_and_gone_with_it(bank, drive):
     drive[300:700, column(LEFT)] += 1.0
     result = scan(bank, drive)
     assert kind_at(result, LEFT, 510) == "offset"
-    assert result[f"kinds.{LEFT}.size"][510] == pytest.approx(1.0, abs=0.05)
-    assert not result[f"kinds.{LEFT}.kind"][:300].any()
-    assert not result[f"kinds.{LEFT}.kind"][-100:].any()
-    assert not any(result[f"kinds.{name}.kind"].any() for name in SENSORS if name != LEFT)
+    assert result[f"statements.{LEFT}.magnitude"][510] == pytest.approx(1.0, abs=0.05)
+    assert not result[f"statements.{LEFT}.kind"][:300].any()
+    assert not result[f"statements.{LEFT}.kind"][-100:].any()
+    assert not any(result[f"statements.{name}.kind"].any() for name in SENSORS if name != LEFT)
 
 
 def test_an_offset_that_is_gone_shows_at_standstill_too(bank):
@@ -54,25 +49,27 @@ def test_an_offset_that_is_gone_shows_at_standstill_too(bank):
     drive[400:600, column("longitudinal_acceleration")] = -5.0
     drive[:, :2] += np.cumsum(drive[:, column("longitudinal_acceleration")])[:, None] / 100.0
     drive[300:700, column(LEFT)] += 2.0
-    numbers = scan(bank, drive)["decision.hypothesis"].astype(int)
-    assert (numbers[310:700] == 1).all()
-    assert (numbers[750:] == 0).all()
+    result = scan(bank, drive)
+    faulty = {name: result[f"statements.{name}.status"] == FAULT for name in ELEMENTS}
+    assert faulty[LEFT][310:700].all()
+    assert not any(each[310:700].any() for name, each in faulty.items() if name != LEFT)
+    assert not any(each[750:].any() for each in faulty.values())
 
 
 def test_the_lost_share_of_torque_is_averaged(bank, drive):
     drive[300:700, column(TORQUE)] -= 0.4 * drive[300:700, column(f"{MOTOR_2}_target_torque")]
     result = scan(bank, drive)
-    spread, plain = np.std(result["loss.share"][500:700]), np.std(result["decision.torque_loss"][500:700])
-    assert spread < 0.5 * plain
-    assert result["loss.share"][650] == pytest.approx(0.4, abs=0.04)
-    assert 0.0 < result["loss.deviation"][650] < 0.05
-    assert not result["loss.share"][:300].any()
+    alone = Bank(bank.lanes, bank.judge.decision)
+    share = result[f"statements.{MOTOR_2}.magnitude"]
+    assert np.std(share[500:700]) < 0.5 * np.std(scan(alone, drive)["torque_loss"][500:700])
+    assert share[650] == pytest.approx(0.4, abs=0.04)
+    assert 0.0 < result[f"statements.{MOTOR_2}.deviation"][650] < 0.05
+    assert not share[:300].any()
 
 
 def test_the_whole_bank_has_a_filter_for_every_hypothesis_and_one_of_sliding_tyres():
-    limits = Limits((1.0,) * 51, (1.0,) * 51, 1.0, 1.0)
-    bank = condition_bank(LeaveOutFilter.of_vehicle(load("smartload")), limits)
+    bank = condition_monitor(load("smartload"))
     assert len(bank.lanes) - 1 == len(hypotheses()) == 52
     assert bank.lanes[52].largest_force_error > bank.lanes[0].largest_force_error
-    assert bank.lanes[1].use_wheel_speed_rear_left == 0.0
+    assert bank.lanes[1].trusted.wheel_speed_rear_left == 0.0
     assert bank.judge.kinds[2].offset == pytest.approx(1.0), "a quarter of the plausible range of the yaw rate"

@@ -11,10 +11,15 @@ import pytest
 from monitors.condition.nominal_filter import nominal_filter
 from tierod.core.graph import batch, scan, trace
 from tierod.monitors.condition.bank.lane import LIMITS, LeaveOutFilter
-from tierod.monitors.condition.bank.leaving_out import leaving_out
-from tierod.monitors.condition.bank.tuning import ModelError, SensorNoise, widened
+from tierod.monitors.condition.bank.tuning import SENSOR_NOISE, ModelError, widened
 from tierod.monitors.condition.calibration.grid import aligned
-from tierod.monitors.condition.signals import ACTUATORS, MOTORS, SENSORS, ConditionSample, hypotheses
+from tierod.monitors.condition.hypotheses import hypotheses
+from tierod.monitors.condition.signals import (
+    ACTUATORS,
+    MOTORS,
+    SENSORS,
+    ConditionSample,
+)
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import Injected, lost
 from tierod.papers.condition.recorded import recorded
@@ -38,31 +43,33 @@ def drive(*injected):
 
 
 def run(names, samples):
-    filters = [leaving_out(SINGLES[name], nominal_filter()) for name in names]
+    filters = [nominal_filter().leaving_out(SINGLES[name]) for name in names]
     return (
         [scan(each, samples) for each in filters] if len(names) < 4 else batch(filters * 2, [samples] * 2 * len(names))
     )
 
 
 def test_all_hypotheses_share_one_compiled_structure():
-    graphs = {id(trace(leaving_out(each, nominal_filter()))) for each in hypotheses()}
+    graphs = {id(trace(nominal_filter().leaving_out(each))) for each in hypotheses()}
     assert len(graphs) == 1
     held = [
-        each.name for each in hypotheses() if leaving_out(each, nominal_filter()).model_error.wheel_speed_scale < 0.01
+        each.name for each in hypotheses() if nominal_filter().leaving_out(each).model_error.wheel_speed_scale < 0.01
     ]
     assert len(held) == 3 + 12 + 12, "what leaves out a wheel or the yaw rate trusts the calibration of the wheels"
-    sure = [each.name for each in hypotheses() if leaving_out(each, nominal_filter()).model_error.drive_excess < 0.02]
+    sure = [each.name for each in hypotheses() if nominal_filter().leaving_out(each).model_error.drive_excess < 0.02]
     assert sure == [name for each in hypotheses() if "drive" in (name := each.name)]
-    pair, drives = (leaving_out(hypotheses()[k], nominal_filter()) for k in (-3, -1))
-    assert (pair.use_tie_rod_force, pair.trust_drive_right, pair.use_yaw_rate) == (0.0, 0.0, 1.0)
-    assert (drives.trust_drive_left, drives.trust_drive_right, drives.use_yaw_rate) == (0.0, 0.0, 1.0)
+    pair, drives = (nominal_filter().leaving_out(hypotheses()[k]) for k in (-3, -1))
+    pair, drives = pair.trusted, drives.trusted
+    assert (pair.tie_rod_force, pair.drive_right, pair.yaw_rate) == (0.0, 0.0, 1.0)
+    assert (drives.drive_left, drives.drive_right, drives.yaw_rate) == (0.0, 0.0, 1.0)
 
 
-def test_healthy_readings_surprise_as_much_as_they_should():
+def test_healthy_readings_are_consistent_with_their_predictions():
     samples, _ = drive()
     (healthy,) = run(["healthy"], samples)
     for name in SENSORS:
-        assert 0.5 < np.mean(healthy[f"surprise.{name}"][SETTLED:]) < 1.5
+        error = samples[:, SENSORS.index(name)] - healthy[f"prediction.{name}"]
+        assert 0.5 < np.nanmean((error / healthy[f"deviation.{name}"])[SETTLED:] ** 2) < 1.5
     assert np.all(healthy["moving"][SETTLED:] == 1.0)
     assert np.all(healthy["driven"] == 1.0)
     assert healthy["moving"][50] == 0.0
@@ -73,7 +80,7 @@ def test_a_sensor_that_is_left_out_is_foretold_all_the_same(name, close):
     samples, recording = drive()
     lost = samples.copy()
     lost[SETTLED:, SENSORS.index(name)] = np.nan
-    left_out, without = (scan(leaving_out(SINGLES[name], nominal_filter()), each) for each in (samples, lost))
+    left_out, without = (scan(nominal_filter().leaving_out(SINGLES[name]), each) for each in (samples, lost))
     estimate = left_out[f"estimate.{name}"]
     np.testing.assert_array_equal(estimate, without[f"estimate.{name}"])
     reading = samples[SETTLED:, SENSORS.index(name)]
@@ -115,7 +122,7 @@ def test_lost_torque_is_found_and_measured(name):
 def test_no_motor_loses_more_than_it_gives_so_that_one_does_not_explain_the_loss_of_both():
     samples, _ = drive(lost("steering_motor_1", 1.0, 15.0, 24.0), lost("steering_motor_2", 1.0, 15.0, 24.0))
     (one,) = run(["steering_motor_2"], samples)
-    both = scan(leaving_out(BOTH_MOTORS, nominal_filter()), samples)
+    both = scan(nominal_filter().leaving_out(BOTH_MOTORS), samples)
     assert np.max(one["torque_loss"]) == LIMITS.torque_loss < 1.2
     known = both["loss_deviation"][1600:] < 0.05
     assert np.mean(both["torque_loss"][1600:][known]) == pytest.approx(1.0, abs=0.05)
@@ -164,10 +171,10 @@ def test_brakes_that_the_drives_do_not_give_are_noticed():
 
 def test_an_uncalibrated_vehicle_gets_wider_noises_and_a_known_one_the_usual():
     noise, error = widened(load("smartload"))
-    assert noise.tie_rod_force > SensorNoise().tie_rod_force
+    assert noise.tie_rod_force > SENSOR_NOISE.tie_rod_force
     assert error.force_share > 2.0 * ModelError().force_share
     assert nominal_filter().model_error == ModelError()
-    assert nominal_filter().sensor_noise == SensorNoise()
+    assert nominal_filter().sensor_noise == SENSOR_NOISE
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ import pytest
 
 from monitors.condition.nominal_filter import nominal_filter
 from tierod.core.graph import batch
-from tierod.monitors.condition.bank.leaving_out import leaving_out
 from tierod.monitors.condition.bank.low_grip import Lack, LowGrip, sliding
 from tierod.monitors.condition.calibration.grid import aligned
-from tierod.monitors.condition.signals import DRIVES, Hypothesis
+from tierod.monitors.condition.hypotheses import Hypothesis
+from tierod.monitors.condition.signals import DRIVES
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import lost
 from tierod.papers.condition.recorded import as_recorded, recorded
@@ -107,7 +107,7 @@ def test_drives_that_give_too_little_of_less_than_ice_held_have_lost_torque(give
 def filters():
     """The filter that suspects nobody, those of single drives, and that of sliding tyres."""
     base = nominal_filter()
-    return [base, *(leaving_out(Hypothesis(name, (), (name,)), base) for name in DRIVES), sliding(base)]
+    return [base, *(base.leaving_out(Hypothesis(name, (), (name,))) for name in DRIVES), sliding(base)]
 
 
 def slides_in(recording):

@@ -4,13 +4,13 @@ import math
 
 import pytest
 
-from tierod.monitors.condition.bank.testability import Telling
+from tierod.monitors.condition.bank import testability
 
 
 def cornered(accelerations, lacks=0.0, before=0.0):
     found = []
     for acceleration in accelerations:
-        before = Telling().cornered(before, acceleration, lacks, 0.01)
+        before = testability.Testability().cornered(before, acceleration, lacks, 0.01)
         found.append(bool(before > 0.5))
     return found, before
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from monitors.condition.made_up_lanes import HYPOTHESES, LEFT, MOTOR_1, MOTOR_2, TORQUE
-from tierod.monitors.condition.bank.tuning import PlausibleRange, SensorNoise, prices
+from tierod.monitors.condition.bank.tuning import PLAUSIBLE, SENSOR_NOISE, prices
 from tierod.monitors.condition.bank.weighing import Limits, Weighing, Weights
-from tierod.monitors.condition.signals import SENSORS, Hypothesis
+from tierod.monitors.condition.hypotheses import Hypothesis
+from tierod.monitors.condition.signals import SENSORS
 
 COUNT = len(HYPOTHESES)
 PRICE = 5.0
@@ -17,14 +18,14 @@ WEIGHING = Weighing(HYPOTHESES, Limits((1.0,) * (COUNT - 1), (1.0,) * (COUNT - 1
 LEFT_NUMBER, TORQUE_NUMBER, MOTOR_NUMBER = (WEIGHING.number(name) for name in (LEFT, TORQUE, MOTOR_1))
 
 
-def ranked(told=None, active=0, weighing=WEIGHING, **scores):
+def ranked(observable=None, active=0, weighing=WEIGHING, **scores):
     """The ranking by ratios that are the same fast and slowly, others far below."""
     numbers = {"torque": TORQUE_NUMBER, "left": LEFT_NUMBER, "motor": MOTOR_NUMBER}
     ratios = np.full(COUNT, -20.0)
     ratios[0] = 0.0
     for name, score in scores.items():
         ratios[numbers[name]] = 0.5 * score
-    return weighing.ranking(Weights(tuple(ratios), tuple(ratios)), active, told=told)
+    return weighing.ranking(Weights(tuple(ratios), tuple(ratios)), active, observable=observable)
 
 
 def test_a_cheap_suspect_waits_while_a_dear_one_would_explain_all_else_better():
@@ -74,7 +75,7 @@ def test_the_price_is_the_mean_logarithm_of_the_density_over_that_of_anything_pl
     chance = np.random.default_rng(3).normal(0.0, 0.11, 100_000)
     density = -0.5 * (chance / 0.11) ** 2 - math.log(0.11 * math.sqrt(2.0 * math.pi))
     expected = density.mean() + math.log(60.0)
-    assert prices(SensorNoise(), PlausibleRange())[SENSORS.index(TORQUE)] == pytest.approx(expected, abs=0.01)
+    assert prices(SENSOR_NOISE, PLAUSIBLE)[SENSORS.index(TORQUE)] == pytest.approx(expected, abs=0.01)
 
 
 def test_only_what_was_against_leaving_out_a_sensor_more_is_remembered_where_another_hypothesis_holds():

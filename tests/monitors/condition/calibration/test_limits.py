@@ -16,7 +16,7 @@ from tierod.monitors.condition.calibration.limits import (
     limits_of,
     table_of,
 )
-from tierod.monitors.condition.signals import hypotheses
+from tierod.monitors.condition.hypotheses import hypotheses
 from tierod.vehicles import load
 from tierod.vehicles.writer import with_thresholds
 

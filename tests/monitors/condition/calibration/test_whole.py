@@ -13,8 +13,8 @@ from tierod.monitors.condition.calibration.likeliest import Found
 from tierod.monitors.condition.calibration.limits import designed_on
 from tierod.monitors.condition.calibration.vehicle_parameters import Calibration
 from tierod.monitors.condition.calibration.whole import ConditionCalibration, _suspicions, calibrate_condition
-from tierod.monitors.condition.recording_checks.coverage import TARGETS
-from tierod.monitors.condition.signals import WHEELS, hypotheses
+from tierod.monitors.condition.hypotheses import hypotheses
+from tierod.monitors.condition.signals import TARGETS, WHEELS
 from tierod.vehicles import load
 
 CAR = load("smartload")

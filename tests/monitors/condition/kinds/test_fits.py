@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tierod.monitors.condition.kinds.catalogue import Fit, SlopeFit
 from tierod.monitors.condition.kinds.fits import (
     DELAYS,
     DENSE,
@@ -14,7 +15,6 @@ from tierod.monitors.condition.kinds.fits import (
     lowest,
     sloped,
 )
-from tierod.monitors.condition.kinds.state import Fit, SlopeFit
 
 
 def test_the_product_of_the_densities_is_that_of_all_readings_together():
@@ -69,9 +69,9 @@ def test_between_goes_by_straight_lines(place):
 
 
 def test_delays_are_whole_samples_each_once_and_dense_where_the_signal_jumps():
-    assert delays_of("yaw_rate", 0.01) == tuple(round(100.0 * each) for each in DELAYS)
-    assert len(delays_of("steering_shaft_torque", 0.01)) == len(DENSE)
-    slow = delays_of("yaw_rate", 0.05)
+    assert delays_of(False, 0.01) == tuple(round(100.0 * each) for each in DELAYS)
+    assert len(delays_of(True, 0.01)) == len(DENSE)
+    slow = delays_of(False, 0.05)
     assert slow[0] >= 1
     assert list(slow) == sorted(set(slow))
 

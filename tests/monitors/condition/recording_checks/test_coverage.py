@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.condition.recording_checks.coverage import HELD, LOST, TARGETS, UNASKED, Coverage, all_zero
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.recording_checks.coverage import (
+    HELD,
+    LOST,
+    UNASKED,
+    Coverage,
+    ImpossibleValues,
+    all_zero,
+)
+from tierod.monitors.condition.signals import SENSORS, TARGETS, ConditionSample
 
 RATE = 100.0
 NAMES = ConditionSample._fields
@@ -146,3 +153,27 @@ def test_the_result_does_not_depend_on_the_cuts(cuts):
     for one, other in zip(pieces[1], whole[1], strict=True):
         np.testing.assert_array_equal(one, other)
     assert pieces[2] == whole[2] == 2
+
+
+PLACE = ConditionSample._fields.index("lateral_acceleration")
+
+
+def test_what_is_impossible_is_left_out_counted_and_named():
+    values = np.ones((10, len(ConditionSample._fields)))
+    values[2, PLACE], values[3, PLACE], values[4, 0] = 1e300, -np.inf, np.inf
+    checked = ImpossibleValues()
+    kept = checked.add(values[:3]), checked.add(values[3:])
+    cleaned = np.vstack(kept)
+    assert np.argwhere(np.isnan(cleaned)).tolist() == [[2, PLACE], [3, PLACE], [4, 0]]
+    assert (cleaned[np.isfinite(cleaned)] == 1.0).all()
+    wheel, lateral = checked.notes()
+    assert wheel.startswith("1 impossible value of wheel speed rear left, up to inf m/s was left out")
+    assert lateral.startswith("2 impossible values of lateral acceleration, up to inf m/s**2 were left out")
+
+
+def test_a_fault_of_a_sensor_and_a_missing_value_are_not_impossible():
+    values = np.full((5, len(ConditionSample._fields)), 20.0)
+    values[1, PLACE] = np.nan
+    checked = ImpossibleValues()
+    assert checked.add(values) is values
+    assert checked.notes() == ()

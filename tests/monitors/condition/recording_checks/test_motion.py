@@ -5,7 +5,7 @@ import pytest
 
 from monitors.condition.demonstrator import CAR, circle
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.recording_checks.blocks import BLOCK
+from tierod.monitors.condition.recording_checks.differences import BLOCK
 from tierod.monitors.condition.recording_checks.motion import Motion
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.vehicles import load

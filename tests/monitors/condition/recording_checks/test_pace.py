@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.condition.recording_checks.coverage import TARGETS
-from tierod.monitors.condition.recording_checks.pace import TargetPace
-from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.recording_checks.coverage import TargetPace
+from tierod.monitors.condition.signals import TARGETS, ConditionSample
 
 RATE = 100.0
 PLACES = [ConditionSample._fields.index(name) for name in TARGETS]

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from tierod.core.findings import Episode
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.definition import CONDITION
-from tierod.monitors.condition.recording_checks.wiring import Close, Wiring
+from tierod.monitors.condition.recording_checks.contradictions import Problem
+from tierod.monitors.condition.recording_checks.wiring import ClockLeap, CloseLimits, Wiring
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS
 from tierod.vehicles import load
 
 CAR = load("smartload").parameters_for(AutomatedVehicle.Parameters)
@@ -86,7 +89,7 @@ def test_a_wrong_scale_is_told_with_its_size(name, factor, told):
 
 
 @pytest.mark.parametrize(("factor", "told"), [(3.6, "3.6 times"), (1.0 / 3.6, "0.278 times"), (1.609, "1.61 times")])
-@pytest.mark.parametrize("close", [None, Close()], ids=["uncalibrated", "calibrated"])
+@pytest.mark.parametrize("close", [None, CloseLimits()], ids=["uncalibrated", "calibrated"])
 def test_wheel_speeds_in_another_unit_are_told_and_not_the_yaw_rate(factor, told, close):
     signals = leading() if close else turning()
     wheels = ("wheel_speed_rear_left", "wheel_speed_rear_right")
@@ -119,9 +122,11 @@ def leading():
 
 def test_a_calibrated_vehicle_has_tighter_limits():
     signals = leading()
-    assert problems(signals | {"lateral_acceleration": 1.3 * signals["lateral_acceleration"]}, close=Close()) == ()
+    assert (
+        problems(signals | {"lateral_acceleration": 1.3 * signals["lateral_acceleration"]}, close=CloseLimits()) == ()
+    )
     geared = signals | {"steering_wheel_angle": 1.25 * signals["steering_wheel_angle"]}
-    (problem,) = problems(geared, close=Close())
+    (problem,) = problems(geared, close=CloseLimits())
     assert (problem.kind, problem.elements) == ("scale", ("steering_wheel_angle",))
     assert "reads 1.2" in problem.cause
     assert problems(geared) == ()
@@ -131,7 +136,7 @@ def test_a_calibrated_vehicle_has_tighter_limits():
 def test_a_small_shift_is_told_between_two_steps_for_a_calibrated_vehicle(late, told):
     signals = leading()
     shifted = signals | {"yaw_rate": np.roll(signals["yaw_rate"], round(late * RATE))}
-    (problem,) = problems(shifted, close=Close())
+    (problem,) = problems(shifted, close=CloseLimits())
     assert problem.elements == ("yaw_rate",)
     assert told in problem.cause
     assert problems(shifted) == ()
@@ -146,7 +151,7 @@ def test_buses_slower_than_the_grid_are_looked_at_too(every):
         return {name: np.where(places % step == first, values, np.nan) for name, values in signals.items()}
 
     with np.errstate(all="raise"):
-        assert problems(slower(leading()), close=Close()) == ()
+        assert problems(slower(leading()), close=CloseLimits()) == ()
     assert [each.elements for each in problems(slower(changed(yaw_rate=-1.0)))] == [("yaw_rate",)]
 
 
@@ -176,7 +181,7 @@ def test_an_acceleration_that_is_off_for_a_while_hides_no_sensor_of_a_calibrated
     signals = leading()
     banked = signals["lateral_acceleration"] * np.where(np.arange(len(signals["yaw_rate"])) < 3000, 0.65, 1.0)
     geared = {"steering_wheel_angle": 1.25 * signals["steering_wheel_angle"], "lateral_acceleration": banked}
-    (problem,) = problems(signals | geared, close=Close())
+    (problem,) = problems(signals | geared, close=CloseLimits())
     assert problem.elements == ("steering_wheel_angle",)
 
 
@@ -207,4 +212,60 @@ def test_one_wheel_alone_tells_the_speed(gone):
 
 def test_the_closer_limits_of_a_calibrated_vehicle_are_those_that_its_rule_tells():
     rules = [each.rule for each in CONDITION.variants["bank"].decisions if each.place == "_wiring"]
-    assert rules[0].told.endswith(f"{Close().scale:g} and {Close().late:g} s once calibrated")
+    assert rules[0].told.endswith(f"{CloseLimits().scale:g} and {CloseLimits().late:g} s once calibrated")
+
+
+TIME = np.arange(2000) / 100.0
+LATE = Problem("time", ("steering_wheel_angle",), "steering angle: 0.30 s late beside the other signals", "check")
+
+
+class Look:
+    """In place of the look at signals: finds what it is told to, and keeps what it is shown."""
+
+    def __init__(self, *found):
+        self.found, self.shown = found, []
+
+    def add(self, signals):
+        self.shown.append(signals["yaw_rate"])
+
+    def problems(self):
+        return self.found
+
+
+def leap(look, cuts=(), **declared):
+    made = ClockLeap(lambda: look)
+    faulty = np.zeros((len(TIME), len(ELEMENTS)), bool)
+    for name, start in declared.items():
+        faulty[start <= TIME, ELEMENTS.index(name)] = True
+    for time, said in zip(np.split(TIME, cuts), np.split(faulty, cuts), strict=True):
+        made.add(time, dict.fromkeys(SENSORS, time), said)
+    return made
+
+
+@pytest.mark.parametrize("cuts", [(), (600, 1000), (1200,)])
+def test_two_sensors_of_one_bus_begin_the_look(cuts):
+    look = Look(LATE)
+    made = leap(look, cuts, steering_wheel_angle=11.5, steering_shaft_torque=12.0)
+    assert np.concatenate(look.shown)[0] == 12.0
+    (found,) = made.problems([Episode("", 11.5), Episode("", 12.0)])
+    assert found.cause == "steering angle: 0.30 s late beside the other signals since about 12 s"
+
+
+@pytest.mark.parametrize(
+    "declared", [{"steering_wheel_angle": 5.0}, {"steering_wheel_angle": 5.0, "yaw_rate": 6.0}, {"drive_left": 5.0}]
+)
+def test_one_sensor_of_a_bus_is_a_fault(declared):
+    look = Look(LATE)
+    assert leap(look, **declared).problems([]) == ()
+    assert look.shown == []
+
+
+def test_what_is_no_shift_of_the_angle_leaves_the_faults():
+    for found in ((), (LATE._replace(kind="sign"),), (LATE._replace(elements=("yaw_rate",)),)):
+        made = leap(Look(*found), wheel_speed_rear_left=12.0, yaw_rate=12.0)
+        assert made.problems([Episode("", 12.0)]) == ()
+
+
+def test_a_fault_that_came_before_stays():
+    made = leap(Look(LATE), steering_wheel_angle=12.0, steering_shaft_torque=12.0)
+    assert made.problems([Episode("", 3.0), Episode("", 12.0)]) == ()

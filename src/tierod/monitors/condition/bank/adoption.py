@@ -1,31 +1,35 @@
-"""Which lane of the bank is believed in a sample, and which lanes go on from the state of another."""
+"""Which lane of the bank is used in a sample, and which lanes go on from the state of another."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
+from tierod.core.block import Scalar
 from tierod.core.graph import KEEP
 from tierod.core.graph.maths import all_of, any_of, both, either, greatest_of, negated, where
 from tierod.monitors.condition.bank.weighing import chosen
-from tierod.monitors.condition.signals import SLIDING, Hypothesis
+from tierod.monitors.condition.hypotheses import SLIDING, Hypothesis
 
 
-def believed(
-    hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], active: Any, impossible: Any, slides: Any = 0.0
-) -> tuple[Any, list[Any]]:
-    """The lane that is believed in a sample, and which lanes find the sample all but impossible.
+def selected_lane(
+    hypotheses: Sequence[Hypothesis],
+    likelihoods: Sequence[Scalar],
+    active: Scalar,
+    impossible: Scalar,
+    slides: Scalar = 0.0,
+) -> tuple[Scalar, Sequence[Scalar]]:
+    """The lane that is used in a sample, and which lanes find the sample all but impossible.
 
-    The active one is believed; where the sample is all but impossible to it, the likeliest of those that suspect all
-    that it does. A lane of actuators alone counts from where it is declared on: the loss of a sound one follows any
-    disturbance.
+    The active one is used; where the sample is all but impossible to it, the likeliest of those that suspect all
+    that it does. A lane of actuators alone counts from where it is declared on: the loss of a fault-free one follows
+    any disturbance.
 
     Args:
         hypotheses: in the order of the lanes
         likelihoods: logarithm of each hypothesis' density of this sample
         active: the number of the hypothesis that holds
         impossible: log-likelihood ratio against the best from which on a sample is all but impossible
-        slides: whether tyres slide, so that the lane of sliding tyres, which then comes last, may be believed
+        slides: whether tyres slide, so that the lane of sliding tyres, which then comes last, may be used
     """
     best, top = active, chosen(likelihoods, active)
     own = top
@@ -35,15 +39,17 @@ def believed(
         better = both(_contains(hypotheses, number, active), value > top)
         better = both(better, slides) if hypotheses[number] is SLIDING else better
         best, top = where(better, float(number), best), where(better, value, top)
-    far_off = [value < top - impossible for value in likelihoods]
+    far_off: list[Scalar] = [value < top - impossible for value in likelihoods]
     return where(own < top - impossible, best, active), far_off
 
 
-def kin(hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], impossible: Any) -> list[Any]:
-    """Of each suspect alone the likeliest pair that it belongs to, where that finds the sample possible; else 0.
+def best_pair_containing(
+    hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Scalar], impossible: Scalar
+) -> list[Scalar]:
+    """Likeliest two-fault hypothesis that contains each single fault; 0 where it finds the sample impossible.
 
-    Where two sensors disagree, either may be wrong; a lane that went on from one that believes the other sensor would
-    speak for the wrong one from then on.
+    Where two sensors disagree, either may be wrong; a lane that went on from one that uses the other sensor would
+    count for the wrong one from then on.
 
     Args:
         hypotheses: in the order of the lanes
@@ -53,7 +59,7 @@ def kin(hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], impossible
     top = greatest_of(*likelihoods)
     nearest = []
     for each in hypotheses:
-        best: Any = 0.0
+        best: Scalar = 0.0
         highest = top - impossible
         for number, (other, value) in enumerate(zip(hypotheses, likelihoods, strict=True)):
             if each.suspects and each.agrees(other) and set(each.suspects) < set(other.suspects):
@@ -65,12 +71,12 @@ def kin(hypotheses: Sequence[Hypothesis], likelihoods: Sequence[Any], impossible
 
 def adopted(
     hypotheses: Sequence[Hypothesis],
-    source: Any,
-    nearest: Sequence[Any],
-    far_off: Sequence[Any],
-    changed: Any,
-    active: Any,
-) -> tuple[Any, ...]:
+    source: Scalar,
+    nearest: Sequence[Scalar],
+    far_off: Sequence[Scalar],
+    changed: Scalar,
+    active: Scalar,
+) -> tuple[Scalar, ...]:
     """Whose state each lane goes on from; a lost share of torque is never taken over by another actuator's lane.
 
     A lane of actuators alone goes on by itself until something is declared: it finds the loss within some samples, from
@@ -79,7 +85,7 @@ def adopted(
     Args:
         hypotheses: in the order of the lanes
         source: the lane whose state is taken over
-        nearest: of each lane another one that it rather takes over, see `kin`; 0 if there is none
+        nearest: of each lane another one that it rather takes over, see `best_pair_containing`; 0 if there is none
         far_off: which lanes find the sample all but impossible
         changed: whether another hypothesis holds from now on, and all take over the source
         active: the number of the hypothesis that holds from now on
@@ -99,7 +105,7 @@ def _keeps_to_itself(hypothesis: Hypothesis) -> bool:
     return bool(hypothesis.actuators) and not hypothesis.sensors
 
 
-def _contains(hypotheses: Sequence[Hypothesis], number: int, active: Any) -> Any:
+def _contains(hypotheses: Sequence[Hypothesis], number: int, active: Scalar) -> Scalar:
     """Whether a hypothesis suspects all that the active one does."""
     own = set(hypotheses[number].suspects)
     parts = [k for k, each in enumerate(hypotheses) if set(each.suspects) <= own]

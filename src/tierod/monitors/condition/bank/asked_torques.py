@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, limit, present, where
 from tierod.methods.estimators.linear_algebra import Vector
 from tierod.models.automated_forces import Torques
 from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.monitors.condition.signals import ConditionSample
 from tierod.physics.lag import lagged_ramp
 
 
@@ -16,8 +18,8 @@ class AskedTorques(NamedTuple):
 
     asked: Torques
     given: Torques
-    change_1: Any
-    change_2: Any
+    change_1: Scalar
+    change_2: Scalar
 
 
 def no_torques() -> AskedTorques:
@@ -26,8 +28,12 @@ def no_torques() -> AskedTorques:
 
 
 def torques_of(
-    sample: Any, memory: AskedTorques, vehicle: Any, suspected: Vector, started: Any
-) -> tuple[AskedTorques, Any, Any]:
+    sample: ConditionSample,
+    memory: AskedTorques,
+    vehicle: AutomatedVehicle.Parameters,
+    suspected: Vector,
+    started: Scalar,
+) -> tuple[AskedTorques, AutomatedVehicle.Input, Scalar]:
     """Next memory, inputs of the model, and square of the jump of the steering torque [N**2*m**2].
 
     Targets change on a straight line from sample to sample, actuators follow with their lag: exact for that. A target
@@ -69,7 +75,7 @@ def torques_of(
     return AskedTorques(asked, Torques(*now), change_1, change_2), inputs, whole + swing
 
 
-def _jump(change: Any, before: Any) -> Any:
+def _jump(change: Scalar, before: Scalar) -> Scalar:
     """Square of what a torque has jumped by, beyond going on as it went [N**2*m**2].
 
     Product of change and change of the change: a ramp that goes on has none, nor has the sample after a jump.

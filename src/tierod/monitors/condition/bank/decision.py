@@ -4,22 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.block import leaves as leaves_of
 from tierod.core.graph import JudgeSample, Verdict
 from tierod.core.graph.maths import all_of, any_of, both, either, negated, present, where
-from tierod.monitors.condition.bank.adoption import adopted, believed, kin
-from tierod.monitors.condition.bank.diagnosis import Diagnosis, Elements
+from tierod.monitors.condition.bank.adoption import adopted, best_pair_containing, selected_lane
+from tierod.monitors.condition.bank.diagnosis import Diagnosis, gated, values_of
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.low_grip import Lack, LowGrip, LowGripState
-from tierod.monitors.condition.bank.readings import Readings
 from tierod.monitors.condition.bank.returning import Returning
-from tierod.monitors.condition.bank.stand_ins import gated, stand_ins
-from tierod.monitors.condition.bank.testability import Open, Telling
-from tierod.monitors.condition.bank.weighing import Limits, Ranking, Weighing, Weights, chosen
-from tierod.monitors.condition.signals import DRIVES, ELEMENTS, MOTORS, SENSORS, SLIDING, Hypothesis
+from tierod.monitors.condition.bank.testability import Open, Testability
+from tierod.monitors.condition.bank.weighing import Ranking, Weighing, Weights, chosen
+from tierod.monitors.condition.hypotheses import SLIDING
+from tierod.monitors.condition.signals import (
+    DRIVES,
+    ELEMENTS,
+    MOTORS,
+    SENSORS,
+    Elements,
+    Readings,
+)
 
 
 class DecisionState(NamedTuple):
@@ -38,14 +44,14 @@ class DecisionState(NamedTuple):
     """
 
     weights: Weights
-    active: Any
-    leading: Any
-    led: Any
-    exceeded: Any
+    active: Scalar
+    leading: Scalar
+    led: Scalar
+    exceeded: Scalar
     good: Elements
     unread: Readings
     slipping: LowGripState
-    cornered: Any
+    cornered: Scalar
 
 
 class Grip(NamedTuple):
@@ -58,9 +64,9 @@ class Grip(NamedTuple):
     """
 
     slipping: LowGripState
-    cornered: Any
-    slides: Any
-    low: Any
+    cornered: Scalar
+    slides: Scalar
+    low: Scalar
 
 
 @dataclass(frozen=True)
@@ -71,21 +77,21 @@ class Decision:
     leads all others by a gap, for some samples in a row; without the gap, all that come close are candidates. All
     lanes then go on from the state of the one that is declared. Until then a lane to which a sample is all but
     impossible goes on from the state of the lane that explains it best: a reading far off is gated at once, and a
-    faulty one does not pull the lanes that believe it.
+    faulty one does not pull the lanes that use it.
 
     Args:
         weighing: of the hypotheses, with the limits
         samples: in a row that a hypothesis must lead
-        samples_of_actuators: likewise, of one that suspects an actuator; motors are told apart by a changing split of
+        samples_of_actuators: likewise, of one that suspects an actuator; motors are isolated by a changing split of
             their torque, which takes some 0.1 s to change
         samples_of_both_motors: likewise, of both steering motors; one alone looks like both until the split of their
             torque has changed, every 0.12 s
         impossible: log-likelihood ratio of one sample against the best hypothesis at which a lane is corrected; twice
             the price of leaving out a sensor
-        gate: number of standard deviations beyond which a single reading is not believed
-        low_grip: tells whether the tyres slide, by the lane of sliding tyres where there is one, after all others
-        testability: tells what may be told now
-        returning: tells who has recovered
+        gate: number of standard deviations beyond which a single reading is gated
+        low_grip: decides whether the tyres slide, by the lane of sliding tyres where there is one, after all others
+        testability: decides what may be declared now
+        returning: decides what has recovered
 
     Source: Li, Frey, Gauterin, sections 3 and 4, replaced: their rules name no sensor for most faults.
     """
@@ -97,11 +103,11 @@ class Decision:
     impossible: Annotated[float, ""] = 12.0
     gate: Annotated[float, ""] = 6.0
     low_grip: LowGrip = field(default_factory=LowGrip)
-    testability: Telling = field(default_factory=Telling)
+    testability: Testability = field(default_factory=Testability)
     returning: Returning = field(default_factory=Returning)
 
     def feedback(self) -> Tree:
-        """Lanes are told nothing; they are given the states of others."""
+        """Lanes get no feedback; they take over the states of others."""
         return ()
 
     def init(self) -> DecisionState:
@@ -121,13 +127,13 @@ class Decision:
         likelihoods = [lane.log_likelihood for lane in lanes]
         grip = self._grip(state, sample, likelihoods)
         everyone = (*self.weighing.hypotheses, SLIDING)[: len(lanes)]
-        source, far_off = believed(everyone, likelihoods, state.active, self.impossible, grip.slides)
+        source, far_off = selected_lane(everyone, likelihoods, state.active, self.impossible, grip.slides)
         seen = _selected(lanes, source)
         suspected = self._elements_of(state.active)
         unread = [where(present(each), 0.0, count + 1.0) for each, count in zip(readings, state.unread, strict=True)]
-        told = self.testability.open(self.weighing, unread, suspected)
+        open_ = self.testability.open(self.weighing, unread, suspected)
         follows = both(seen.moving, negated(grip.low))
-        weights, ranking = self._weighed(state, likelihoods, seen, follows, told)
+        weights, ranking = self._weighed(state, likelihoods, seen, follows, open_)
         good = self.returning.good(state.good, suspected, readings, seen, effects)
         kept = self.returning.after(self.weighing, state.active, suspected, good)
 
@@ -148,27 +154,27 @@ class Decision:
             grip.cornered,
         )
         off = gated(readings, seen, faulty, self.gate)
-        tellable = [both(follows, each) for each in told.hypotheses]
+        declarable = [both(follows, each) for each in open_.hypotheses]
         unsure = both(exceeded >= self.samples, negated(changed))
         output = Diagnosis(
             active,
             faulty,
             self._candidates(ranking.rivals, unsure, faulty),
-            self.testability.testable(self.weighing, lanes, suspected, seen, tellable),
+            self.testability.testable(self.weighing, lanes, suspected, seen, declarable),
             self.returning.recovering(faulty, good, self.weighing.sample_time),
             off,
-            stand_ins(readings, seen, faulty, off),
+            values_of(readings, seen, faulty, off),
             *(seen.prediction, seen.deviation, seen.torque_loss, seen.loss_deviation),
             *(seen.speed, seen.lateral_speed),
             where(ranking.exceeding, ranking.best, active),
             where(ranking.exceeding, ranking.lead, 0.0),
             grip.low,
         )
-        nearest = kin(everyone, likelihoods, self.impossible)
+        nearest = best_pair_containing(everyone, likelihoods, self.impossible)
         taken = where(changed, active, source)
         return after, Verdict(output, adopted(everyone, taken, nearest, far_off, changed, active))
 
-    def _grip(self, state: DecisionState, sample: JudgeSample, likelihoods: Sequence[Any]) -> Grip:
+    def _grip(self, state: DecisionState, sample: JudgeSample, likelihoods: Sequence[Scalar]) -> Grip:
         """Whether the tyres slide, and whether they may, by the acceleration across the vehicle."""
         slipping, slides, lacks = self._slides(state, sample.lanes, likelihoods)
         across = sample.sample.lateral_acceleration
@@ -176,11 +182,11 @@ class Decision:
         return Grip(slipping, cornered, slides, either(slides, cornered > 0.5))
 
     def _slides(
-        self, state: DecisionState, lanes: Sequence[Any], likelihoods: Sequence[Any]
-    ) -> tuple[LowGripState, Any, Any]:
+        self, state: DecisionState, lanes: Sequence[LeaveOutFilter.Output], likelihoods: Sequence[Scalar]
+    ) -> tuple[LowGripState, Scalar, Scalar]:
         """Whether the tyres slide, and whether an axle lacks force, by the lane of sliding tyres, where there is one.
 
-        Sliding is not told while something is declared, which that lane believes.
+        Sliding is not decided while something is declared that this lane still uses.
         """
         count = len(self.weighing.hypotheses)
         if len(lanes) == count:
@@ -200,24 +206,29 @@ class Decision:
         return after, both(slides, state.active == 0.0), lack.across > self.low_grip.lacks
 
     def _weighed(
-        self, state: DecisionState, likelihoods: Sequence[Any], seen: Any, follows: Any, told: Open
+        self,
+        state: DecisionState,
+        likelihoods: Sequence[Scalar],
+        seen: LeaveOutFilter.Output,
+        follows: Scalar,
+        open_: Open,
     ) -> tuple[Weights, Ranking]:
         """What is remembered of the hypotheses with this sample, and their ranks."""
-        tells = [
+        counting = [
             both(*each)
-            for each in zip(self.testability.tells(self.weighing, seen, follows), told.hypotheses, strict=True)
+            for each in zip(self.testability.counting(self.weighing, seen, follows), open_.hypotheses, strict=True)
         ]
         weighed = likelihoods[: len(self.weighing.hypotheses)]
-        weights = self.weighing.smoothed(state.weights, weighed, state.active, tells)
-        return weights, self.weighing.ranking(weights, state.active, told.widening, told.hypotheses)
+        weights = self.weighing.smoothed(state.weights, weighed, state.active, counting)
+        return weights, self.weighing.ranking(weights, state.active, open_.widening, open_.hypotheses)
 
-    def _counted(self, state: DecisionState, ranking: Ranking) -> tuple[Any, Any]:
+    def _counted(self, state: DecisionState, ranking: Ranking) -> tuple[Scalar, Scalar]:
         """For how many samples in a row the best hypothesis has led by the gap, and any has been beyond its limit."""
         led = where(ranking.best == state.leading, state.led, 0.0) + 1.0
         led = where(both(ranking.exceeding, ranking.lead > self.weighing.limits.gap), led, 0.0)
         return led, where(ranking.exceeding, state.exceeded + 1.0, 0.0)
 
-    def _declares(self, ranking: Ranking, led: Any) -> Any:
+    def _declares(self, ranking: Ranking, led: Scalar) -> Scalar:
         """Whether the best hypothesis has led for long enough."""
         patient = any_of(0.0, *(ranking.best == k for k, each in enumerate(self.weighing.hypotheses) if each.actuators))
         needed = where(patient, self.samples_of_actuators, self.samples)
@@ -226,34 +237,23 @@ class Decision:
             needed = where(ranking.best == motors, self.samples_of_both_motors, needed)
         return led >= needed
 
-    def _elements_of(self, number: Any) -> Elements:
+    def _elements_of(self, number: Scalar) -> Elements:
         """What a hypothesis suspects."""
-        return Elements(*(any_of(0.0, *(number == k for k in self._naming(name))) for name in ELEMENTS))
+        return Elements(*(any_of(0.0, *(number == k for k in self.weighing.naming(name))) for name in ELEMENTS))
 
-    def _naming(self, name: str) -> list[int]:
-        return [k for k, each in enumerate(self.weighing.hypotheses) if name in each.suspects]
-
-    def _candidates(self, rivals: Sequence[Any], unsure: Any, faulty: Elements) -> Elements:
+    def _candidates(self, rivals: Sequence[Scalar], unsure: Scalar, faulty: Elements) -> Elements:
         return Elements(
             *(
-                all_of(unsure, negated(known), any_of(0.0, *(rivals[k] for k in self._naming(name))))
+                all_of(unsure, negated(known), any_of(0.0, *(rivals[k] for k in self.weighing.naming(name))))
                 for name, known in zip(ELEMENTS, faulty, strict=True)
             )
         )
 
 
-def judge(hypotheses: tuple[Hypothesis, ...], limits: Limits, sample_time: float = 0.01) -> Decision:
-    """The judge over a bank of these hypotheses.
-
-    Args:
-        hypotheses: in the order of the lanes, healthy first
-        limits: from calibration
-        sample_time: [s]
-    """
-    return Decision(Weighing(hypotheses, limits, sample_time))
-
-
-def _selected(lanes: Sequence[Any], number: Any) -> Any:
+def _selected(lanes: Sequence[LeaveOutFilter.Output], number: Scalar) -> LeaveOutFilter.Output:
     """The output of one lane, by a number that is known at run time only."""
     columns = zip(*([leaf for _, leaf in leaves_of(lane)] for lane in lanes), strict=True)
-    return rebuild(skeleton(LeaveOutFilter.Output), [chosen(column, number) for column in columns])
+    picked: LeaveOutFilter.Output = rebuild(
+        skeleton(LeaveOutFilter.Output), [chosen(column, number) for column in columns]
+    )
+    return picked

@@ -1,25 +1,14 @@
-"""What the judge over the bank says of one sample."""
+"""What the decision over the bank gives at one sample: what is at fault, and what every sensor should read."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from tierod.monitors.condition.bank.readings import Readings
-
-
-class Elements(NamedTuple):
-    """One number per sensor and actuator; mostly whether (1) or not (0)."""
-
-    wheel_speed_rear_left: Annotated[float, ""]
-    wheel_speed_rear_right: Annotated[float, ""]
-    yaw_rate: Annotated[float, ""]
-    steering_wheel_angle: Annotated[float, ""]
-    steering_shaft_torque: Annotated[float, ""]
-    tie_rod_force: Annotated[float, ""]
-    steering_motor_1: Annotated[float, ""]
-    steering_motor_2: Annotated[float, ""]
-    drive_left: Annotated[float, ""]
-    drive_right: Annotated[float, ""]
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import absolute, all_of, negated, present, where
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.signals import Elements, Readings
 
 
 class Diagnosis(NamedTuple):
@@ -32,17 +21,17 @@ class Diagnosis(NamedTuple):
         testable: whether a total loss would show now
         recovering: declared, but as it should be for the last samples
         gated: readings that are far off in this sample alone, or not declared yet
-        value: of every sensor, its own where it is trusted, otherwise what the other sensors say
+        value: of every sensor, its own where it is trusted, otherwise the estimate from the other sensors
         prediction, deviation: of the reading of every sensor from all before and its standard deviation; of those at
             fault without their own readings
         torque_loss, loss_deviation: lost share of the torque of the actuators that are declared, the same of two
         speed, lateral_speed: of the centre of gravity
         best: the number of the hypothesis that explains the last samples best, the active one included
         lead: its mean log-likelihood ratio per sample less that of its best rival
-        low_grip: whether tyres slide, so that nothing can be told
+        low_grip: whether tyres slide, so that no fault is declared
     """
 
-    hypothesis: Annotated[float, ""]
+    hypothesis: Annotated[Scalar, ""]
     faulty: Elements
     candidates: Elements
     testable: Elements
@@ -51,10 +40,52 @@ class Diagnosis(NamedTuple):
     value: Readings
     prediction: Readings
     deviation: Readings
-    torque_loss: Annotated[float, ""]
-    loss_deviation: Annotated[float, ""]
-    speed: Annotated[float, "m/s"]
-    lateral_speed: Annotated[float, "m/s"]
-    best: Annotated[float, ""]
-    lead: Annotated[float, ""]
-    low_grip: Annotated[float, ""]
+    torque_loss: Annotated[Scalar, ""]
+    loss_deviation: Annotated[Scalar, ""]
+    speed: Annotated[Scalar, "m/s"]
+    lateral_speed: Annotated[Scalar, "m/s"]
+    best: Annotated[Scalar, ""]
+    lead: Annotated[Scalar, ""]
+    low_grip: Annotated[Scalar, ""]
+
+
+def gated(
+    readings: Sequence[Scalar], estimate: LeaveOutFilter.Output, faulty: Elements, deviations: Scalar
+) -> Readings:
+    """Readings far off of sensors that are not declared.
+
+    Args:
+        readings: of all sensors
+        estimate: of the selected lane
+        faulty: what is declared
+        deviations: number of standard deviations beyond which a reading is far off
+    """
+    known = zip(readings, estimate.prediction, estimate.deviation, faulty, strict=False)
+    return Readings(
+        *(
+            all_of(
+                negated(declared),
+                present(reading),
+                absolute(where(present(reading), reading, 0.0) - prediction) > deviations * deviation,
+            )
+            for reading, prediction, deviation, declared in known
+        )
+    )
+
+
+def values_of(readings: Sequence[Scalar], estimate: LeaveOutFilter.Output, faulty: Elements, off: Readings) -> Readings:
+    """The value of every sensor: its own reading where it is trusted, else the estimate of the selected lane.
+
+    Args:
+        readings: of all sensors
+        estimate: of the selected lane
+        faulty: what is declared
+        off: readings that are far off, see `gated`
+    """
+    known = zip(readings, estimate.estimate, faulty, off, strict=False)
+    return Readings(
+        *(
+            where(all_of(present(reading), negated(declared), negated(far)), reading, value)
+            for reading, value, declared, far in known
+        )
+    )

@@ -1,126 +1,160 @@
-"""The whole judge over the bank: what is at fault, of what kind, and how large."""
+"""The judge over the bank: which elements are at fault, of what kind and magnitude, and what follows from that."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import Tree
-from tierod.core.graph import Bank, JudgeSample, Verdict
-from tierod.core.graph.maths import any_of, both, exp, maximum, sqrt, where
+from tierod.core.block import Scalar, Tree
+from tierod.core.findings import Status
+from tierod.core.graph import JudgeSample, Verdict
+from tierod.core.graph.maths import any_of, both, exp, maximum, minimum, sqrt, where
+from tierod.core.statement import Statement, code_of
 from tierod.monitors.condition.bank.decision import Decision, DecisionState
 from tierod.monitors.condition.bank.diagnosis import Diagnosis
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.bank.leaving_out import leaving_out
-from tierod.monitors.condition.bank.low_grip import sliding
-from tierod.monitors.condition.bank.tuning import prices
-from tierod.monitors.condition.bank.weighing import Limits, Weighing
-from tierod.monitors.condition.kinds.catalogue import Kind
+from tierod.monitors.condition.kinds.catalogue import LOST_TORQUE, Kind, KindState
 from tierod.monitors.condition.kinds.kind import KindOfFault
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS, Hypothesis, hypotheses
+from tierod.monitors.condition.reaction import FaultReaction, Judged, ReactionState, Since
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS, ConditionSample, Statements
+
+LARGEST_LEAD = 20.0
+"""By how much one sample may count for one hypothesis against another [nat]; without a rival a lead has no end."""
 
 
-class Kinds(NamedTuple):
-    """Kind and size of the fault of every sensor that is declared."""
-
-    wheel_speed_rear_left: Kind
-    wheel_speed_rear_right: Kind
-    yaw_rate: Kind
-    steering_wheel_angle: Kind
-    steering_shaft_torque: Kind
-    tie_rod_force: Kind
-
-
-class Loss(NamedTuple):
-    """What the actuators that are declared have lost.
+class LostTorque(NamedTuple):
+    """Lost share of the torque of the actuators that are declared, the same of both where two are.
 
     Args:
-        share: of their torque, the same of both where two are, the mean over the last samples at which they had
-            something to do; 0 while none is declared
+        share: mean over the last samples at which they had something to do; 0 while none is declared
         deviation: standard deviation of the share
     """
 
-    share: Annotated[float, ""]
-    deviation: Annotated[float, ""]
-
-
-class Judgement(NamedTuple):
-    """What is said of one sample.
-
-    Args:
-        decision: who is at fault, and what stands in for the sensors
-        kinds: of faults of the sensors
-        loss: of torque
-    """
-
-    decision: Diagnosis
-    kinds: Kinds
-    loss: Loss
+    share: Annotated[Scalar, ""]
+    deviation: Annotated[Scalar, ""]
 
 
 class LossState(NamedTuple):
     """Weighted sums over the declared past [1/share^2]."""
 
-    information: Any
-    weighted: Any
+    information: Scalar
+    weighted: Scalar
+
+
+class JudgeState(NamedTuple):
+    """Of the parts, and what the fault of each sensor adds to its reading."""
+
+    decision: DecisionState
+    kinds: tuple[KindState, ...]
+    loss: LossState
+    effects: tuple[Scalar, ...]
+    since: Since
+    reaction: ReactionState
 
 
 @dataclass(frozen=True)
 class ConditionJudge:
-    """Decision between the hypotheses, and kind and size of what is declared.
+    """Decision between the hypotheses, kind and magnitude of what is declared, and the reaction to it.
 
     Args:
         decision: between the hypotheses
         kinds: one for each of `SENSORS`
+        reaction: substitutes of sensors and trouble codes
         loss_time: over which a lost share of torque is averaged
     """
 
     decision: Decision
     kinds: tuple[KindOfFault, ...]
+    reaction: FaultReaction
     loss_time: Annotated[float, "s"] = 2.0
 
     def feedback(self) -> Tree:
-        """Lanes are told nothing."""
+        """Lanes get no feedback."""
         return ()
 
-    def init(self) -> tuple[DecisionState, tuple[Any, ...], LossState, tuple[float, ...]]:
+    def init(self) -> JudgeState:
         """Healthy."""
-        return (
+        return JudgeState(
             self.decision.init(),
             tuple(kind.init() for kind in self.kinds),
             LossState(0.0, 0.0),
             (0.0,) * len(SENSORS),
+            Since.initial(),
+            self.reaction.init(),
         )
 
-    def step(self, state: Any, sample: JudgeSample) -> tuple[Any, Verdict]:
+    def step(self, state: JudgeState, sample: JudgeSample) -> tuple[JudgeState, Verdict]:
         """One sample on."""
-        decided, verdict = self.decision.step(state[0], sample, state[3])
-        diagnosis = verdict.output
-        foretold = [self._foretold(sample.lanes, diagnosis, name) for name in SENSORS]
-        each = [
-            kind.step(
-                memory,
-                KindOfFault.Sample(
-                    getattr(sample.sample, name),
-                    *told,
-                    getattr(diagnosis.faulty, name),
-                    getattr(diagnosis.recovering, name),
-                ),
-            )
-            for kind, memory, told, name in zip(self.kinds, state[1], foretold, SENSORS, strict=True)
-        ]
-        losing, loss = self._loss(state[2], diagnosis)
-        output = Judgement(diagnosis, Kinds(*(named for _, named in each)), loss)
-        effects = tuple(named.effect for _, named in each)
-        return (decided, tuple(memory for memory, _ in each), losing, effects), verdict._replace(output=output)
+        decided, verdict = self.decision.step(state.decision, sample, state.effects)
+        diagnosis: Diagnosis = verdict.output
+        named = [self._kind(place, memory, sample, diagnosis) for place, memory in enumerate(state.kinds)]
+        kinds = [kind for _, kind in named]
+        losing, loss = self._loss(state.loss, diagnosis)
+        since, statements = state.since.followed_by(
+            self._statements(diagnosis, kinds, loss), self.decision.weighing.sample_time
+        )
+        judged = Judged(
+            statements,
+            diagnosis.testable,
+            diagnosis.value,
+            diagnosis.gated,
+            minimum(diagnosis.lead, LARGEST_LEAD),
+            diagnosis.low_grip,
+        )
+        reacting, output = self.reaction.step(state.reaction, sample.sample, judged)
+        after = JudgeState(
+            decided, tuple(memory for memory, _ in named), losing, tuple(kind.effect for kind in kinds), since, reacting
+        )
+        return after, verdict._replace(output=output)
 
-    def _foretold(self, lanes: Any, diagnosis: Diagnosis, name: str) -> tuple[Any, Any]:
-        """What a sensor should read and the standard deviation, from what leaves it out beside all that is declared."""
-        weighing, place = self.decision.weighing, SENSORS.index(name)
+    def _statements(self, diagnosis: Diagnosis, kinds: Sequence[Kind], loss: LostTorque) -> Statements:
+        """Status, kind, magnitude and evidence of every element; since when is still open."""
+        weighing, place = self.decision.weighing, len(SENSORS)
+        # A filter that knows too little of the motor may estimate a loss of more than all torque.
+        lost = Kind(LOST_TORQUE, minimum(loss.share, 1.0), loss.deviation, 0.0)
+        made: list[Statement] = []
+        for name, faulty, candidate, testable in zip(
+            ELEMENTS, diagnosis.faulty, diagnosis.candidates, diagnosis.testable, strict=True
+        ):
+            kind = kinds[len(made)] if len(made) < place else lost
+            best = any_of(
+                0.0, *(diagnosis.best == k for k, each in enumerate(weighing.hypotheses) if name in each.suspects)
+            )
+            lead = where(best, minimum(diagnosis.lead, LARGEST_LEAD) / weighing.limits.gap, 0.0)
+            quiet = where(testable, code_of(Status.HEALTHY), code_of(Status.NOT_TESTABLE))
+            made.append(
+                Statement(
+                    where(faulty, code_of(Status.FAULT), where(candidate, code_of(Status.SUSPECT), quiet)),
+                    0.0,
+                    where(faulty, kind.kind, 0.0),
+                    where(faulty, kind.magnitude, 0.0),
+                    where(faulty, kind.deviation, 0.0),
+                    where(faulty, maximum(lead, 1.0), lead),
+                )
+            )
+        return Statements(*made)
+
+    def _kind(self, place: int, memory: KindState, sample: JudgeSample, diagnosis: Diagnosis) -> tuple[KindState, Kind]:
+        """Kind of the fault of one sensor."""
+        prediction, deviation = self._predicted(sample.lanes, diagnosis, place)
+        readings: ConditionSample = sample.sample
+        return self.kinds[place].step(
+            memory,
+            KindOfFault.Sample(
+                readings[place], prediction, deviation, diagnosis.faulty[place], diagnosis.recovering[place]
+            ),
+        )
+
+    def _predicted(
+        self, lanes: Sequence[LeaveOutFilter.Output], diagnosis: Diagnosis, place: int
+    ) -> tuple[Scalar, Scalar]:
+        """Predicted reading and its deviation, by the lane that leaves the sensor out beside all that is declared."""
+        weighing = self.decision.weighing
         prediction, deviation = diagnosis.prediction[place], diagnosis.deviation[place]
         beside: dict[int, list[int]] = {}
         for active, each in enumerate(weighing.hypotheses):
-            number = weighing.number(*each.suspects, name)
+            number = weighing.number(*each.suspects, SENSORS[place])
             if number is not None:
                 beside.setdefault(number, []).append(active)
         for number, several in beside.items():
@@ -129,8 +163,8 @@ class ConditionJudge:
             deviation = where(here, lanes[number].deviation[place], deviation)
         return prediction, deviation
 
-    def _loss(self, state: LossState, diagnosis: Diagnosis) -> tuple[LossState, Loss]:
-        """Mean of the lost share, weighted by what each sample knows of it; samples alike for a while count as one."""
+    def _loss(self, state: LossState, diagnosis: Diagnosis) -> tuple[LossState, LostTorque]:
+        """Mean of the lost share, weighted by information; samples alike for a while count as one."""
         declared = any_of(0.0, *(getattr(diagnosis.faulty, name) for name in ACTUATORS))
         step = self.decision.weighing.sample_time
         kept = exp(-step / self.loss_time)
@@ -142,22 +176,4 @@ class ConditionJudge:
         alike = maximum(self.kinds[0].alike / step, 1.0)
         share = where(known, weighted / maximum(information, 1e-9), 0.0)
         deviation = where(known, sqrt(alike / maximum(information, 1e-9)), 0.0)
-        return LossState(information, weighted), Loss(share, deviation)
-
-
-def condition_bank(
-    base: LeaveOutFilter, limits: Limits, explanations: tuple[Hypothesis, ...] | None = None, sample_time: float = 0.01
-) -> Bank:
-    """The whole bank: one filter per hypothesis, one of sliding tyres, and the judge.
-
-    Args:
-        base: filter that suspects nobody
-        limits: from calibration, for all but the healthy hypothesis
-        explanations: hypotheses, healthy first; all of them if None
-        sample_time: [s]
-    """
-    explanations = hypotheses() if explanations is None else explanations
-    kinds = tuple(KindOfFault.of_sensor(name, base.plausible, sample_time) for name in SENSORS)
-    lanes = (*(leaving_out(each, base) for each in explanations), sliding(base))
-    weighing = Weighing(explanations, limits, sample_time, prices=prices(base.sensor_noise, base.plausible))
-    return Bank(lanes, ConditionJudge(Decision(weighing), kinds))
+        return LossState(information, weighted), LostTorque(share, deviation)

@@ -7,23 +7,50 @@ actuator that is suspected may have lost any share of its torque.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import skeleton
+from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.derivatives import jacobian
-from tierod.core.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
+from tierod.core.graph.maths import absolute, maximum, minimum, sqrt, where
 from tierod.methods.estimators.kernels import predict_covariance
-from tierod.methods.estimators.linear_algebra import congruence, diagonal, dot, from_diagonal, plus
+from tierod.methods.estimators.linear_algebra import (
+    Vector,
+    congruence,
+    diagonal,
+    from_diagonal,
+    plus,
+)
 from tierod.models.automated_forces import Torques, drive_force
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.bank.asked_torques import AskedTorques, no_torques, torques_of
 from tierod.monitors.condition.bank.process import LIMITS, process_noise, start_deviations, with_torque_noise
-from tierod.monitors.condition.bank.readings import Readings, Seen, Surprise
-from tierod.monitors.condition.bank.tuning import ModelError, PlausibleRange, SensorNoise, widened
-from tierod.monitors.condition.bank.updates import log_likelihood, spread_of, update
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS, ConditionSample
+from tierod.monitors.condition.bank.tuning import PLAUSIBLE, SENSOR_NOISE, TORQUE_JUMP, ModelError, widened
+from tierod.monitors.condition.bank.updates import Seen, observed
+from tierod.monitors.condition.hypotheses import Hypothesis
+from tierod.monitors.condition.signals import (
+    ACCELERATIONS,
+    DRIVES,
+    ELEMENTS,
+    SENSORS,
+    SHAFT_TORQUE,
+    WHEELS,
+    ConditionSample,
+    Elements,
+    Measured,
+    Readings,
+)
 from tierod.physics.single_track import front_axle_load
 from tierod.vehicles import Vehicle
+
+TRUSTED = Elements(*(1.0,) * len(ELEMENTS))
+"""Every sensor and actuator."""
+
+COMMON_LOSS_TIME = 20.0
+"""Over which a share that two actuators lose together changes [s]; one that follows the split of the torque within
+0.1 s would explain the loss of either alone."""
+
+SCALED = (*WHEELS, "yaw_rate")
+"""Sensors that show together how far the wheels' readings are off the vehicle's speed."""
 
 
 @dataclass(frozen=True)
@@ -37,48 +64,40 @@ class LeaveOutFilter:
         vehicle: parameters of the model
         sensor_noise, model_error: standard deviations
         plausible: ranges of failed sensors
+        torque_jump: see `TORQUE_JUMP`
         influence: standard deviations beyond which a reading neither moves the state further nor counts more against
             the hypothesis: far more than healthy readings reach; a fault does not throw the filter about
-        settling: after the start, while the state is found and readings tell nothing about hypotheses
+        settling: after the start, while the state is found and readings do not count for hypotheses
         slowest: speed from which the vehicle counts as moving; wheel speed sensors see nothing much slower
         largest_force_error: of an axle, beyond which none goes; see `process.LIMITS` for all else
         bending: acceleration across the vehicle from which it is in a bend
         braking: deceleration beyond what the drives give from which something else must brake; steep slopes give less
-        use_wheel_speed_rear_left ... use_tie_rod_force: 1, or 0 for a sensor that is left out
-        trust_steering_motor_1 ... trust_drive_right: 1, or 0 for an actuator that may have lost torque;
-            all suspected ones share one loss
+        trusted: 1, or 0 for a sensor that is left out and for an actuator that may have lost torque; all such actuators
+            share one loss
     """
 
-    vehicle: Any
-    sensor_noise: SensorNoise = field(default_factory=SensorNoise)
+    vehicle: AutomatedVehicle.Parameters
+    sensor_noise: Measured = SENSOR_NOISE
     model_error: ModelError = field(default_factory=ModelError)
-    plausible: PlausibleRange = field(default_factory=PlausibleRange)
+    plausible: Readings = PLAUSIBLE
+    torque_jump: Annotated[float, ""] = TORQUE_JUMP
     influence: Annotated[float, ""] = 8.0
     settling: Annotated[float, "s"] = 0.5
     slowest: Annotated[float, "m/s"] = 0.5
     largest_force_error: Annotated[float, "N"] = LIMITS.front_force_error
     bending: Annotated[float, "m/s**2"] = 1.0
     braking: Annotated[float, "m/s**2"] = 1.5
-    use_wheel_speed_rear_left: Annotated[float, ""] = 1.0
-    use_wheel_speed_rear_right: Annotated[float, ""] = 1.0
-    use_yaw_rate: Annotated[float, ""] = 1.0
-    use_steering_wheel_angle: Annotated[float, ""] = 1.0
-    use_steering_shaft_torque: Annotated[float, ""] = 1.0
-    use_tie_rod_force: Annotated[float, ""] = 1.0
-    trust_steering_motor_1: Annotated[float, ""] = 1.0
-    trust_steering_motor_2: Annotated[float, ""] = 1.0
-    trust_drive_left: Annotated[float, ""] = 1.0
-    trust_drive_right: Annotated[float, ""] = 1.0
+    trusted: Elements = TRUSTED
 
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """The belief, what came before, and how long ago the filter started, `settling` at most [s]."""
+        """The estimate, what came before, and how long ago the filter started, `settling` at most [s]."""
 
-        mean: Any
-        covariance: tuple[Any, ...]
+        mean: AutomatedVehicle.State
+        covariance: tuple[Scalar, ...]
         torques: AskedTorques
-        age: Any
+        age: Scalar
 
     class Output(NamedTuple):
         """What one hypothesis says about one sample.
@@ -90,11 +109,10 @@ class LeaveOutFilter:
             deviation: standard deviation of reading less prediction
             estimate: of every sensor's reading without its noise, after the readings that are used: what replaces a
                 sensor that is left out
-            surprise: squared innovation over its variance
             torque_loss, loss_deviation: lost share of the torque of what is suspected, the same of two; a large
                 deviation means that it has had nothing to do
             speed, lateral_speed: of the centre of gravity
-            moving: 1 where the vehicle moves forward, else 0: wheels that stand or roll back tell nothing
+            moving: 1 where the vehicle moves forward, else 0: wheels that stand or roll back show nothing
             driven: 1 where the deceleration is what drives and slopes give, else 0: brakes may lock the wheels
             lack: force that an axle lacks in a bend, over its load: the larger one; 0 where it hardly needs any
             lack_along, given_along: force of the suspected drives that the front axle lacks, and has, over its load
@@ -104,7 +122,6 @@ class LeaveOutFilter:
         prediction: Readings
         deviation: Readings
         estimate: Readings
-        surprise: Surprise
         torque_loss: Annotated[float, ""]
         loss_deviation: Annotated[float, ""]
         speed: Annotated[float, "m/s"]
@@ -117,7 +134,7 @@ class LeaveOutFilter:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> LeaveOutFilter:
-        """The filter that suspects nobody; the less is known of the vehicle, the wider are its noises.
+        """The filter that suspects nothing; the less is known of the vehicle, the wider are its noises.
 
         Args:
             vehicle: with the parameters of `AutomatedVehicle`
@@ -133,22 +150,18 @@ class LeaveOutFilter:
         mean = skeleton(AutomatedVehicle.State)
         return self.State(mean, tuple(value + 0.0 for value in covariance), no_torques(), 0.0)
 
-    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+    def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
         """One sample on."""
         after, seen = self.corrected(state, sample)
-        judged, correction, mean = len(SENSORS), seen.correction, after.mean
-        pairs = zip(seen.expected[:judged], seen.rows[:judged], strict=True)
-        surprise = [
-            where(present(innovation), innovation * innovation, 0.0) / variance
-            for innovation, variance in zip(seen.innovations, seen.spread, strict=False)
-        ]
+        judged, mean = len(SENSORS), after.mean
         loss = AutomatedVehicle.State._fields.index("torque_loss")
+        # Accelerations are always used, and their range is left out of all hypotheses alike.
+        likelihood = seen.log_likelihood((*self.plausible, *(1.0,) * len(ACCELERATIONS)), self.influence)
         return after, self.Output(
-            where(after.age < self.settling, 0.0, self._log_likelihood(seen)),
+            where(after.age < self.settling, 0.0, likelihood),
             Readings(*seen.expected[:judged]),
-            Readings(*(sqrt(value) for value in seen.spread)),
-            Readings(*(plus(value, dot(row, correction.shift)) for value, row in pairs)),
-            Surprise(*surprise),
+            Readings(*(sqrt(value) for value in seen.spread[:judged])),
+            Readings(*seen.estimates(judged)),
             mean.torque_loss,
             sqrt(maximum(diagonal(after.covariance)[loss], 0.0)),
             mean.speed,
@@ -159,33 +172,28 @@ class LeaveOutFilter:
             *self._along(mean, after.torques.given),
         )
 
-    def corrected(self, state: Any, sample: Any) -> tuple[Any, Seen]:
-        """The belief after a sample, and what the sample said."""
-        suspected = [1.0 - getattr(self, f"trust_{name}") for name in ACTUATORS]
+    def corrected(self, state: State, sample: ConditionSample) -> tuple[State, Seen]:
+        """The estimate after a sample, and what the sample showed."""
+        suspected = [1.0 - each for each in self.trusted[len(SENSORS) :]]
         torques, inputs, jumped = torques_of(sample, state.torques, self.vehicle, suspected, state.age > 0.0)
-        jump = self.sensor_noise.jump * self.sensor_noise.jump * jumped
+        jump = self.torque_jump * self.torque_jump * jumped
         mean, covariance = self._predicted(state, inputs, jump)
         expected = AutomatedVehicle.output(mean, inputs, self.vehicle)
         rows = jacobian(lambda at: AutomatedVehicle.output(at, inputs, self._coarse), mean)
-        readings, noise = sample[: len(expected)], self._noise(jump)
-        innovations = tuple(reading - value for reading, value in zip(readings, expected, strict=True))
-        judged = len(SENSORS)
-        spread = [spread_of(covariance, row) + r for row, r in zip(rows[:judged], noise[:judged], strict=True)]
-        used = [both(present(each), use > 0.5) for each, use in zip(innovations, self._uses(), strict=True)]
-        correction = update(covariance, rows, innovations, noise, self._noise(0.0), used, self.influence)
-        moved = [value + shift for value, shift in zip(mean, correction.shift, strict=True)]
+        trusted = (*self.trusted[: len(SENSORS)], *(1.0,) * len(ACCELERATIONS))
+        noise, usual = self._noise(jump), self._noise(0.0)
+        seen = observed(covariance, expected, rows, sample[: len(expected)], noise, usual, trusted, self.influence)
         limits = LIMITS._replace(front_force_error=self.largest_force_error, rear_force_error=self.largest_force_error)
-        bounded = AutomatedVehicle.State(*(limit(v, -most, most) for v, most in zip(moved, limits, strict=True)))
-        seen = Seen(expected, rows, innovations, used, tuple(spread), correction)
         age = minimum(state.age + self.vehicle.sample_time, self.settling)
-        return self.State(bounded, correction.covariance, torques, age), seen
+        bounded = AutomatedVehicle.State(*seen.moved(mean, limits))
+        return self.State(bounded, seen.correction.covariance, torques, age), seen
 
     @property
-    def _coarse(self) -> Any:
+    def _coarse(self) -> AutomatedVehicle.Parameters:
         """The vehicle for the derivatives: what is small there would fill them with entries, to no gain."""
         return replace(self.vehicle, turn_slip_stiffness=0.0, steering_motor_inertia=0.0)
 
-    def _lack(self, mean: Any) -> Any:
+    def _lack(self, mean: AutomatedVehicle.State) -> Scalar:
         """Force that an axle lacks in a bend, over its load: the larger one."""
         car, across = self.vehicle, mean.speed * mean.yaw_rate
         side = where(absolute(across) > self.bending, where(across > 0.0, -1.0, 1.0), 0.0)
@@ -193,31 +201,24 @@ class LeaveOutFilter:
         rear = mean.rear_force_error / front_axle_load(car.mass, car.rear_distance, car.front_distance)
         return maximum(side * front, side * rear)
 
-    def _along(self, mean: Any, given: Torques) -> tuple[Any, Any]:
+    def _along(self, mean: AutomatedVehicle.State, given: Torques) -> tuple[Scalar, Scalar]:
         """Force of the suspected drives that the front axle lacks, and has, over its load."""
         car = self.vehicle
-        torque = (1.0 - self.trust_drive_left) * given.drive_left + (1.0 - self.trust_drive_right) * given.drive_right
+        left, right = (1.0 - getattr(self.trusted, name) for name in DRIVES)
+        torque = left * given.drive_left + right * given.drive_right
         asked = drive_force(torque, car) / front_axle_load(car.mass, car.front_distance, car.rear_distance)
         return mean.torque_loss * asked, (1.0 - mean.torque_loss) * asked
 
-    def _uses(self) -> tuple[Any, ...]:
-        """Whether each reading is used; accelerations always are."""
-        return (*(getattr(self, f"use_{name}") for name in SENSORS), 1.0, 1.0)
-
-    def _noise(self, jump: Any) -> tuple[Any, ...]:
+    def _noise(self, jump: Scalar) -> tuple[Scalar, ...]:
         """Variance of each reading; of the torque more where it has jumped between two samples."""
-        noise = self.sensor_noise
-        deviations = (
-            *(noise.wheel_speed, noise.wheel_speed, noise.yaw_rate, noise.steering_wheel_angle),
-            *(noise.steering_shaft_torque, noise.tie_rod_force),
-            *(noise.longitudinal_acceleration, noise.lateral_acceleration),
-        )
-        variances = [value * value for value in deviations]
-        torque = SENSORS.index("steering_shaft_torque")
+        variances = [value * value for value in self.sensor_noise]
+        torque = SENSORS.index(SHAFT_TORQUE)
         variances[torque] = plus(variances[torque], jump)
         return tuple(variances)
 
-    def _predicted(self, state: Any, inputs: Any, jump: Any) -> tuple[Any, Any]:
+    def _predicted(
+        self, state: State, inputs: AutomatedVehicle.Input, jump: Scalar
+    ) -> tuple[AutomatedVehicle.State, Vector]:
         """Mean and packed covariance before the readings."""
         deflected = AutomatedVehicle.deflected(state.mean, self.vehicle)
         rolling = jacobian(lambda at: AutomatedVehicle.deflected(at, self._coarse), state.mean)
@@ -229,11 +230,18 @@ class LeaveOutFilter:
         mean = AutomatedVehicle.moved(deflected, inputs, self.vehicle)
         return mean, with_torque_noise(covariance, self.vehicle, torque)
 
-    def _log_likelihood(self, seen: Seen) -> Any:
-        """Of the readings that there are: as innovations where used, as anything plausible where not."""
-        plausible = self.plausible
-        widths = (
-            *(plausible.wheel_speed, plausible.wheel_speed, plausible.yaw_rate, plausible.steering_wheel_angle),
-            *(plausible.steering_shaft_torque, plausible.tie_rod_force, 1.0, 1.0),
-        )
-        return log_likelihood(seen.correction, seen.innovations, seen.used, self._noise(0.0), widths, self.influence)
+    def leaving_out(self, hypothesis: Hypothesis) -> LeaveOutFilter:
+        """The filter of a hypothesis, made from the one that suspects nothing.
+
+        Args:
+            hypothesis: what it leaves out
+        """
+        error, vehicle = self.model_error, self.vehicle
+        if not {*SCALED}.isdisjoint(hypothesis.sensors):
+            error = replace(error, wheel_speed_scale=error.wheel_speed_scale_alone)
+        if not {*DRIVES}.isdisjoint(hypothesis.actuators):
+            error = replace(error, drive_excess=error.drive_excess_alone)
+        if len(hypothesis.actuators) > 1:
+            vehicle = replace(vehicle, fading=replace(vehicle.fading, loss=COMMON_LOSS_TIME))
+        trusted = self.trusted._replace(**dict.fromkeys(hypothesis.suspects, 0.0))
+        return replace(self, vehicle=vehicle, model_error=error, trusted=trusted)

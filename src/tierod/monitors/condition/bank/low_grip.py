@@ -1,13 +1,15 @@
-"""Tyres that slide: a filter that hardly believes the forces of the axles, and whether it explains most."""
+"""Tyres that slide: a filter that hardly trusts the forces of the axles, and whether it explains most."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, all_of, both, either, greatest_of, limit, maximum, where
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.signals import DRIVES
 from tierod.physics.lag import share_reached
 
 FORCE, FORCE_SHARE, TIE_ROD_SHARE = 60.0, 0.6, 0.3
@@ -26,20 +28,20 @@ class LowGripState(NamedTuple):
     Args:
         lead: mean log-likelihood ratio of the filter of sliding tyres against the best other one
         lead_along: likewise, against the best of those that explain a lack of force along the vehicle, over a while
-        gain: likewise, against the filter that suspects nobody
+        gain: likewise, against the filter that suspects nothing
         symmetric: for how many samples in a row force along the vehicle has been lacking on both sides alike
         held: greatest force that both drives gave since then, over the load of their axle
         broken: for how many samples in a row they have given less than that, and less than was asked for
         left: samples for which tyres still count as sliding
     """
 
-    lead: Any
-    lead_along: Any
-    gain: Any
-    symmetric: Any
-    held: Any
-    broken: Any
-    left: Any
+    lead: Scalar
+    lead_along: Scalar
+    gain: Scalar
+    symmetric: Scalar
+    held: Scalar
+    broken: Scalar
+    left: Scalar
 
 
 class Lack(NamedTuple):
@@ -51,9 +53,9 @@ class Lack(NamedTuple):
         given: that the drives give
     """
 
-    across: Any
-    along: Any
-    given: Any
+    across: Scalar
+    along: Scalar
+    given: Scalar
 
 
 @dataclass(frozen=True)
@@ -71,8 +73,8 @@ class LowGrip:
     all of that, they still give a share.
 
     All of it was chosen on braking, driving off and bends on ice of three virtual demonstrators (adhesion .15 to .4)
-    and on their lost drives, in samples of 10 ms, and held against 81 other drives on ice: one of these, accused at
-    first, taught that no time passes while the vehicle stands.
+    and on their lost drives, in samples of 10 ms, and held against 81 other drives on ice: one of these, declared
+    faulty at first, showed that no time passes while the vehicle stands.
 
     Args:
         leads: by how much it must explain the readings better [nat per sample]; to leave one reading out costs 4 to 9
@@ -83,7 +85,7 @@ class LowGrip:
         time_along: constant of that mean
         largest_along: ratio of a single sample that counts in it: a drive's filter takes a moment to see what it lost
         samples: in a row that all of this must hold along the vehicle
-        gains: by how much the filter that suspects nobody must explain them worse
+        gains: by how much the filter that suspects nothing must explain them worse
         time_gain: constant of that mean
         contradicts: by how much any filter may explain them better at once; that of a faulty sensor does by far more
         lacks_along: force that the driven axle must lack, over its load
@@ -94,7 +96,7 @@ class LowGrip:
         share: of a sample in the force that is held
         proofs: samples in a row in which drives give too little of what ice has held, so that both have lost torque
         stays: so long they slide after they did
-        impossible: ratio from which on the filter that suspects nobody has not found back
+        impossible: ratio from which on the filter that suspects nothing has not found back
         slower: so much slower time passes until it has
         largest: ratio of a single sample that counts
     """
@@ -128,32 +130,32 @@ class LowGrip:
     def after(
         self,
         state: LowGripState,
-        likelihood: Any,
-        others: Sequence[Any],
-        drives: Sequence[Any],
+        likelihood: Scalar,
+        others: Sequence[Scalar],
+        drives: Sequence[Scalar],
         lack: Lack,
-        moving: Any,
+        moving: Scalar,
         sample_time: float,
-    ) -> tuple[LowGripState, Any]:
+    ) -> tuple[LowGripState, Scalar]:
         """One sample on; whether tyres slide.
 
         Args:
             state: after the sample before
             likelihood: logarithm of the density of this sample where tyres slide
-            others: likewise, of all hypotheses that believe the tyres, that of nobody's fault first
+            others: likewise, of all hypotheses that trust the tyres, the healthy one first
             drives: likewise, of those that suspect one drive alone
             lack: of force
             moving: whether the vehicle goes forward; while it stands or goes back no time passes to find back in
             sample_time: [s]
         """
-        sound, best = others[0], greatest_of(*others)
+        healthy, best = others[0], greatest_of(*others)
 
-        def on(mean: Any, against: Any, time: float, largest: float) -> Any:
+        def on(mean: Scalar, against: Scalar, time: float, largest: float) -> Scalar:
             return mean + share_reached(sample_time / time) * (limit(likelihood - against, -largest, largest) - mean)
 
         lead = on(state.lead, best, self.time_across, self.largest)
-        lead_along = on(state.lead_along, greatest_of(sound, *drives), self.time_along, self.largest_along)
-        gain = on(state.gain, sound, self.time_gain, self.largest)
+        lead_along = on(state.lead_along, greatest_of(healthy, *drives), self.time_along, self.largest_along)
+        gain = on(state.gain, healthy, self.time_gain, self.largest)
         across, along = lack.across > self.lacks, absolute(lack.along) > self.lacks_along
         gives = absolute(lack.given) > self.least
         held = where(state.left > 0.5, maximum(state.held, self._steady(state.held, lack)), 0.0)
@@ -163,34 +165,34 @@ class LowGrip:
         begins = either(both(across, lead > self.leads), both(symmetric >= self.samples, broken < self.proofs))
         goes_on = both(state.left > 0.5, either(across, both(along, broken < self.proofs)))
         slides = either(begins, goes_on)
-        lost = sound < maximum(best, likelihood) - self.impossible
+        lost = healthy < maximum(best, likelihood) - self.impossible
         left = maximum(state.left - where(moving, where(lost, self.slower, 1.0), 0.0), 0.0)
         left = where(slides, self.stays / sample_time, left)
         return LowGripState(lead, lead_along, gain, symmetric, held, broken, left), left > 0.5
 
-    def _steady(self, held: Any, lack: Lack) -> Any:
+    def _steady(self, held: Scalar, lack: Lack) -> Scalar:
         """A step towards the force that is given while some of what is asked for is lacking."""
         lacks = lack.given * lack.along > 0.0
         return held + self.share * (where(lacks, absolute(lack.given), held) - held)
 
-    def _broken(self, before: Any, held: Any, lack: Lack) -> Any:
+    def _broken(self, before: Scalar, held: Scalar, lack: Lack) -> Scalar:
         """For how many samples in a row less is given than asked for, where no more is asked for than ice held.
 
-        Kept while too little or too much is asked for to tell; none where all is given.
+        Kept while too little or too much is asked for to show it; none where all is given.
         """
         asked, given = absolute(lack.given + lack.along), absolute(lack.given)
-        tells = both(asked > self.lacks_along, lack.given * lack.along > 0.0)
+        shows = both(asked > self.lacks_along, lack.given * lack.along > 0.0)
         full = both(asked > self.lacks_along, absolute(lack.along) < self.in_full * asked)
-        misses = all_of(tells, asked < self.below * held, given < self.part * asked, given > (1.0 - self.part) * asked)
+        misses = all_of(shows, asked < self.below * held, given < self.part * asked, given > (1.0 - self.part) * asked)
         known = before >= self.proofs
         return where(full, 0.0, where(misses, before + 1.0, where(known, before, 0.0)))
 
 
 def sliding(base: LeaveOutFilter) -> LeaveOutFilter:
-    """The filter that believes all sensors, hardly the forces of the axles, and no drive: both lose the same share.
+    """The filter that trusts all sensors, hardly the forces of the axles, and no drive: both lose the same share.
 
     Args:
-        base: the filter that suspects nobody
+        base: the filter that suspects nothing
     """
     error = replace(
         base.model_error,
@@ -200,6 +202,5 @@ def sliding(base: LeaveOutFilter) -> LeaveOutFilter:
         tie_rod_share=TIE_ROD_SHARE,
         drive_excess=0.0,
     )
-    return replace(
-        base, model_error=error, largest_force_error=LARGEST_FORCE_ERROR, trust_drive_left=0.0, trust_drive_right=0.0
-    )
+    trusted = base.trusted._replace(**dict.fromkeys(DRIVES, 0.0))
+    return replace(base, model_error=error, largest_force_error=LARGEST_FORCE_ERROR, trusted=trusted)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute
 from tierod.methods.estimators.linear_algebra import Vector, pack, unpack
 from tierod.models.automated_vehicle import AutomatedVehicle, turning_column
@@ -19,7 +18,7 @@ cannot explain readings by a bank of thirty degrees, tyres of another size or a 
 (and a tenth, which a calibration may miss), however long it is given."""
 
 
-def start_deviations(error: ModelError) -> Any:
+def start_deviations(error: ModelError) -> AutomatedVehicle.State:
     """Standard deviations of the state before the first sample: any speed, wheels about straight ahead.
 
     Args:
@@ -32,7 +31,12 @@ def start_deviations(error: ModelError) -> Any:
     )
 
 
-def process_noise(error: ModelError, vehicle: Any, mean: Any, inputs: Any) -> Any:
+def process_noise(
+    error: ModelError,
+    vehicle: AutomatedVehicle.Parameters,
+    mean: AutomatedVehicle.State,
+    inputs: AutomatedVehicle.Input,
+) -> AutomatedVehicle.State:
     """Variance that each state gains per sample; that of the forces grows with the forces.
 
     Args:
@@ -46,10 +50,10 @@ def process_noise(error: ModelError, vehicle: Any, mean: Any, inputs: Any) -> An
     standing = error.standing / (1.0 + mean.speed * mean.speed)
     rod = vehicle.steering_ratio / vehicle.rack_ratio * absolute(forces.kingpin)
 
-    def white(deviation: Any) -> Any:
+    def white(deviation: Scalar) -> Scalar:
         return deviation * deviation
 
-    def gained(deviation: Any, time: Any) -> Any:
+    def gained(deviation: Scalar, time: Scalar) -> Scalar:
         return gauss_markov_noise(deviation, time, step)
 
     return AutomatedVehicle.State(
@@ -75,7 +79,7 @@ def process_noise(error: ModelError, vehicle: Any, mean: Any, inputs: Any) -> An
     )
 
 
-def with_torque_noise(covariance: Vector, vehicle: Any, variance: Any) -> tuple[Any, ...]:
+def with_torque_noise(covariance: Vector, vehicle: AutomatedVehicle.Parameters, variance: Scalar) -> Vector:
     """The packed covariance with an error of the steering torque in the mean of a sample, which moves angle and rate.
 
     Args:

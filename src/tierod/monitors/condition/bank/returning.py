@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
-from tierod.core.block import Tree
+from tierod.core.block import Scalar, Tree
 from tierod.core.graph.maths import absolute, all_of, both, either, maximum, negated, present, where
-from tierod.monitors.condition.bank.diagnosis import Elements
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.weighing import Weighing
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS, Elements
 
 
 @dataclass(frozen=True)
@@ -35,15 +35,20 @@ class Returning:
     loss_recovered: Annotated[float, ""] = 0.15
 
     def good(
-        self, before: Elements, suspected: Elements, readings: Sequence[Any], seen: Any, effects: Tree
-    ) -> tuple[Any, ...]:
+        self,
+        before: Elements,
+        suspected: Elements,
+        readings: Sequence[Scalar],
+        seen: LeaveOutFilter.Output,
+        effects: Tree,
+    ) -> tuple[Scalar, ...]:
         """For how many samples each suspect has been as it should; unbroken where its fault would not show, or unread.
 
         Args:
             before: the same at the sample before
             suspected: what is declared
             readings: of all sensors
-            seen: output of the lane that is believed
+            seen: output of the selected lane
             effects: what the fault of each sensor that is declared adds to its reading; a loss if None
         """
         counts = []
@@ -62,12 +67,12 @@ class Returning:
             counts.append(where(suspected[place], following, 0.0))
         return tuple(counts)
 
-    def recovering(self, faulty: Elements, good: Sequence[Any], sample_time: float) -> Elements:
+    def recovering(self, faulty: Elements, good: Sequence[Scalar], sample_time: float) -> Elements:
         """Declared, but as it should for the last samples."""
         hoped = self.hopes / sample_time
         return Elements(*(both(each, count > hoped) for each, count in zip(faulty, good, strict=True)))
 
-    def after(self, weighing: Weighing, active: Any, suspected: Elements, good: Sequence[Any]) -> Any:
+    def after(self, weighing: Weighing, active: Scalar, suspected: Elements, good: Sequence[Scalar]) -> Scalar:
         """The active hypothesis without those that have recovered.
 
         Args:

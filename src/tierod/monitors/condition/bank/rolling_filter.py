@@ -1,29 +1,34 @@
-"""The filter behind every hypothesis about a car whose torques nobody knows: it leaves out what it suspects."""
+"""The filter behind every hypothesis about a car whose torques are not known: it leaves out what it suspects."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from math import hypot
 from math import sqrt as sqrt_of
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import skeleton
+from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.derivatives import jacobian
-from tierod.core.graph.maths import absolute, both, limit, maximum, minimum, present, sqrt, where
+from tierod.core.graph.maths import absolute, maximum, minimum, present, sqrt, where
 from tierod.methods.estimators.kernels import predict_covariance
-from tierod.methods.estimators.linear_algebra import dot, from_diagonal, plus
+from tierod.methods.estimators.linear_algebra import from_diagonal
 from tierod.models.rolling_car import LEAST_SPEED, RollingCar
-from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.bank.readings import Readings, Surprise
-from tierod.monitors.condition.bank.tuning import PlausibleRange, SensorNoise
-from tierod.monitors.condition.bank.updates import log_likelihood, spread_of, update
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.bank.lane import TRUSTED, LeaveOutFilter
+from tierod.monitors.condition.bank.tuning import PLAUSIBLE, SENSOR_NOISE
+from tierod.monitors.condition.bank.updates import observed
+from tierod.monitors.condition.hypotheses import Hypothesis
+from tierod.monitors.condition.signals import (
+    ACCELERATIONS,
+    OF_CARS,
+    WHEELS,
+    ConditionSample,
+    Elements,
+    Measured,
+    Readings,
+)
 from tierod.physics.lag import gauss_markov_noise
 from tierod.vehicles import Vehicle
 
-JUDGED = SENSORS[:4]
-"""The sensors that a car has of those that are judged."""
 LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 3.0, 3.0)
 """Beyond which no state goes, whatever a faulty sensor says."""
 
@@ -36,7 +41,7 @@ class RollingError:
         jerk: change of the acceleration, brakes included
         lateral_jerk: yaw acceleration times speed; what drivers and passengers bear, so that fast cars turn in slowly
         steering, steering_share: of the angle, against that of a steady turn: at little angle, and its growth with it
-        yaw_rate_offset, angle_offset, wheel_speed_difference: of a car whose file tells nothing of them
+        yaw_rate_offset, angle_offset, wheel_speed_difference: of a car whose file does not give them
         track_width: relative
         grade, bank: accelerations by slopes
     """
@@ -53,12 +58,11 @@ class RollingError:
     bank: Annotated[float, "m/s**2"] = 0.4
 
 
-NOISE = SensorNoise(
-    wheel_speed=0.07,
+NOISE = SENSOR_NOISE._replace(
+    **dict.fromkeys(WHEELS, 0.07),
     yaw_rate=0.002,
     steering_wheel_angle=0.01,
-    longitudinal_acceleration=0.3,
-    lateral_acceleration=0.3,
+    **dict.fromkeys(ACCELERATIONS, 0.3),
 )
 """Of production cars: rough roads shake wheels and accelerometers more than data sheets say."""
 
@@ -82,38 +86,35 @@ class RollingFilter:
         sensor_noise, model_error: standard deviations
         plausible: ranges of failed sensors
         influence: standard deviations beyond which a reading neither moves the state further nor counts more
-        settling: after the start, while offsets are found and readings tell nothing about hypotheses
+        settling: after the start, while offsets are found and readings do not count for hypotheses
         slowest: speed from which the car counts as moving
         braking: deceleration from which brakes may lock the wheels
-        use_wheel_speed_rear_left ... use_steering_wheel_angle: 1, or 0 for a sensor that is left out
+        trusted: 1, or 0 for a sensor that is left out; only those of `OF_CARS` are read
     """
 
-    vehicle: Any
-    sensor_noise: SensorNoise = NOISE
+    vehicle: RollingCar.Parameters
+    sensor_noise: Measured = NOISE
     model_error: RollingError = field(default_factory=RollingError)
-    plausible: PlausibleRange = field(default_factory=PlausibleRange)
+    plausible: Readings = PLAUSIBLE
     influence: Annotated[float, ""] = 8.0
     settling: Annotated[float, "s"] = 1.0
     slowest: Annotated[float, "m/s"] = 1.5
     braking: Annotated[float, "m/s**2"] = 6.0
-    use_wheel_speed_rear_left: Annotated[float, ""] = 1.0
-    use_wheel_speed_rear_right: Annotated[float, ""] = 1.0
-    use_yaw_rate: Annotated[float, ""] = 1.0
-    use_steering_wheel_angle: Annotated[float, ""] = 1.0
+    trusted: Elements = TRUSTED
 
     Sample = ConditionSample
     Output = LeaveOutFilter.Output
 
     class State(NamedTuple):
-        """The belief, and how long ago the filter started, `settling` at most [s]."""
+        """The estimate, and how long ago the filter started, `settling` at most [s]."""
 
-        mean: Any
-        covariance: tuple[Any, ...]
-        age: Any
+        mean: RollingCar.State
+        covariance: tuple[Scalar, ...]
+        age: Scalar
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> RollingFilter:
-        """The filter that suspects nobody.
+        """The filter that suspects nothing.
 
         Args:
             vehicle: with the parameters of `RollingCar`; `yaw_rate_resolution` where the sensor's steps are coarse
@@ -125,9 +126,9 @@ class RollingFilter:
         parameters = replace(vehicle.parameters_for(RollingCar.Parameters), sample_time=sample_time)
         known = vehicle.parameters
         step = known["yaw_rate_resolution"].value if "yaw_rate_resolution" in known else 0.0
-        noise = replace(NOISE, yaw_rate=hypot(NOISE.yaw_rate, step / sqrt_of(12.0)))
-        told = {of: known[name].standard_deviation or 0.0 for of, name in OFFSETS.items() if name in known}
-        return cls(parameters, noise, replace(RollingError(), **{of: max(told[of], LEAST[of]) for of in told}))
+        noise = NOISE._replace(yaw_rate=hypot(NOISE.yaw_rate, step / sqrt_of(12.0)))
+        spread = {of: known[name].standard_deviation or 0.0 for of, name in OFFSETS.items() if name in known}
+        return cls(parameters, noise, replace(RollingError(), **{of: max(spread[of], LEAST[of]) for of in spread}))
 
     def init(self) -> State:
         """Anywhere at any speed, wheels about straight ahead."""
@@ -138,33 +139,28 @@ class RollingFilter:
         covariance = from_diagonal([value * value for value in deviations])
         return self.State(skeleton(RollingCar.State), tuple(value + 0.0 for value in covariance), 0.0)
 
-    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+    def step(self, state: State, sample: ConditionSample) -> tuple[State, LeaveOutFilter.Output]:
         """One sample on."""
-        p, count = self.vehicle, len(JUDGED)
+        p, count = self.vehicle, len(OF_CARS)
         rows = jacobian(lambda at: RollingCar.transition(at, (), p), state.mean)
         covariance = predict_covariance(rows, state.covariance, self._process_noise(state.mean))
         mean = RollingCar.transition(state.mean, (), p)
         expected = RollingCar.output(mean, (), p)
-        seen = jacobian(lambda at: RollingCar.output(at, (), p), mean)
-        innovations = tuple(getattr(sample, name) - getattr(expected, name) for name in expected._fields)
-        noise, uses = self._noise(), (*(getattr(self, f"use_{name}") for name in JUDGED), 1.0, 1.0)
-        used = [both(present(each), use > 0.5) for each, use in zip(innovations, uses, strict=True)]
-        spread = [plus(spread_of(covariance, row), r) for row, r in zip(seen[:count], noise[:count], strict=True)]
-        correction = update(covariance, seen, innovations, noise, noise, used, self.influence)
-        moved = [value + shift for value, shift in zip(mean, correction.shift, strict=True)]
-        bounded = RollingCar.State(*(limit(v, -most, most) for v, most in zip(moved, LIMITS, strict=True)))
+        derivatives = jacobian(lambda at: RollingCar.output(at, (), p), mean)
+        readings, noise = [getattr(sample, name) for name in expected._fields], self._noise()
+        alike = (1.0,) * len(ACCELERATIONS)
+        trusted = (*self.trusted[:count], *alike)
+        seen = observed(covariance, expected, derivatives, readings, noise, noise, trusted, self.influence)
+        bounded = RollingCar.State(*seen.moved(mean, LIMITS))
         age = minimum(state.age + p.sample_time, self.settling)
-        likelihood = log_likelihood(correction, innovations, used, noise, self._widths(), self.influence)
-        said = [plus(value, dot(row, correction.shift)) for value, row in zip(expected, seen[:count], strict=False)]
+        likelihood = seen.log_likelihood((*self.plausible[:count], *alike), self.influence)
         along = sample.longitudinal_acceleration
-        surprise = [where(present(d), d * d, 0.0) / s for d, s in zip(innovations, spread, strict=False)]
-        # The shaft's torque and the tie rod's force are read nowhere; nobody asks for what stands in their places.
-        return self.State(bounded, correction.covariance, age), self.Output(
+        # The shaft's torque and the tie rod's force are not read; what stands in their places is not used.
+        return self.State(bounded, seen.correction.covariance, age), self.Output(
             where(age < self.settling, 0.0, likelihood),
             Readings(*[*expected[:count], 0.0, 0.0]),
-            Readings(*[*(sqrt(value) for value in spread), 1.0, 1.0]),
-            Readings(*[*said, 0.0, 0.0]),
-            Surprise(*[*surprise, 0.0, 0.0]),
+            Readings(*[*(sqrt(value) for value in seen.spread[:count]), 1.0, 1.0]),
+            Readings(*[*seen.estimates(count), 0.0, 0.0]),
             0.0,
             1.0,
             bounded.speed,
@@ -173,24 +169,16 @@ class RollingFilter:
             where(where(present(along), along, 0.0) < -self.braking, 0.0, 1.0),
         )
 
-    def _noise(self) -> tuple[Any, ...]:
+    def _noise(self) -> tuple[Scalar, ...]:
         """Variance of each reading."""
-        each = self.sensor_noise
-        deviations = (each.wheel_speed, each.wheel_speed, each.yaw_rate, each.steering_wheel_angle)
-        return tuple(
-            value * value for value in (*deviations, each.longitudinal_acceleration, each.lateral_acceleration)
-        )
+        deviations = [getattr(self.sensor_noise, name) for name in (*OF_CARS, *ACCELERATIONS)]
+        return tuple(value * value for value in deviations)
 
-    def _widths(self) -> tuple[Any, ...]:
-        """Ranges of failed sensors, in the order of the readings."""
-        wide = self.plausible
-        return wide.wheel_speed, wide.wheel_speed, wide.yaw_rate, wide.steering_wheel_angle, 1.0, 1.0
-
-    def _process_noise(self, mean: Any) -> Any:
+    def _process_noise(self, mean: RollingCar.State) -> RollingCar.State:
         """Variance that each state gains per sample."""
         error, wander, step = self.model_error, self.vehicle.wander, self.vehicle.sample_time
 
-        def gained(deviation: Any, time: Any) -> Any:
+        def gained(deviation: Scalar, time: Scalar) -> Scalar:
             return gauss_markov_noise(deviation, time, step)
 
         steady = RollingCar.output(mean, (), self.vehicle).steering_wheel_angle - mean.steering_error
@@ -209,11 +197,10 @@ class RollingFilter:
             bank_acceleration=gained(error.bank, wander.road),
         )
 
-    def leaving_out(self, sensors: Collection[str]) -> RollingFilter:
-        """The filter of a hypothesis.
+    def leaving_out(self, hypothesis: Hypothesis) -> RollingFilter:
+        """The filter of a hypothesis, made from the one that suspects nothing.
 
         Args:
-            sensors: that it suspects
+            hypothesis: what it leaves out
         """
-        changes: dict[str, Any] = {f"use_{name}": 0.0 for name in sensors}
-        return replace(self, **changes)
+        return replace(self, trusted=self.trusted._replace(**dict.fromkeys(hypothesis.suspects, 0.0)))

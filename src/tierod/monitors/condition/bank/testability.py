@@ -1,47 +1,47 @@
-"""What may be told now: with the sensors that there are, while the vehicle does what the filters follow."""
+"""Which faults may be declared now: with the sensors that there are, in motion that the filters follow."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, all_of, any_of, both, either, maximum, negated, present, where
-from tierod.monitors.condition.bank.diagnosis import Elements
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.weighing import Weighing
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS, WHEELS
+from tierod.monitors.condition.signals import ELEMENTS, SENSORS, WHEELS, Elements
 
 TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}
-"""Without which sensor nobody can tell whether an actuator gives what it is asked for."""
 
 
 class Open(NamedTuple):
-    """What the sensors that are left can tell.
+    """What is observable with the sensors that are left.
 
     Args:
-        hypotheses: whether each one may be told
+        hypotheses: whether each one may be declared
         widening: factor of all limits
     """
 
-    hypotheses: list[Any]
-    widening: Any
+    hypotheses: list[Scalar]
+    widening: Scalar
 
 
 @dataclass(frozen=True)
-class Telling:
-    """Which hypotheses may be told, and whether a fault would show.
+class Testability:
+    """Which hypotheses may be declared, and whether a fault would show.
 
-    At standstill and in reverse nobody is accused, no wheel while it brakes harder than its drives, nobody who is
-    missing, and no steering motor without the torque sensor that tells what both give.
+    No fault is declared at standstill and in reverse, none of a wheel while the vehicle brakes harder than its drives,
+    none of a sensor that is missing, and none of a steering motor without the sensor of the torque that both give.
 
     Args:
         shows: number of standard deviations of its prediction by which a fault must change a reading to show in it
         missing: after which a sensor without a reading is missing: longer than the slowest channels take
         poorer: factor of all limits while one is: what is left shows up to 1.7 times as much without any fault
-        fewest: sensors without which nobody is accused
-        cornering: acceleration across the vehicle from which nobody is accused: tyres slide, and no calibration drive
-            has shown how; those of the demonstrator reach 5.9 m/s**2
-        stays: so long nobody is, after that or after an axle lacked force in that bend: the filters have to find back
+        fewest: sensors without which no fault is declared
+        cornering: acceleration across the vehicle from which no fault is declared: tyres slide, and no calibration
+            drive has shown how; those of the demonstrator reach 5.9 m/s**2
+        stays: so long none is, after that or after an axle lacked force in that bend: the filters have to find back
     """
 
     shows: Annotated[float, ""] = 4.0
@@ -51,7 +51,7 @@ class Telling:
     cornering: Annotated[float, "m/s**2"] = 6.5
     stays: Annotated[float, "s"] = 0.5
 
-    def cornered(self, before: Any, acceleration: Any, lacks: Any, sample_time: float) -> Any:
+    def cornered(self, before: Scalar, acceleration: Scalar, lacks: Scalar, sample_time: float) -> Scalar:
         """For how many samples the tyres may slide, this one counted; no bend is known of without the acceleration.
 
         Args:
@@ -63,13 +63,13 @@ class Telling:
         hard = absolute(where(present(acceleration), acceleration, 0.0)) > self.cornering
         return where(either(hard, both(before > 0.5, lacks)), self.stays / sample_time, maximum(before - 1.0, 0.0))
 
-    def tells(self, weighing: Weighing, seen: Any, follows: Any) -> list[Any]:
-        """Whether this sample may speak for each hypothesis: nothing does unless `follows`, braked wheels may lock."""
+    def counting(self, weighing: Weighing, seen: LeaveOutFilter.Output, follows: Scalar) -> list[Scalar]:
+        """Whether this sample may count for each hypothesis: nothing does unless `follows`, braked wheels may lock."""
         braked = both(follows, seen.driven)
         return [braked if {*WHEELS} & {*each.sensors} else follows for each in weighing.hypotheses]
 
-    def open(self, weighing: Weighing, unread: Sequence[Any], suspected: Elements) -> Open:
-        """Which hypotheses can be told with the sensors that are left.
+    def open(self, weighing: Weighing, unread: Sequence[Scalar], suspected: Elements) -> Open:
+        """Which hypotheses may be declared with the sensors that are left.
 
         Args:
             weighing: of the hypotheses
@@ -87,16 +87,21 @@ class Telling:
         return Open(open_, where(any_of(0.0, *newly.values()), self.poorer, 1.0))
 
     def testable(
-        self, weighing: Weighing, lanes: Sequence[Any], suspected: Elements, seen: Any, open_: Sequence[Any]
+        self,
+        weighing: Weighing,
+        lanes: Sequence[LeaveOutFilter.Output],
+        suspected: Elements,
+        seen: LeaveOutFilter.Output,
+        open_: Sequence[Scalar],
     ) -> Elements:
-        """Whether a loss would show: a reading far enough from zero, a share of torque known well; and may be told.
+        """Whether a loss would show: a reading far enough from zero, a share of torque known well; and may be declared.
 
         Args:
             weighing: of the hypotheses
             lanes: outputs of all
             suspected: what is declared
-            seen: output of the lane that is believed
-            open_: whether each hypothesis may be told
+            seen: output of the selected lane
+            open_: whether each hypothesis may be declared
         """
         flags = []
         for place, name in enumerate(ELEMENTS):

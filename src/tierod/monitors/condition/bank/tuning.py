@@ -6,29 +6,23 @@ from dataclasses import dataclass, replace
 from math import e, hypot, log, pi, sqrt
 from typing import Annotated
 
+from tierod.monitors.condition.signals import (
+    ACCELERATION_NOISE,
+    ACCELERATIONS,
+    OF_CARS,
+    SENSOR_TABLE,
+    SENSORS,
+    Measured,
+    Readings,
+)
 from tierod.vehicles import Vehicle
 
-
-@dataclass(frozen=True)
-class SensorNoise:
-    """Standard deviation of one reading; data sheets of production sensors, rounding included.
-
-    Args:
-        wheel_speed: with the unevenness of the road
-        steering_wheel_angle: rounding to 0.1 degrees, and where in the sample it is read
-        steering_shaft_torque, tie_rod_force: strain gauges
-        jump: share of a jump of the steering torque that is not known, since it happens between two samples: uniform
-            over the sample
-    """
-
-    wheel_speed: Annotated[float, "m/s"] = 0.022
-    yaw_rate: Annotated[float, "rad/s"] = 0.0032
-    steering_wheel_angle: Annotated[float, "rad"] = 6e-4
-    steering_shaft_torque: Annotated[float, "N*m"] = 0.11
-    tie_rod_force: Annotated[float, "N"] = 20.5
-    longitudinal_acceleration: Annotated[float, "m/s**2"] = 0.12
-    lateral_acceleration: Annotated[float, "m/s**2"] = 0.12
-    jump: Annotated[float, ""] = 0.45
+SENSOR_NOISE = Measured(*(each.noise for each in SENSOR_TABLE), *(ACCELERATION_NOISE,) * len(ACCELERATIONS))
+"""Standard deviation of one reading of every sensor, in its unit."""
+PLAUSIBLE = Readings(*(each.plausible for each in SENSOR_TABLE))
+"""Width of the range in which a failed sensor may read anything: the density of its readings is one over it."""
+TORQUE_JUMP = 0.45
+"""Share of a jump of the steering torque that is not known, since it happens between two samples: uniform over it."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +42,7 @@ class ModelError:
         loss: of the torque of a suspected actuator, as a share
         yaw_rate_offset, angle_offset, wheel_speed_difference: how far they wander off a calibration
         wheel_speed_scale, drive_excess: likewise, as shares: load and tyres change after a calibration
-        wheel_speed_scale_alone: likewise, where the yaw rate or a wheel is left out: nothing would tell but the
+        wheel_speed_scale_alone: likewise, where the yaw rate or a wheel is left out: nothing would show it but the
             acceleration across, which the body's roll bends by some percent
         drive_excess_alone: likewise, where a drive is suspected: half a torque lost on one side is a quarter on both
         road: acceleration by grade or bank
@@ -76,19 +70,8 @@ class ModelError:
     road: Annotated[float, "m/s**2"] = 0.25
 
 
-@dataclass(frozen=True)
-class PlausibleRange:
-    """Width of the range in which a failed sensor may read anything: the density of its readings is one over it."""
-
-    wheel_speed: Annotated[float, "m/s"] = 30.0
-    yaw_rate: Annotated[float, "rad/s"] = 4.0
-    steering_wheel_angle: Annotated[float, "rad"] = 16.0
-    steering_shaft_torque: Annotated[float, "N*m"] = 60.0
-    tie_rod_force: Annotated[float, "N"] = 4000.0
-
-
-def prices(noise: SensorNoise, plausible: PlausibleRange) -> tuple[float, ...]:
-    """What leaving out each of the six sensors costs per sample while its readings are as expected [nat].
+def prices(noise: Measured, plausible: Readings) -> tuple[float, ...]:
+    """What leaving out each sensor costs per sample while its readings are as expected [nat].
 
     The mean density of a reading about its expectation, in logarithms, over that of anything plausible.
 
@@ -96,13 +79,7 @@ def prices(noise: SensorNoise, plausible: PlausibleRange) -> tuple[float, ...]:
         noise: of the sensors, which is most of what expectations miss
         plausible: ranges of failed sensors
     """
-    pairs = (
-        *((plausible.wheel_speed, noise.wheel_speed),) * 2,
-        (plausible.yaw_rate, noise.yaw_rate),
-        (plausible.steering_wheel_angle, noise.steering_wheel_angle),
-        (plausible.steering_shaft_torque, noise.steering_shaft_torque),
-        (plausible.tie_rod_force, noise.tie_rod_force),
-    )
+    pairs = zip(plausible, noise, strict=False)
     return tuple(log(width / (deviation * sqrt(2.0 * pi * e))) for width, deviation in pairs)
 
 
@@ -110,7 +87,7 @@ USUAL_RATE, USUAL_ANGLE, USUAL_ACCELERATION = 1.5, 1.5, 3.0
 """Of the column [rad/s], [rad], and across the vehicle [m/s**2]: what wrong parameters are multiplied with."""
 
 
-def widened(vehicle: Vehicle) -> tuple[SensorNoise, ModelError]:
+def widened(vehicle: Vehicle) -> tuple[Measured, ModelError]:
     """Noises that hold for a vehicle: the standard deviations of its parameters come on top of the usual ones.
 
     Args:
@@ -123,7 +100,7 @@ def widened(vehicle: Vehicle) -> tuple[SensorNoise, ModelError]:
         size = abs(vehicle[name]) if relative else 1.0
         return (vehicle.parameters[name].standard_deviation or 0.0) / size
 
-    noise, error, square = SensorNoise(), ModelError(), vehicle["rack_ratio"] ** 2
+    error, square = ModelError(), vehicle["rack_ratio"] ** 2
     axles = ("front_cornering_stiffness", "rear_cornering_stiffness")
     share = hypot(spread("mass", True), *(spread(name, True) for name in axles))
     steering = hypot(
@@ -132,16 +109,13 @@ def widened(vehicle: Vehicle) -> tuple[SensorNoise, ModelError]:
         square * spread("rack_stiffness") * USUAL_ANGLE,
     )
     scale = spread("wheel_speed_scale") * USUAL_ACCELERATION
+    # What the filter learns itself, offsets of wheels, yaw rate and angle, counts as an error of the model.
+    offsets = [
+        *((spread(f"{name}_offset"),) if name not in OF_CARS else () for name in SENSORS),
+        *((spread(f"{name}_offset"), scale) for name in ACCELERATIONS),
+    ]
     return (
-        replace(
-            noise,
-            steering_shaft_torque=hypot(noise.steering_shaft_torque, spread("steering_shaft_torque_offset")),
-            tie_rod_force=hypot(noise.tie_rod_force, spread("tie_rod_force_offset")),
-            longitudinal_acceleration=hypot(
-                noise.longitudinal_acceleration, spread("longitudinal_acceleration_offset"), scale
-            ),
-            lateral_acceleration=hypot(noise.lateral_acceleration, spread("lateral_acceleration_offset"), scale),
-        ),
+        Measured(*(hypot(usual, *more) for usual, more in zip(SENSOR_NOISE, offsets, strict=True))),
         replace(
             error,
             acceleration=hypot(error.acceleration, scale),

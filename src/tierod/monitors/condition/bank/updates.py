@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from tierod.core.graph.maths import limit, log, minimum, present, sqrt, where
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import both, limit, log, minimum, present, sqrt, where
 from tierod.methods.estimators.linear_algebra import (
     Matrix,
     Vector,
@@ -33,10 +34,78 @@ class Correction(NamedTuple):
         widening: variance of every such innovation over the usual noise; 1 where it does not count
     """
 
-    shift: tuple[Any, ...]
-    covariance: tuple[Any, ...]
-    whitened: tuple[Any, ...]
-    widening: tuple[Any, ...]
+    shift: tuple[Scalar, ...]
+    covariance: tuple[Scalar, ...]
+    whitened: tuple[Scalar, ...]
+    widening: tuple[Scalar, ...]
+
+
+class Seen(NamedTuple):
+    """What one sample showed.
+
+    Args:
+        expected: readings, before any of the sample
+        rows: their derivatives by the state
+        innovations: readings less the expected ones
+        used: whether they count
+        spread: variance of every innovation
+        usual: variance of each reading that the widening is counted from
+        correction: by all that count
+    """
+
+    expected: Vector
+    rows: Matrix
+    innovations: Vector
+    used: Vector
+    spread: Vector
+    usual: Vector
+    correction: Correction
+
+    def estimates(self, count: int) -> list[Scalar]:
+        """The first readings without their noise, after all readings that count."""
+        pairs = zip(self.expected[:count], self.rows[:count], strict=True)
+        return [plus(value, dot(row, self.correction.shift)) for value, row in pairs]
+
+    def moved(self, mean: Vector, most: Vector) -> list[Scalar]:
+        """The mean after the sample, within bounds.
+
+        Args:
+            mean: before its readings, (n,)
+            most: magnitude that no state exceeds, (n,)
+        """
+        shifted = (value + shift for value, shift in zip(mean, self.correction.shift, strict=True))
+        return [limit(value, -bound, bound) for value, bound in zip(shifted, most, strict=True)]
+
+    def log_likelihood(self, widths: Vector, influence: Scalar) -> Scalar:
+        """See `log_likelihood`; arguments as there."""
+        return log_likelihood(self.correction, self.innovations, self.used, self.usual, widths, influence)
+
+
+def observed(
+    covariance: Vector,
+    expected: Vector,
+    rows: Matrix,
+    readings: Vector,
+    noise: Vector,
+    usual: Vector,
+    trusted: Vector,
+    influence: Scalar,
+) -> Seen:
+    """A sample taken in by a filter that may leave readings out.
+
+    Args:
+        covariance: P before its readings, packed
+        expected: readings, (m,)
+        rows: their derivatives by the state, m rows of n
+        readings: (m,); NaN where missing
+        noise, usual, influence: see `update`
+        trusted: 1, or 0 for a reading that is left out, (m,)
+    """
+    innovations = tuple(reading - value for reading, value in zip(readings, expected, strict=True))
+    used = [both(present(each), use > 0.5) for each, use in zip(innovations, trusted, strict=True)]
+    spread = [plus(spread_of(covariance, row), variance) for row, variance in zip(rows, noise, strict=True)]
+    correction = update(covariance, rows, innovations, noise, usual, used, influence)
+    return Seen(expected, rows, innovations, used, spread, usual, correction)
 
 
 def update(
@@ -46,7 +115,7 @@ def update(
     noise: Vector,
     usual: Vector,
     used: Vector,
-    influence: Any,
+    influence: Scalar,
 ) -> Correction:
     """Scalar updates in turn; the same as the joint update with a diagonal noise while no reading is bounded.
 
@@ -61,7 +130,7 @@ def update(
     """
     after = unpack(covariance)
     n = len(after)
-    shift: list[Any] = [0.0] * n
+    shift: list[Scalar] = [0.0] * n
     whitened, widening = [], []
     for row, innovation, variance, nominal, counts in zip(rows, innovations, noise, usual, used, strict=True):
         cross = [dot(row, column) for column in after]
@@ -79,8 +148,8 @@ def update(
 
 
 def log_likelihood(
-    correction: Correction, innovations: Vector, used: Vector, usual: Vector, widths: Vector, influence: Any
-) -> Any:
+    correction: Correction, innovations: Vector, used: Vector, usual: Vector, widths: Vector, influence: Scalar
+) -> Scalar:
     """Of the readings that there are: as innovations where used, as anything plausible where left out.
 
     Args:
@@ -91,8 +160,8 @@ def log_likelihood(
         widths: of the range in which each reading may be that is left out, (m,)
         influence: standard deviations beyond which an innovation counts no more
     """
-    squares: Any = 0.0
-    widening: Any = 1.0
+    squares: Scalar = 0.0
+    widening: Scalar = 1.0
     for over, wide in zip(correction.whitened, correction.widening, strict=True):
         squares = squares + minimum(over * over, influence * influence)
         widening = widening * wide
@@ -103,7 +172,7 @@ def log_likelihood(
     return total
 
 
-def spread_of(covariance: Vector, row: Vector) -> Any:
+def spread_of(covariance: Vector, row: Vector) -> Scalar:
     """row P row', P packed."""
     full = unpack(covariance)
     return dot(
@@ -111,7 +180,7 @@ def spread_of(covariance: Vector, row: Vector) -> Any:
     )
 
 
-def logarithm(value: Any) -> Any:
+def logarithm(value: Scalar) -> Scalar:
     """Natural logarithm of a positive value, without a library function that would keep lanes from vectors.
 
     Validity: to 1e-9 between 1e-6 and 1e6, to 1e-3 between 1e-20 and 1e20.

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import all_of, any_of, both, either, greatest_of, maximum, minimum, negated, where
-from tierod.monitors.condition.signals import SENSORS, Hypothesis
+from tierod.monitors.condition.hypotheses import Hypothesis
+from tierod.monitors.condition.signals import SENSORS
 from tierod.physics.lag import share_reached
 
 NEVER = -1e9
@@ -35,8 +37,8 @@ class Limits:
 class Weights(NamedTuple):
     """Smoothed log-likelihood ratios of all hypotheses against the active one, per sample."""
 
-    fast: tuple[Any, ...]
-    slow: tuple[Any, ...]
+    fast: tuple[Scalar, ...]
+    slow: tuple[Scalar, ...]
 
 
 class Ranking(NamedTuple):
@@ -49,10 +51,10 @@ class Ranking(NamedTuple):
         rivals: per hypothesis, whether it might as well be the one
     """
 
-    exceeding: Any
-    best: Any
-    lead: Any
-    rivals: tuple[Any, ...]
+    exceeding: Scalar
+    best: Scalar
+    lead: Scalar
+    rivals: tuple[Scalar, ...]
 
 
 @dataclass(frozen=True)
@@ -64,11 +66,11 @@ class Weighing:
         limits: from calibration
         sample_time: [s]
         fast_time, slow_time: constants of both exponential means
-        largest: by which one sample may speak for one hypothesis against another, so that a single reading far off
+        largest: by which one sample may count for one hypothesis against another, so that a single reading far off
             declares nothing; some three times the price of leaving out a sensor
         prices: of every sensor, what leaving it out costs per sample where nothing is at fault; see `tuning.prices`
 
-    An error that grows slowly bends what is believed of everything else, at little cost per sample, while leaving out
+    An error that grows slowly bends the estimates of everything else, at little cost per sample, while leaving out
     the sensor that errs costs its whole price; a cheaper one then leads. Hence the best must lead without prices too.
     """
 
@@ -95,7 +97,7 @@ class Weighing:
         return Weights(zeros, zeros)
 
     def smoothed(
-        self, weights: Weights, likelihoods: Sequence[Any], active: Any, tells: Sequence[Any] | None = None
+        self, weights: Weights, likelihoods: Sequence[Scalar], active: Scalar, counting: Sequence[Scalar] | None = None
     ) -> Weights:
         """One sample on.
 
@@ -103,18 +105,18 @@ class Weighing:
             weights: after the sample before
             likelihoods: logarithm of each hypothesis' density of this sample
             active: the number of the hypothesis that holds
-            tells: whether the sample may speak for each hypothesis; for all if None
+            counting: whether the sample may count for each hypothesis; for all if None
         """
         best = greatest_of(*likelihoods)
         limited = [maximum(value, best - self.largest) for value in likelihoods]
         own = chosen(limited, active)
         ratios = [value - own for value in limited]
-        if tells is not None:
-            ratios = [where(told, ratio, minimum(ratio, 0.0)) for told, ratio in zip(tells, ratios, strict=True)]
+        if counting is not None:
+            ratios = [where(counts, ratio, minimum(ratio, 0.0)) for counts, ratio in zip(counting, ratios, strict=True)]
         shares = [share_reached(self.sample_time / time) for time in (self.fast_time, self.slow_time)]
         return Weights(*(_on(mean, ratios, share) for mean, share in zip(weights, shares, strict=True)))
 
-    def restarted(self, weights: Weights, active: Any, changed: Any) -> Weights:
+    def restarted(self, weights: Weights, active: Scalar, changed: Scalar) -> Weights:
         """What is remembered where another hypothesis holds from now on: nothing that was for any other one.
 
         What was against one that leaves out a sensor stays, over the long time: its price is paid on. Without it a bump
@@ -134,14 +136,16 @@ class Weighing:
         slow = tuple(where(changed, kept, mean) for kept, mean in zip(against, weights.slow, strict=True))
         return Weights(fast, slow)
 
-    def ranking(self, weights: Weights, active: Any, widening: Any = 1.0, told: Sequence[Any] | None = None) -> Ranking:
+    def ranking(
+        self, weights: Weights, active: Scalar, widening: Scalar = 1.0, observable: Sequence[Scalar] | None = None
+    ) -> Ranking:
         """Who explains the samples better than the active hypothesis, and who best.
 
         Args:
             weights: after this sample
             active: the number of the hypothesis that holds
             widening: factor of all limits
-            told: whether there are the readings that tell each hypothesis; there are if None
+            observable: whether each hypothesis may be declared with the readings that there are; all may if None
         """
         holds = [active == number for number in range(len(self.hypotheses))]
         allowed = [self._is_new(number, holds) for number in range(len(self.hypotheses))]
@@ -162,9 +166,14 @@ class Weighing:
             for number in range(len(self.hypotheses))
         ]
         _, second = _highest(scores, rivals)
-        net = [score + 2.0 * self._spared(each, holds) for score, each in zip(scores, self.hypotheses, strict=True)]
+        net = [
+            score + 2.0 * self._exclusion_credit(each, holds)
+            for score, each in zip(scores, self.hypotheses, strict=True)
+        ]
         own = chosen(net, best)
-        _, other = _highest(net, rivals if told is None else [both(*pair) for pair in zip(rivals, told, strict=True)])
+        _, other = _highest(
+            net, rivals if observable is None else [both(*pair) for pair in zip(rivals, observable, strict=True)]
+        )
         near = [either(top - score < self.limits.gap, each > own) for score, each in zip(scores, net, strict=True)]
         close = [
             either(chosen_one[number], all_of(rivals[number], beyond[number], near[number]))
@@ -181,10 +190,14 @@ class Weighing:
                 return number
         return None
 
-    def _is_new(self, number: int, holds: Sequence[Any]) -> Any:
+    def naming(self, element: str) -> list[int]:
+        """The numbers of the hypotheses that suspect an element, alone or beside others."""
+        return [number for number, each in enumerate(self.hypotheses) if element in each.suspects]
+
+    def _is_new(self, number: int, holds: Sequence[Scalar]) -> Scalar:
         """Whether a hypothesis may follow the active one: it suspects all its sensors, and something else.
 
-        A lost sensor whose true value is near zero agrees with hypotheses that believe it, which says nothing; a wrong
+        A lost sensor whose true value is near zero agrees with hypotheses that use it, which shows nothing; a wrong
         one recovers once the right one is suspected beside it.
         """
         own = self.hypotheses[number]
@@ -195,19 +208,19 @@ class Weighing:
         ]
         return any_of(0.0, *before)
 
-    def _spared(self, hypothesis: Hypothesis, holds: Sequence[Any]) -> Any:
+    def _exclusion_credit(self, hypothesis: Hypothesis, holds: Sequence[Scalar]) -> Scalar:
         """The price of the sensor that a hypothesis leaves out beside the active one; none for two at once."""
         prices = [self.prices[SENSORS.index(name)] if name in SENSORS else 0.0 for name in hypothesis.suspects]
         if len(prices) < 2:
             return prices[0] if prices else 0.0
-        spared: Any = 0.0
+        credit: Scalar = 0.0
         for name, other in zip(hypothesis.suspects, reversed(prices), strict=True):
             known = self.number(name)
             if known is not None:
-                spared = where(holds[known], other, spared)
-        return spared
+                credit = where(holds[known], other, credit)
+        return credit
 
-    def _is_beyond(self, number: int, weights: Weights, holds: Sequence[Any], widening: Any) -> Any:
+    def _is_beyond(self, number: int, weights: Weights, holds: Sequence[Scalar], widening: Scalar) -> Scalar:
         """Whether a hypothesis is beyond its limit: of two suspects, one active, that of the other alone."""
         fast, slow = self._limits_of(number)
         suspects = self.hypotheses[number].suspects
@@ -218,7 +231,7 @@ class Weighing:
                 fast, slow = where(holds[single], own[0], fast), where(holds[single], own[1], slow)
         return either(weights.fast[number] > widening * fast, weights.slow[number] > widening * slow)
 
-    def _limits_of(self, number: int) -> tuple[Any, Any]:
+    def _limits_of(self, number: int) -> tuple[Scalar, Scalar]:
         return self.limits.fast[number - 1], self.limits.slow[number - 1]
 
     def _related(self, number: int) -> list[int]:
@@ -235,7 +248,7 @@ class Weighing:
         ]
 
 
-def chosen(values: Sequence[Any], number: Any) -> Any:
+def chosen(values: Sequence[Scalar], number: Scalar) -> Scalar:
     """One of several values, by a number that is known at run time only; the first where there is no such."""
     result = values[0]
     for position, value in enumerate(values[1:], 1):
@@ -243,14 +256,14 @@ def chosen(values: Sequence[Any], number: Any) -> Any:
     return result
 
 
-def _on(means: tuple[Any, ...], values: Sequence[Any], share: Any) -> tuple[Any, ...]:
+def _on(means: tuple[Scalar, ...], values: Sequence[Scalar], share: Scalar) -> tuple[Scalar, ...]:
     return tuple(mean + share * (value - mean) for mean, value in zip(means, values, strict=True))
 
 
-def _highest(scores: Sequence[Any], counts: Sequence[Any]) -> tuple[Any, Any]:
+def _highest(scores: Sequence[Scalar], counts: Sequence[Scalar]) -> tuple[Scalar, Scalar]:
     """Number and score of the highest among those that count; 0 and `NEVER` if none does."""
-    best: Any = 0.0
-    top: Any = NEVER
+    best: Scalar = 0.0
+    top: Scalar = NEVER
     for number, (score, count) in enumerate(zip(scores, counts, strict=True)):
         better = both(count, score > top)
         best, top = where(better, float(number), best), where(better, score, top)

@@ -1,1 +1,1 @@
-"""What healthy drives tell: parameters of the vehicle, and limits between hypotheses."""
+"""From healthy drives: parameters of the vehicle, and limits between hypotheses."""

@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.calibration.grid import RATE, aligned, moving, sampled, wheel_of
-from tierod.monitors.condition.recording_checks.pace import TargetPace
+from tierod.monitors.condition.recording_checks.coverage import TargetPace
 from tierod.monitors.condition.signals import WHEELS
 
 GAP = 5.0

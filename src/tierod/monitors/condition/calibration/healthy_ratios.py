@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.graph import Bank, scan
+from tierod.core.block import Tree
+from tierod.core.graph import Bank, JudgeSample, Verdict, scan
 from tierod.core.recording import Recording
-from tierod.monitors.condition.bank.decision import Decision, judge
+from tierod.monitors.condition.bank.decision import Decision, DecisionState
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.bank.leaving_out import leaving_out
-from tierod.monitors.condition.bank.weighing import Limits
+from tierod.monitors.condition.bank.weighing import Limits, Weighing
 from tierod.monitors.condition.calibration.grid import RATE, aligned, moving
-from tierod.monitors.condition.signals import Hypothesis, hypotheses
+from tierod.monitors.condition.hypotheses import Hypothesis, hypotheses
 from tierod.vehicles import Vehicle
 
 SETTLING = 2.0
@@ -29,7 +29,7 @@ _NEVER = 1e6
 
 @dataclass(frozen=True)
 class Watching:
-    """A judge that tells the smoothed ratios instead of what it decides.
+    """A judge that puts out the smoothed ratios instead of what it decides.
 
     Args:
         decision: with limits that nothing exceeds
@@ -37,15 +37,15 @@ class Watching:
 
     decision: Decision
 
-    def feedback(self) -> Any:
-        """What lanes are told."""
+    def feedback(self) -> Tree:
+        """What lanes get as feedback."""
         return self.decision.feedback()
 
-    def init(self) -> Any:
+    def init(self) -> DecisionState:
         """Healthy."""
         return self.decision.init()
 
-    def step(self, state: Any, sample: Any) -> Any:
+    def step(self, state: DecisionState, sample: JudgeSample) -> tuple[DecisionState, Verdict]:
         """One sample on."""
         after, verdict = self.decision.step(state, sample)
         return after, verdict._replace(output=after.weights)
@@ -94,12 +94,12 @@ def _watched(bank: Bank, drive: np.ndarray) -> Watched:
 
 
 def _watching(base: LeaveOutFilter, explanations: tuple[Hypothesis, ...]) -> Bank:
-    lanes = tuple(leaving_out(each, base) for each in explanations)
-    return Bank(lanes, Watching(judge(explanations, unreachable(explanations))))
+    lanes = tuple(base.leaving_out(each) for each in explanations)
+    return Bank(lanes, Watching(Decision(Weighing(explanations, unreachable(explanations)))))
 
 
 def unreachable(explanations: Sequence[Hypothesis]) -> Limits:
-    """Limits that nothing exceeds, so that nobody is declared.
+    """Limits that nothing exceeds, so that nothing is declared.
 
     Args:
         explanations: hypotheses, healthy first
@@ -130,4 +130,4 @@ def lasting(ratios: np.ndarray) -> np.ndarray:
     Args:
         ratios: (..., samples, ratios)
     """
-    return np.minimum(np.minimum(ratios[..., 2:, :], ratios[..., 1:-1, :]), ratios[..., :-2, :])
+    return np.asarray(np.minimum(np.minimum(ratios[..., 2:, :], ratios[..., 1:-1, :]), ratios[..., :-2, :]))

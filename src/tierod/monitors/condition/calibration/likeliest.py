@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from itertools import repeat
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import named_tuple
+from tierod.core.block import Tree, named_tuple
 from tierod.core.errors import InputError
 from tierod.core.graph import batch, scan
 from tierod.methods.identification.regression import sandwich
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
-from tierod.monitors.condition.bank.tuning import ModelError, SensorNoise
+from tierod.monitors.condition.bank.tuning import SENSOR_NOISE, ModelError
 from tierod.monitors.condition.bank.updates import logarithm
-from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.signals import ConditionSample, Measured
 from tierod.vehicles import Vehicle
 from tierod.vehicles.catalogue import QUANTITIES
 
@@ -63,11 +65,11 @@ class WhitenedInnovations:
         + [(f"spread_{k}", Annotated[float, ""]) for k in range(_OUTPUTS)],
     )
 
-    def init(self) -> Any:
+    def init(self) -> LeaveOutFilter.State:
         """Of the filter."""
         return self.filter.init()
 
-    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+    def step(self, state: LeaveOutFilter.State, sample: ConditionSample) -> tuple[LeaveOutFilter.State, Tree]:
         """Innovations over their standard deviations, and the logarithms of those over the sensors' noise."""
         after, seen = self.filter.corrected(state, sample)
         correction = seen.correction
@@ -152,8 +154,8 @@ class Search:
         return [
             replace(
                 wide,
-                sensor_noise=_between(SensorNoise(), wide.sensor_noise, share),
-                model_error=replace(_between(ModelError(), wide.model_error, share), **_HELD),
+                sensor_noise=Measured(*map(_between, SENSOR_NOISE, wide.sensor_noise, repeat(share))),
+                model_error=_error_between(wide.model_error, share),
             )
             for share in _WIDENED
         ]
@@ -235,14 +237,20 @@ class Search:
         return place, here, steps, converged
 
 
-def _between(usual: Any, wide: Any, share: float) -> Any:
-    """Noises at a share of the way from the usual to the wide ones, in logarithms."""
-    ends = zip(vars(usual).items(), vars(wide).values(), strict=True)
-    return type(usual)(**{name: low * (high / low) ** share for (name, low), high in ends})
+def _between(usual: float, wide: float, share: float) -> float:
+    """A noise at a share of the way from the usual to the wide one, in logarithms."""
+    return usual * math.pow(wide / usual, share)
 
 
-def _bounded_half_square(surprise: np.ndarray) -> np.ndarray:
+def _error_between(wide: ModelError, share: float) -> ModelError:
+    """The model's errors at a share of the way from the usual to the wide ones; what is fitted is held."""
+    return ModelError(
+        **{name: _between(low, getattr(wide, name), share) for name, low in vars(ModelError()).items()} | _HELD
+    )
+
+
+def _bounded_half_square(innovations: np.ndarray) -> np.ndarray:
     """Half of the square up to a bound, then a straight line (Huber): odd readings do not move the fit."""
     from scipy.special import huber
 
-    return huber(_ODD, surprise)
+    return np.asarray(huber(_ODD, innovations))

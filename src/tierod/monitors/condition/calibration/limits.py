@@ -13,7 +13,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
 from tierod.monitors.condition.bank.weighing import Limits
 from tierod.monitors.condition.calibration.healthy_ratios import BLOCK, watch
-from tierod.monitors.condition.signals import hypotheses
+from tierod.monitors.condition.hypotheses import hypotheses
 from tierod.vehicles import Vehicle
 
 NAME = "condition"
@@ -29,7 +29,7 @@ GAP, MARGIN = 2.0, 1.0
 With one nat a gain of the torque sensor is first called a weak motor; two cost 10 ms of delay.
 """
 TAIL = 0.2
-"""Share of the blocks, the largest, that tell how seldom larger ones are."""
+"""Share of the blocks, the largest, from which the rate of larger ones is estimated."""
 LEAST_HOURS = 0.25
 """Of healthy driving, below which no limit is designed [h]; one hour is better."""
 
@@ -166,7 +166,7 @@ def _bare(blocks: np.ndarray) -> np.ndarray:
     """Limits of every column, without a factor, by the largest of some blocks."""
     count = blocks.shape[1] // 2
     above, least = (np.repeat(pair, count) for pair in (ABOVE, LEAST))
-    return np.maximum(blocks.max(axis=0) + above, least)
+    return np.asarray(np.maximum(blocks.max(axis=0) + above, least))
 
 
 def table_of(designed: DesignedLimits, source: str) -> dict[str, float | str | Mapping[str, float]]:

@@ -41,7 +41,7 @@ FREE = (
 
 SOURCE = "calibrated on healthy driving"
 LEAST_SECONDS = 60.0
-"""Shortest drive that tells all parameters apart [s]; five minutes are better."""
+"""Shortest drive that separates all parameters [s]; five minutes are better."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ def calibrate(
         progress: called with the share that is done
 
     Raises:
-        InputError: less than a minute of driving, or a vehicle of which nobody says how well it is known
+        InputError: less than a minute of driving, or a vehicle file without standard deviations
     """
     drives = [aligned(each) for each in recordings]
     driven = sum(int(moving(each).sum()) for each in drives) / RATE
@@ -84,17 +84,8 @@ def calibrate(
     return Calibration(_calibrated(vehicle, found), found)
 
 
-def is_calibrated(vehicle: Vehicle) -> bool:
-    """Whether somebody has measured what wheels and sensors of a vehicle read; else its filters know that they do not.
-
-    Args:
-        vehicle: with the parameters of `AutomatedVehicle`
-    """
-    return "wheel_speed_scale" in vehicle and not vehicle.parameters["wheel_speed_scale"].assumed
-
-
 def _free(drives: Sequence[np.ndarray]) -> tuple[str, ...]:
-    """What is looked for: one rear wheel alone does not tell what it differs from the other by."""
+    """What is looked for: one rear wheel alone does not show the difference between both."""
     both = all(any(np.isfinite(each[:, wheel]).any() for each in drives) for wheel in range(2))
     return tuple(name for name in FREE if both or name != "wheel_speed_difference")
 

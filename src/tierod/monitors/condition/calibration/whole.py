@@ -1,4 +1,4 @@
-"""All that healthy driving tells of a vehicle: its parameters from the first minutes, its limits from the rest."""
+"""All that healthy driving shows of a vehicle: its parameters from the first minutes, its limits from the rest."""
 
 from __future__ import annotations
 
@@ -16,15 +16,13 @@ from tierod.monitors.condition.calibration.healthy_drives import HealthyDrive, h
 from tierod.monitors.condition.calibration.healthy_ratios import BLOCK, SETTLING, Watched, watch
 from tierod.monitors.condition.calibration.limits import LEAST_HOURS, NAME, DesignedLimits, designed_on, table_of
 from tierod.monitors.condition.calibration.vehicle_parameters import Calibration, calibrate
-from tierod.monitors.condition.residuals.calibration import ResidualCalibration, calibrate_residuals
-from tierod.monitors.condition.residuals.in_vehicle_file import name_of
-from tierod.monitors.condition.residuals.in_vehicle_file import table_of as residual_table
-from tierod.monitors.condition.residuals.parameters import ResidualParameters
-from tierod.monitors.condition.signals import SENSORS, ConditionSample, hypotheses
+from tierod.monitors.condition.further_variants import Table, further_calibration, further_variants
+from tierod.monitors.condition.hypotheses import hypotheses
+from tierod.monitors.condition.signals import SENSORS
 from tierod.vehicles import Vehicle
 
 FOR_PARAMETERS = 300.0
-"""Of driving at the beginning, that tells the parameters [s]."""
+"""Of driving at the beginning, from which the parameters come [s]."""
 FAULTY = (12.0, 3.0)
 """Mean log-likelihood ratios of a single suspect, fast and slow, from which on a drive does not look healthy [nat].
 
@@ -58,8 +56,7 @@ class ConditionCalibration:
     Args:
         calibration: of the parameters
         designed: limits
-        residuals: coefficients and thresholds of the paper's residuals, corrected and as printed; none where a signal
-            that they need is missing
+        further: tables of thresholds of other variants by name; none where a signal that they need is missing
         before: the vehicle as it was
         seconds: of driving that the parameters come from
         suspicions: where drives do not look healthy
@@ -67,7 +64,7 @@ class ConditionCalibration:
 
     calibration: Calibration
     designed: DesignedLimits
-    residuals: tuple[ResidualCalibration, ...]
+    further: Mapping[str, Table]
     before: Vehicle
     seconds: Annotated[float, "s"]
     suspicions: tuple[Suspicion, ...] = ()
@@ -96,7 +93,7 @@ class ConditionCalibration:
         """What was noticed."""
         designed = self.designed
         rest = designed.hours
-        told = [
+        notes = [
             f"The parameters come from the first {self.seconds:.0f} s of driving, the limits from {rest:.2f} h after "
             "them. Limits without a factor, from one half of that driving, would have been exceeded in "
             f"{designed.alarms_before} times of ten seconds of the other.",
@@ -107,17 +104,17 @@ class ConditionCalibration:
         ]
         silent = self._silent()
         if silent and not self.suspicions:
-            told.append(
+            notes.append(
                 f"The limits of {', '.join(silent)} lie above all that the judge can see over the short time; more "
                 "healthy driving, or a shorter time between false alarms, lowers them."
             )
-        if not self.residuals and not self.suspicions:
-            told.append("The rules of the paper are not calibrated: a signal that they need is missing.")
+        if further_variants() and not self.further and not self.suspicions:
+            notes.append("The rules of the paper are not calibrated: a signal that they need is missing.")
         if not self.calibration.found.converged:
-            told.append(
+            notes.append(
                 "The search for the parameters did not come to its end; give more driving with bends and braking."
             )
-        return tuple(told)
+        return tuple(notes)
 
     def _silent(self) -> list[str]:
         """Single suspects whose fast limit is never reached."""
@@ -141,17 +138,20 @@ class ConditionCalibration:
         if self.suspicions:
             listed = ", ".join(f"{each.drive} as of {each.suspect} ({each.ratio:.1f})" for each in self.suspicions)
             return (
-                "not healthy, by the log-likelihood ratio of a fault over what sound drives show at most, expected "
-                f"below 1: {listed}. Leave out what is faulty, or see whether the vehicle file is that of this vehicle"
+                "not healthy, by the log-likelihood ratio of a fault over what fault-free drives show at most, "
+                f"expected below 1: {listed}. Leave out what is faulty, or check whether the vehicle file fits this car"
             )
         return ""
 
     @property
-    def thresholds(self) -> Mapping[str, Mapping[str, float | str | Mapping[str, float]]]:
+    def thresholds(self) -> Mapping[str, Table]:
         """Limits as the vehicle file holds them, by what they are of."""
-        source = f"designed on {self.designed.hours:.2f} h of healthy driving of {self.before.name}"
-        rules = {name_of(each.printed): residual_table(each, source) for each in self.residuals}
-        return {NAME: table_of(self.designed, source), **rules}
+        return {NAME: table_of(self.designed, _source(self.designed, self.before)), **self.further}
+
+
+def _source(designed: DesignedLimits, vehicle: Vehicle) -> str:
+    """Of the limits, in words."""
+    return f"designed on {designed.hours:.2f} h of healthy driving of {vehicle.name}"
 
 
 def calibrate_condition(
@@ -182,8 +182,11 @@ def calibrate_condition(
         np.concatenate([each.blocks for each in after]), hours_between_alarms, sum(each.hours for each in after)
     )
     suspicions = _suspicions([*first, *rest], watched)
-    residuals = () if suspicions else _residuals(found, first, rest)
-    return ConditionCalibration(calibration, designed, residuals, vehicle, seconds, suspicions)
+    further: Mapping[str, Table] = {}
+    if not suspicions:
+        fitted, healthy = ([each.recording for each in part] for part in (first, rest))
+        further = further_calibration()(found, fitted, healthy, _source(designed, vehicle))
+    return ConditionCalibration(calibration, designed, further, vehicle, seconds, suspicions)
 
 
 def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
@@ -193,7 +196,7 @@ def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
         whole = seconds + sum(each.driven for each in rest)
         raise InputError(
             f"the recordings hold {whole / 60.0:.1f} minutes of driving, {left / 60.0:.1f} of them for limits: the "
-            f"first {FOR_PARAMETERS / 60.0:.0f} tell the parameters, and limits need {60.0 * LEAST_HOURS:.0f} more, "
+            f"first {FOR_PARAMETERS / 60.0:.0f} give the parameters, and limits need {60.0 * LEAST_HOURS:.0f} more, "
             f"better an hour; standing does not count, nor {SETTLING + BLOCK:.0f} s of every drive"
         )
 
@@ -213,18 +216,6 @@ def _suspicions(drives: Sequence[HealthyDrive], watched: Sequence[Watched]) -> t
         if each.ratio > max(1.0, found[drive.name].ratio if drive.name in found else 0.0):
             found[drive.name] = each
     return tuple(found.values())
-
-
-def _residuals(
-    vehicle: Vehicle, first: Sequence[HealthyDrive], rest: Sequence[HealthyDrive]
-) -> tuple[ResidualCalibration, ...]:
-    """Of the residuals, corrected and as printed; none where a recording lacks a signal that they need."""
-    drives = [each.recording for each in (*first, *rest)]
-    if any(name not in each for each in drives for name in ConditionSample._fields[:8]):
-        return ()
-    car = vehicle.parameters_for(ResidualParameters)
-    fitted, healthy = drives[: len(first)], drives[len(first) :]
-    return tuple(calibrate_residuals(car, fitted, healthy, printed=each) for each in (False, True))
 
 
 def _hours(hours: float) -> str:

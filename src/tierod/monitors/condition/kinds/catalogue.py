@@ -1,13 +1,16 @@
-"""The kinds of faults of sensors, by number, and what is said of one."""
+"""The kinds of faults by number, the estimate of one, and what is remembered while they are weighed."""
 
 from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-KINDS = ("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay")
-"""Kinds of faults of a sensor; the number of a kind is its place here plus one, 0 stands for none."""
+from tierod.core.block import Ring, Scalar, Tree
+from tierod.core.graph.maths import where
 
-NONE, LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = (float(number) for number in range(9))
+KINDS = ("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay", "loss of torque")
+"""Kinds of faults, the last one of an actuator; the number of a kind is its place here plus one, 0 stands for none."""
+
+NONE, LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY, LOST_TORQUE = map(float, range(len(KINDS) + 1))
 
 
 class Kind(NamedTuple):
@@ -15,14 +18,89 @@ class Kind(NamedTuple):
 
     Args:
         kind: number of the kind; 0 while nothing is declared
-        size: of an offset in the unit of the signal, of a gain or an outlier the factor, of a drift per second, of
+        magnitude: of an offset in the unit of the signal, of a gain or an outlier the factor, of a drift per second, of
             noise its standard deviation, of a delay in seconds; 0 of what has none
-        deviation: standard deviation of the size
+        deviation: standard deviation of the magnitude
         effect: what the fault adds to this reading at least, by all kinds that it may well be [unit of the signal];
             infinite where a reading that never changed moves again, and as it should
     """
 
-    kind: Annotated[float, ""]
-    size: Annotated[float, ""]
-    deviation: Annotated[float, ""]
-    effect: Annotated[float, ""]
+    kind: Annotated[Scalar, ""]
+    magnitude: Annotated[Scalar, ""]
+    deviation: Annotated[Scalar, ""]
+    effect: Annotated[Scalar, ""]
+
+
+class Fit(NamedTuple):
+    """One parameter learnt from readings, and how likely the readings were on the way."""
+
+    value: Scalar
+    variance: Scalar
+    score: Scalar
+
+
+class SlopeFit(NamedTuple):
+    """Start and slope learnt from readings, and how likely the readings were on the way."""
+
+    start: Scalar
+    slope: Scalar
+    start_variance: Scalar
+    covariance: Scalar
+    slope_variance: Scalar
+    score: Scalar
+
+
+class KindState(NamedTuple):
+    """What is remembered of one sensor.
+
+    Args:
+        age: samples since the readings began to be off, with or without a reading
+        seen: those with a reading
+        declared_for: samples with a reading since the declaration
+        last: reading of the sample before
+        repeated: whether every reading since the declaration was the same
+        smooth: recent mean of reading less prediction
+        constant, offset, gain: fits of one parameter
+        drift: fit of a slope
+        weight, power, expected: sum of weights, mean squared deviation, and what it would be without fault
+        quick: mean squared deviation from the recent mean
+        noise: how likely the readings were as noise
+        counted, common: what the readings count for, and the sum of the logarithms of their variances
+        undelayed, delays: squared deviations over their variance as they are, and with each of the delays
+        past: predictions, one line for each delay
+    """
+
+    age: Scalar
+    seen: Scalar
+    declared_for: Scalar
+    last: Scalar
+    repeated: Scalar
+    smooth: Scalar
+    constant: Fit
+    offset: Fit
+    gain: Fit
+    drift: SlopeFit
+    weight: Scalar
+    power: Scalar
+    expected: Scalar
+    quick: Scalar
+    noise: Scalar
+    counted: Scalar
+    common: Scalar
+    undelayed: Scalar
+    delays: tuple[Scalar, ...]
+    past: tuple[Ring, ...]
+
+
+def selected(condition: Scalar, first: KindState, second: KindState) -> KindState:
+    """One of two states, their delay lines left alone."""
+
+    def pick(a: Tree, b: Tree) -> Tree:
+        if isinstance(a, tuple):
+            picked = [pick(x, y) for x, y in zip(a, b, strict=True)]
+            return type(a)(*picked) if hasattr(a, "_fields") else tuple(picked)
+        return where(condition, a, b)
+
+    lines = first.past
+    picked: KindState = pick(first._replace(past=()), second._replace(past=()))
+    return picked._replace(past=lines)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, all_of, both, hypot, limit, log, maximum, minimum, sqrt, where
-from tierod.monitors.condition.kinds.state import Fit, KindState, SlopeFit
+from tierod.monitors.condition.kinds.catalogue import Fit, KindState, SlopeFit
 
 DELAYS = (0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.19, 0.24, 0.3, 0.37, 0.45, 0.55)
 """Delays that are compared [s], about a quarter apart: what a delay is wrong by makes a parabola between them."""
@@ -15,12 +15,9 @@ DELAYS = (0.03, 0.05, 0.07, 0.09, 0.12, 0.15, 0.19, 0.24, 0.3, 0.37, 0.45, 0.55)
 DENSE = tuple(round(0.02 * k, 2) for k in range(1, 28))
 """Likewise, of a signal that jumps: two samples beside its delay nothing fits any more."""
 
-JUMPING = ("steering_shaft_torque",)
-"""Signals that jump, as the torque does with what is asked of the motors."""
-
 ROUGH = 60.0
 """What a delay leaves over is noise of up to so many times the variance of the prediction, which is more than a torque
-that jumps leaves a sample beside its delay; beyond that the delay is believed less and less."""
+that jumps leaves a sample beside its delay; beyond that the delay is less and less likely."""
 INFLUENCE = 8.0
 """Deviations beyond which a reading counts no more against a kind: what a fault was for seconds is not unlearnt from
 the first readings after it, which have yet to show that it is gone."""
@@ -28,18 +25,18 @@ PRICE = 5.0
 """Of a delay against noise [nat]: one more thing to choose, known to a hundredth of what it may be."""
 
 
-def delays_of(name: str, sample_time: float) -> tuple[int, ...]:
+def delays_of(jumps: bool, sample_time: float) -> tuple[int, ...]:
     """The delays that are compared of a sensor, in samples.
 
     Args:
-        name: of the sensor
+        jumps: whether its signal does
         sample_time: [s]
     """
-    delays = DENSE if name in JUMPING else DELAYS
+    delays = DENSE if jumps else DELAYS
     return tuple(sorted({max(round(delay / sample_time), 1) for delay in delays}))
 
 
-def log_density(off: Any, variance: Any, share: Any) -> Any:
+def log_density(off: Scalar, variance: Scalar, share: Scalar) -> Scalar:
     """What one reading adds to a logarithm of likelihood.
 
     Args:
@@ -50,7 +47,7 @@ def log_density(off: Any, variance: Any, share: Any) -> Any:
     return -0.5 * share * (minimum(off * off / variance, INFLUENCE * INFLUENCE) + log(2.0 * math.pi * variance))
 
 
-def fitted(fit: Fit, reading: Any, row: Any, square: Any, alike: Any, share: Any) -> Fit:
+def fitted(fit: Fit, reading: Scalar, row: Scalar, square: Scalar, alike: Scalar, share: Scalar) -> Fit:
     """One parameter, one reading on: reading = row * parameter.
 
     Args:
@@ -70,7 +67,7 @@ def fitted(fit: Fit, reading: Any, row: Any, square: Any, alike: Any, share: Any
     )
 
 
-def sloped(fit: SlopeFit, off: Any, time: Any, square: Any, alike: Any, share: Any) -> SlopeFit:
+def sloped(fit: SlopeFit, off: Scalar, time: Scalar, square: Scalar, alike: Scalar, share: Scalar) -> SlopeFit:
     """Start and slope, one deviation on.
 
     Args:
@@ -96,13 +93,13 @@ def sloped(fit: SlopeFit, off: Any, time: Any, square: Any, alike: Any, share: A
 
 
 def delay_of(
-    state: KindState, lines: Sequence[int], step: Any, longer: Any, prediction: Any
-) -> tuple[Any, Any, Any, Any]:
+    state: KindState, lines: Sequence[int], step: Scalar, longer: Scalar, prediction: Scalar
+) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Score, delay, standard deviation and effect, from a parabola through the best of the delays compared.
 
     Squared deviations of a signal that moves evenly grow with the square of what a delay is wrong by, so that their
-    least between those compared is known too. What a delay leaves over is noise of unknown size: a prediction is never
-    of the very form of a signal.
+    least between those compared is known too. What a delay leaves over is noise of unknown magnitude: a prediction is
+    never of the very form of a signal.
 
     Args:
         state: with squared deviations of each delay
@@ -133,7 +130,7 @@ def delay_of(
     )
 
 
-def lowest(places: Sequence[Any], values: Sequence[Any]) -> tuple[Any, Any, Any]:
+def lowest(places: Sequence[Scalar], values: Sequence[Scalar]) -> tuple[Scalar, Scalar, Scalar]:
     """Where a parabola through three points is lowest between the outer ones, its value there, and its width.
 
     Args:
@@ -149,7 +146,7 @@ def lowest(places: Sequence[Any], values: Sequence[Any]) -> tuple[Any, Any, Any]
     return places[1] + shift, maximum(depth, 0.0), minimum(sqrt(2.0 / bend), places[2] - places[0])
 
 
-def between(place: Any, places: Sequence[Any], values: Sequence[Any]) -> Any:
+def between(place: Scalar, places: Sequence[Scalar], values: Sequence[Scalar]) -> Scalar:
     """A value between those at three places, by the nearest two.
 
     Args:
@@ -162,11 +159,11 @@ def between(place: Any, places: Sequence[Any], values: Sequence[Any]) -> Any:
     return values[1] + (place - places[1]) * where(place < places[1], early, late)
 
 
-def likeliest(options: Sequence[tuple[Any, ...]], doubt: Any) -> tuple[Any, ...]:
-    """Number, size and its deviation of the likeliest kind, and the mildest effect of all that it may well be.
+def likeliest(options: Sequence[tuple[Scalar, ...]], doubt: Scalar) -> tuple[Scalar, ...]:
+    """Number, magnitude and its deviation of the likeliest kind, and the mildest effect of all that it may well be.
 
     Args:
-        options: number of a kind, whether it may be named, its score, size, deviation, effect; the first may be
+        options: number of a kind, whether it may be named, its score, magnitude, deviation, effect; the first may be
         doubt: by which scores may be below that of the likeliest [nat]
     """
     best = options[0]

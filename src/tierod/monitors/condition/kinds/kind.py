@@ -4,21 +4,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import Ring
+from tierod.core.block import Ring, Scalar
 from tierod.core.graph.maths import absolute, all_of, both, either, log, maximum, negated, present, sqrt, where
-from tierod.monitors.condition.bank.tuning import PlausibleRange
-from tierod.monitors.condition.kinds.catalogue import DELAY, DRIFT, GAIN, LOSS, NOISE, OFFSET, OUTLIER, STUCK, Kind
+from tierod.monitors.condition.kinds.catalogue import (
+    DELAY,
+    DRIFT,
+    GAIN,
+    LOSS,
+    NOISE,
+    OFFSET,
+    OUTLIER,
+    STUCK,
+    Fit,
+    Kind,
+    KindState,
+    SlopeFit,
+    selected,
+)
 from tierod.monitors.condition.kinds.fits import delay_of, delays_of, fitted, likeliest, log_density, sloped
-from tierod.monitors.condition.kinds.state import Fit, KindState, SlopeFit, selected
-from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS
 from tierod.physics.lag import share_reached
-
-LASTING = {"yaw_rate": 1.0, "steering_wheel_angle": 2.0}
-"""Errors of what the others foretell of a sensor are alike for so long [s]; by the variance of their means over two or
-ten seconds, on healthy drives of three virtual demonstrators: 0.2 to 0.7 s, 0.6 to 2.0 s, 0.05 s at most of all others.
-In a hard bend they last longer."""
 
 _RAMP = 2.0 * math.sqrt(3.0)
 """Slope of an error that grows evenly over a while, times that while, over its root mean square."""
@@ -28,35 +35,35 @@ _RAMP = 2.0 * math.sqrt(3.0)
 class KindOfFault:
     """Weigh the kinds of faults of one sensor against each other, from where its readings began to be off.
 
-    That is before its declaration: a drift is declared when it has grown, and what it grew from tells it from an
+    That is before its declaration: a drift is declared when it has grown, and what it grew from makes it differ from an
     offset. While a sensor that is not declared is as it should on a recent mean, or jumps off, all begins anew.
 
     Each kind predicts the next reading with what it has learnt so far (recursive least squares in the Bayesian sense);
     the product of those densities is its likelihood. Errors of the prediction last for a while, so that a sample counts
     for a part of one only. A reading that never changes is a loss at zero and stuck elsewhere; a large factor is an
-    outlier while it is young, since nothing else tells them apart.
+    outlier while it is young, since nothing else separates them.
 
     Args:
-        offset: expected size of offsets, standard deviation [unit of the signal]
+        offset: expected magnitude of offsets, standard deviation [unit of the signal]
         drift: likewise, of drifts [unit per second]
         rough: likewise, of noise [unit of the signal]
         zero: below which a reading that never changes is a loss [unit of the signal]
-        factor: expected size of factors about one
+        factor: expected magnitude of factors about one
         start: of a drift where it begins to be off, in deviations of the prediction: a drift starts at zero
-        recent: over which the mean of deviations is taken that tells whether a sensor is as it should
+        recent: over which the mean of deviations is taken that shows whether a sensor is as it should
         away: deviations of the prediction beyond which that mean is off; that of healthy ones hardly ever is
         jumps: deviations beyond half of that mean by which a reading must differ from it to be the first one of a jump
         sure: deviations by which the slope of a drift, or a delay, differs from none
         quick: share of the squared deviations that noise has about its own recent mean at least; all of white noise
         alike: over which errors of the prediction are alike, in the weighing of kinds
-        lasting: over which they are alike in what a size is uncertain by, see `LASTING`
+        lasting: over which they are alike in what a magnitude is uncertain by
         shortest: for which a reading must repeat itself
         doubt: nats within which a kind may be as well as the likeliest: the effect is the mildest of theirs
         agrees: deviations of the prediction within which a reading that moves again is as it should be
         young: until which a large factor is an outlier; Li, Frey, Gauterin, section 5, have outliers of one second
         large: what a large factor differs from one by
         unknown: standard deviation of what predictions are off by for long and no filter knows of, as of a vehicle that
-            nobody has calibrated: it widens sizes, and passes for no drift [unit of the signal]
+            was not calibrated: it widens magnitudes, and passes for no drift [unit of the signal]
         sample_time: [s]
         delays: that are compared, in samples
     """
@@ -81,7 +88,7 @@ class KindOfFault:
     large: Annotated[float, ""] = 1.0
     unknown: Annotated[float, ""] = 0.0
     sample_time: Annotated[float, "s"] = 0.01
-    delays: tuple[int, ...] = delays_of("", 0.01)
+    delays: tuple[int, ...] = delays_of(False, 0.01)
 
     class Sample(NamedTuple):
         """One reading.
@@ -101,44 +108,43 @@ class KindOfFault:
         recovering: Annotated[float, ""]
 
     @classmethod
-    def of_sensor(cls, name: str, plausible: PlausibleRange, sample_time: float = 0.01) -> KindOfFault:
-        """For one of `SENSORS`, expecting sizes in proportion to its plausible range."""
-        widths = (
-            *(plausible.wheel_speed, plausible.wheel_speed, plausible.yaw_rate, plausible.steering_wheel_angle),
-            *(plausible.steering_shaft_torque, plausible.tie_rod_force),
-        )
-        width = widths[SENSORS.index(name)]
+    def of_sensor(cls, name: str, sample_time: float = 0.01) -> KindOfFault:
+        """For one of `SENSORS`, expecting magnitudes in proportion to its plausible range."""
+        sensor = SENSOR_TABLE[SENSORS.index(name)]
+        width = sensor.plausible
         expected = (0.25 * width, 0.025 * width, 0.025 * width, 1e-5 * width)
         return cls(
             *expected,
-            lasting=LASTING.get(name, cls.lasting),
+            lasting=sensor.lasting,
             sample_time=sample_time,
-            delays=delays_of(name, sample_time),
+            delays=delays_of(sensor.jumps, sample_time),
         )
 
     def init(self) -> KindState:
         """Nothing declared."""
         empty = (0.0,) * len(self.delays)
         fit = Fit(0.0, 1.0, 0.0)
-        lines = tuple(Ring(size) for size in self.delays)
+        lines = tuple(Ring(delay) for delay in self.delays)
         slope = SlopeFit(*(0.0,) * 6)
         return KindState(*(0.0,) * 4, 1.0, 0.0, fit, fit, fit, slope, *(0.0,) * 8, empty, lines)
 
-    def step(self, state: KindState, sample: Any) -> tuple[KindState, Kind]:
+    def step(self, state: KindState, sample: Sample) -> tuple[KindState, Kind]:
         """One sample on."""
         known = all_of(present(sample.reading), present(sample.prediction), present(sample.deviation))
         declared = where(present(sample.declared), sample.declared, 0.0) > 0.5
         paused = where(present(sample.recovering), sample.recovering, 0.0) > 0.5
         reading, prediction = where(known, sample.reading, 0.0), where(known, sample.prediction, 0.0)
         deviation = where(both(known, sample.deviation > 0.0), sample.deviation, 1.0)
-        smooth, sound = self._watched(state, known, reading - prediction, deviation)
-        begins = either(state.seen < 0.5, both(negated(declared), either(sound, state.told > 0.5)))
+        smooth, fault_free = self._watched(state, known, reading - prediction, deviation)
+        begins = either(state.seen < 0.5, both(negated(declared), either(fault_free, state.declared_for > 0.5)))
         before = selected(begins, self._fresh(state, deviation), state)
-        before = before._replace(repeated=where(declared, before.repeated, 1.0), told=where(declared, before.told, 0.0))
+        before = before._replace(
+            repeated=where(declared, before.repeated, 1.0), declared_for=where(declared, before.declared_for, 0.0)
+        )
         revived = all_of(
             self._is_still(before), reading != before.last, absolute(reading - prediction) < self.agrees * deviation
         )
-        counts = all_of(known, negated(paused), negated(revived), either(declared, negated(sound)))
+        counts = all_of(known, negated(paused), negated(revived), either(declared, negated(fault_free)))
         after = selected(counts, self._learnt(before, declared, reading, prediction, deviation), before)
         after = after._replace(
             age=after.age + where(after.seen > 0.5, 1.0, 0.0),
@@ -146,12 +152,12 @@ class KindOfFault:
             last=where(both(known, either(counts, negated(declared))), reading, state.last),
             past=state.past,
         )
-        named = self._named(after, prediction, either(negated(declared), after.told < 0.5))
+        named = self._named(after, prediction, either(negated(declared), after.declared_for < 0.5))
         named = named._replace(effect=where(both(declared, revived), math.inf, named.effect))
-        foretold = where(present(sample.prediction), sample.prediction, 0.0)
-        return after._replace(past=tuple(line.push(foretold) for line in state.past)), named
+        predicted = where(present(sample.prediction), sample.prediction, 0.0)
+        return after._replace(past=tuple(line.push(predicted) for line in state.past)), named
 
-    def _watched(self, state: KindState, known: Any, off: Any, deviation: Any) -> tuple[Any, Any]:
+    def _watched(self, state: KindState, known: Scalar, off: Scalar, deviation: Scalar) -> tuple[Scalar, Scalar]:
         """The recent mean of deviations, and whether what is off, if anything, begins after this sample."""
         share = share_reached(self.sample_time / self.recent)
         smooth = where(known, state.smooth + share * (off - state.smooth), state.smooth)
@@ -159,13 +165,13 @@ class KindOfFault:
         jumps = absolute(off - state.smooth) > 0.5 * absolute(state.smooth) + self.jumps * deviation
         return smooth, both(known, either(within, jumps))
 
-    def _is_still(self, state: KindState) -> Any:
+    def _is_still(self, state: KindState) -> Scalar:
         """Whether no reading since the declaration differed from the others."""
-        return both(state.repeated, state.told * self.sample_time >= self.shortest)
+        return both(state.repeated, state.declared_for * self.sample_time >= self.shortest)
 
     # -- learning ------------------------------------------------------------------------------------------------
 
-    def _fresh(self, state: KindState, deviation: Any) -> KindState:
+    def _fresh(self, state: KindState, deviation: Scalar) -> KindState:
         """Before the first reading that is off."""
         wide = self.offset * self.offset
         start = self.start * deviation
@@ -173,7 +179,7 @@ class KindOfFault:
         return state._replace(
             age=0.0,
             seen=0.0,
-            told=0.0,
+            declared_for=0.0,
             repeated=1.0,
             constant=Fit(0.0, 4.0 * wide, 0.0),
             offset=Fit(0.0, wide, 0.0),
@@ -190,7 +196,9 @@ class KindOfFault:
             delays=(0.0,) * len(self.delays),
         )
 
-    def _learnt(self, before: KindState, declared: Any, reading: Any, prediction: Any, deviation: Any) -> KindState:
+    def _learnt(
+        self, before: KindState, declared: Scalar, reading: Scalar, prediction: Scalar, deviation: Scalar
+    ) -> KindState:
         """After one reading."""
         off, square = reading - prediction, deviation * deviation
         spread = square + maximum(before.power - before.expected, 0.0)
@@ -206,8 +214,8 @@ class KindOfFault:
         rough = square * maximum(before.gain.value**2, 1.0)
         return before._replace(
             seen=before.seen + 1.0,
-            told=before.told + where(declared, 1.0, 0.0),
-            repeated=where(either(before.told < 0.5, reading == before.last), before.repeated, 0.0),
+            declared_for=before.declared_for + where(declared, 1.0, 0.0),
+            repeated=where(either(before.declared_for < 0.5, reading == before.last), before.repeated, 0.0),
             constant=fitted(before.constant, reading, 1.0, square, alike, counts),
             offset=fitted(before.offset, off, 1.0, square, alike, counts),
             gain=fitted(before.gain, reading, prediction, rough, alike, counts),
@@ -225,9 +233,9 @@ class KindOfFault:
 
     # -- naming --------------------------------------------------------------------------------------------------
 
-    def _named(self, state: KindState, prediction: Any, silent: Any) -> Kind:
-        """The likeliest kind and its size."""
-        young = both(absolute(state.gain.value - 1.0) > self.large, state.told * self.sample_time < self.young)
+    def _named(self, state: KindState, prediction: Scalar, silent: Scalar) -> Kind:
+        """The likeliest kind and its magnitude."""
+        young = both(absolute(state.gain.value - 1.0) > self.large, state.declared_for * self.sample_time < self.young)
         noise = sqrt(maximum(state.power - state.expected, 0.0))
         rough = state.power / sqrt(maximum(2.0 * state.seen * (state.power - state.expected), 1e-9))
         misjudged = self.unknown * self.unknown / (2.0 * maximum(noise, self.zero))
@@ -240,7 +248,7 @@ class KindOfFault:
         offset, gain = (each._replace(variance=longer * each.variance) for each in (state.offset, state.gain))
         square = self.unknown * self.unknown
         constant_off = sqrt(offset.variance + square)
-        # Both variances come from the same readings: their ratio tells how large the predictions are.
+        # Both variances come from the same readings: their ratio shows how large the predictions are.
         factor_off = sqrt(gain.variance * (1.0 + square / maximum(offset.variance, self.zero * self.zero)))
         slope_off = sqrt(longer * state.drift.slope_variance + wrong * wrong)
         noisy = state.quick > self.quick * state.power
@@ -253,9 +261,9 @@ class KindOfFault:
             (NOISE, noisy, state.noise, noise, rough, noise),
             (DELAY, late > self.sure * unsure, likely, late, unsure, behind),
         )
-        told = likeliest(options, self.doubt)
+        best = likeliest(options, self.doubt)
         still = self._is_still(state)
         where_it_stays = state.constant.value
         constant = (where(absolute(where_it_stays) < self.zero, LOSS, STUCK), 0.0, 0.0, where_it_stays - prediction)
-        named = (where(still, a, b) for a, b in zip(constant, told, strict=True))
+        named = (where(still, a, b) for a, b in zip(constant, best, strict=True))
         return Kind(*(where(silent, 0.0, value) for value in named))

@@ -75,7 +75,7 @@ class Absence:
         """Whether it came, and lacked for more of the drive than it was there."""
         return self.came and self.lacked > self.there and self.lacked * self.period > LEAST
 
-    def told(self, status: Status, gone: str, rare: str) -> Loss | None:
+    def loss(self, status: Status, gone: str, rare: str) -> Loss | None:
         """The loss in words, if there is one.
 
         Args:

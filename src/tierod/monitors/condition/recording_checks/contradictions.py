@@ -1,4 +1,4 @@
-"""Which of several signals that tell the same is turned round, late, or of another size."""
+"""Which of several estimates of one quantity has the wrong sign, is late, or has the wrong scale."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STEP = 0.04
 LATEST = 1.0
 """Shifts in time that are searched, either way [s]."""
 CLEAR, TIGHT = 0.6, 0.95
-"""Correlations from which on signs, and scales, are told."""
+"""Correlations from which on signs, and scales, are compared."""
 
 
 class Problem(NamedTuple):
@@ -36,35 +36,35 @@ class Problem(NamedTuple):
     action: str
 
 
-def turned(told: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]) -> tuple[Problem, ...]:
-    """Who has the wrong sign beside the others.
+def turned(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]) -> tuple[Problem, ...]:
+    """The estimate whose sign is wrong beside the others.
 
     Args:
-        told: what every witness tells, by name, NaN where it may not count
+        estimates: of every witness, by name, NaN where it may not count
         witnesses: by name
     """
-    found = {pair: _correlation(told[pair[0]], told[pair[1]]) for pair in combinations(told, 2)}
-    odd = odd_ones_out(tuple(told), {pair: value > 0.0 for pair, value in found.items() if abs(value) > CLEAR})
+    found = {pair: _correlation(estimates[pair[0]], estimates[pair[1]]) for pair in combinations(estimates, 2)}
+    odd = odd_ones_out(tuple(estimates), {pair: value > 0.0 for pair, value in found.items() if abs(value) > CLEAR})
     if len(odd) != 1:
         return ()
     witness = witnesses[odd[0]]
     return (Problem("sign", witness.elements, witness.turned, "correct the channel map"),)
 
 
-def late(told: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
-    """Who comes late, or early, beside the others.
+def late(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
+    """The estimate that comes late, or early, beside the others.
 
     Args:
-        told: what every witness tells, by name, one value every `STEP`
+        estimates: of every witness, by name, one value every `STEP`
         witnesses: by name
         limit: shift in time from which on one is wrong [s]
     """
     shifts = {}
-    for one, other in combinations(told, 2):
-        shift = _shift(told[one], told[other])
+    for one, other in combinations(estimates, 2):
+        shift = _shift(estimates[one], estimates[other])
         if shift is not None:
             shifts[one, other] = shift - (witnesses[one].lead - witnesses[other].lead)
-    odd = odd_ones_out(tuple(told), {pair: abs(shift) < limit for pair, shift in shifts.items()})
+    odd = odd_ones_out(tuple(estimates), {pair: abs(shift) < limit for pair, shift in shifts.items()})
     if len(odd) != 1:
         return ()
     by = [(-shift if pair[0] == odd[0] else shift) for pair, shift in shifts.items() if odd[0] in pair]
@@ -100,17 +100,17 @@ def _correlation(one: np.ndarray, other: np.ndarray) -> float:
     return float(x @ y) / size if size > 0.0 else 0.0
 
 
-def scaled(told: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
-    """Who is of another size than the others.
+def scaled(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
+    """The estimate whose scale is wrong beside the others.
 
     Args:
-        told: what every witness tells, by name, about its mean
+        estimates: of every witness, by name, about its mean
         witnesses: by name
         limit: ratio of sizes from which on one is wrong
     """
-    found = {pair: _ratio(told[pair[0]], told[pair[1]]) for pair in combinations(told, 2)}
+    found = {pair: _ratio(estimates[pair[0]], estimates[pair[1]]) for pair in combinations(estimates, 2)}
     ratios: dict[Pair, float] = {pair: ratio for pair, ratio in found.items() if np.isfinite(ratio)}
-    odd = odd_ones_out(tuple(told), {pair: 1.0 / limit < ratio < limit for pair, ratio in ratios.items()})
+    odd = odd_ones_out(tuple(estimates), {pair: 1.0 / limit < ratio < limit for pair, ratio in ratios.items()})
     if len(odd) != 1:
         return ()
     witness = witnesses[odd[0]]
@@ -127,20 +127,20 @@ def _ratio(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.sqrt((one[both] @ one[both]) / (other[both] @ other[both])))
 
 
-def misread_speed(told: Mapping[str, np.ndarray], limit: float) -> tuple[Problem, ...]:
-    """Whether the wheel speeds are of another size than turns tell; all that tells a yaw rate but its sensor uses them.
+def misread_speed(estimates: Mapping[str, np.ndarray], limit: float) -> tuple[Problem, ...]:
+    """Whether the wheel speeds have the wrong scale; all estimates of the yaw rate but its sensor use them.
 
-    Where they read k times the truth, wheels and steering angle tell k times the yaw rate, and the lateral acceleration
+    Where they read k times the truth, wheels and steering angle give k times the yaw rate, and the lateral acceleration
     a k-th of it.
 
     Args:
-        told: what every witness of the yaw rate tells, by name, about its mean
+        estimates: of every witness of the yaw rate, by name, about its mean
         limit: ratio of sizes from which on one is wrong
     """
-    if not {YAW_SENSOR, *TIMES_SPEED, OVER_SPEED} <= set(told):
+    if not {YAW_SENSOR, *TIMES_SPEED, OVER_SPEED} <= set(estimates):
         return ()
-    sizes = [_ratio(told[name], told[YAW_SENSOR]) for name in TIMES_SPEED]
-    sizes.append(_ratio(told[YAW_SENSOR], told[OVER_SPEED]))
+    sizes = [_ratio(estimates[name], estimates[YAW_SENSOR]) for name in TIMES_SPEED]
+    sizes.append(_ratio(estimates[YAW_SENSOR], estimates[OVER_SPEED]))
     least, most = min(sizes), max(sizes)
     if not (np.isfinite(sizes).all() and most < limit * least and (least > limit or most < 1.0 / limit)):
         return ()

@@ -1,4 +1,4 @@
-"""When a recording tells enough to be judged: some sensor, and what was asked of every actuator."""
+"""What a recording holds: possible values, enough sensors, and what was asked of every actuator often enough."""
 
 from __future__ import annotations
 
@@ -6,29 +6,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.core.signals import SIGNALS
+from tierod.io.quality import impossible
+from tierod.monitors.condition.recording_checks.contradictions import Problem
+from tierod.monitors.condition.signals import SENSORS, TARGETS, ConditionSample
 
 LOST = 1.0
 """Without a reading for so long, a signal is missing and not merely slow [s]."""
 UNASKED = 0.06
-"""Without a target for so long, what moves the vehicle is not known: 0.1 s later its sensors would be blamed [s]."""
+"""Without a target for so long, what moves the vehicle is not known: 0.1 s later its sensors would be at fault [s]."""
 ALL = 4
 """Sensors from which on their reading exactly zero in one sample, all of them, is the loss of what they share."""
 HELD = 0.06
 """All of them read what they read before for so long: a logger repeats what was last on a bus that is gone [s].
 
-Noise does not let them; without it, readings that repeat themselves tell nothing new and are not missed.
+Noise does not let them; without it, readings that repeat themselves hold nothing new and are not missed.
 """
 PARKING = 1.5
 """Speed below which a vehicle whose wheel speeds end was about to stand [m/s]; coarse wheel sensors end at 0.8."""
-
-TARGETS = (
-    "steering_motor_1_target_torque",
-    "steering_motor_2_target_torque",
-    "target_drive_torque_left",
-    "target_drive_torque_right",
-)
-"""What is asked of every actuator, in their order."""
 
 _NEEDED = [ConditionSample._fields.index(name) for name in (*SENSORS, *TARGETS)]
 _COUNT = len(SENSORS)
@@ -55,7 +50,7 @@ class Covered(NamedTuple):
 class Coverage:
     """Follows which signals come, piece by piece; the result does not depend on how a recording is cut.
 
-    Without the targets nobody knows what moves the vehicle, and all sensors would be blamed for it.
+    Without the targets the cause of a motion is unknown, and the sensors would be declared faulty for it.
 
     Args:
         rate: of the samples [Hz]
@@ -111,10 +106,10 @@ class Coverage:
         """Whether the last speed of a wheel that is not zero was a slow one, or none was ever other than zero, (n,)."""
         speed = np.where(np.isfinite(wheels), np.abs(wheels), -1.0).max(axis=1, initial=-1.0)
         slow = np.where(speed > 0.0, speed < PARKING, True)
-        tells = (speed > 0.0) | ((speed == 0.0) & (np.cumsum(speed > 0.0) == 0) & (self._parked is None))
-        place = np.maximum.accumulate(np.where(tells, np.arange(len(speed)), -1))
+        known = (speed > 0.0) | ((speed == 0.0) & (np.cumsum(speed > 0.0) == 0) & (self._parked is None))
+        place = np.maximum.accumulate(np.where(known, np.arange(len(speed)), -1))
         stands = np.where(place < 0, bool(self._parked), slow[place])
-        if tells.any():
+        if known.any():
             self._parked = bool(stands[-1])
         return np.asarray(stands)
 
@@ -127,3 +122,79 @@ def all_zero(readings: np.ndarray) -> np.ndarray:
     """
     there = np.isfinite(readings)
     return np.asarray((there.sum(axis=1) >= ALL) & (~there | (readings == 0.0)).all(axis=1))
+
+
+class ImpossibleValues:
+    """Removes what is infinite, or far beyond the plausible range of its signal, piece by piece."""
+
+    def __init__(self) -> None:
+        self._count = np.zeros(len(ConditionSample._fields), int)
+        self._largest = np.zeros(len(ConditionSample._fields))
+
+    def add(self, values: np.ndarray) -> np.ndarray:
+        """The next piece without impossible values.
+
+        Args:
+            values: columns of `ConditionSample`, (n, signals); NaN where missing
+        """
+        pairs = zip(ConditionSample._fields, values.T, strict=True)
+        far = np.column_stack([impossible(name, column) for name, column in pairs])
+        if not far.any():
+            return values
+        self._count += far.sum(axis=0)
+        self._largest = np.maximum(self._largest, np.where(far, np.abs(values), 0.0).max(axis=0))
+        return np.where(far, np.nan, values)
+
+    def notes(self) -> tuple[str, ...]:
+        """What was removed, in words."""
+        return tuple(
+            f"{count} impossible value{'s' if count > 1 else ''} of {name.replace('_', ' ')}, up to "
+            + f"{largest:.3g} {SIGNALS[name].unit}".rstrip()
+            + f" {'was' if count == 1 else 'were'} left out: check the sensor, its bus and its unit"
+            for name, count, largest in zip(ConditionSample._fields, self._count.tolist(), self._largest, strict=True)
+            if count
+        )
+
+
+SLOWEST = 40.0
+"""Rate of a target below which nothing is judged [Hz].
+
+Ten minutes of a calibrated demonstrator, whose control works at 100 Hz, are healthy with targets read at 50 Hz; at
+33 Hz the fault-free sensor of the steering torque would be called faulty for 90 s of them. Sensors may come at 20 Hz.
+"""
+
+_PLACES = [ConditionSample._fields.index(name) for name in TARGETS]
+
+
+class TargetPace:
+    """Follows how far the readings of each target are apart, piece by piece; longer silence is a loss and counts not.
+
+    Args:
+        rate: of the samples [Hz]
+    """
+
+    def __init__(self, rate: float):
+        self._rate = rate
+        self._age = np.full(len(TARGETS), np.inf)
+        self._apart, self._count = np.zeros(len(TARGETS)), np.zeros(len(TARGETS))
+
+    def add(self, values: np.ndarray) -> None:
+        """The next piece, columns of `ConditionSample`, (n, signals); NaN where missing."""
+        for place, column in enumerate(_PLACES):
+            there = np.flatnonzero(np.isfinite(values[:, column]))
+            apart = np.diff(np.concatenate(([-self._age[place]], there)))
+            apart = apart[apart <= LOST * self._rate]
+            self._apart[place] += apart.sum()
+            self._count[place] += len(apart)
+            self._age[place] = len(values) - there[-1] if len(there) else self._age[place] + len(values)
+
+    def problems(self) -> tuple[Problem, ...]:
+        """That targets come too seldom, if they do."""
+        rates = self._rate * self._count / np.maximum(self._apart, 1.0)
+        slow = [name for name, rate, count in zip(TARGETS, rates, self._count, strict=True) if count and rate < SLOWEST]
+        if not slow:
+            return ()
+        rate = min(rates[TARGETS.index(name)] for name in slow)
+        which = "targets of the actuators come" if len(slow) > 1 else f"{slow[0]} comes"
+        cause = f"the {which} at {rate:.3g} Hz: what moves the vehicle in between is not known"
+        return (Problem("rate", (), cause, f"record {', '.join(slow)} at 50 Hz or faster"),)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from tierod.monitors.condition.recording_checks.blocks import Blocks, roughness
+from tierod.monitors.condition.recording_checks.differences import Blocks, roughness
 from tierod.monitors.condition.recording_checks.witnesses import MOVING, YAW
-from tierod.monitors.condition.signals import ACCELERATIONS, WHEELS
+from tierod.monitors.condition.signals import ACCELERATIONS, WHEELS, CarParameters
 
 SENSED = ("yaw rate sensor", "rear wheels", "steering angle")
 """Estimates of the yaw rate that use no acceleration, the most exact first."""
@@ -48,7 +48,7 @@ class Motion:
         rate: of the samples [Hz]
     """
 
-    def __init__(self, vehicle: Any, rate: float):
+    def __init__(self, vehicle: CarParameters, rate: float):
         self._vehicle, self._blocks = vehicle, Blocks(rate)
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> list[Block]:
@@ -62,7 +62,7 @@ class Motion:
         if not ends:
             return []
         p, line = self._vehicle, self._blocks.line
-        yaws, slopes = zip(*(line(YAW[name].tells(cut, p)) for name in SENSED), strict=True)
+        yaws, slopes = zip(*(line(YAW[name].estimate(cut, p)) for name in SENSED), strict=True)
         yaw, turning_in = _middle(np.array(yaws), np.array(slopes))
         wheels = [line(cut[name] / p.wheel_speed_scale) for name in WHEELS]
         speed, slope = _speed(wheels, 0.5 * p.track_width * yaw, 0.5 * p.track_width * turning_in)

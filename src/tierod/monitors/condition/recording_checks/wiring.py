@@ -1,19 +1,20 @@
-"""What was wired, scaled or timed wrongly from the start: no fault of a sensor, and no condition to be judged in."""
+"""Wrong wiring, scale or time from the start, and a clock that leaps in mid-drive: no faults of sensors."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from tierod.models.automated_parameters import AutomatedParameters
+from tierod.core.findings import Episode
 from tierod.monitors.condition.recording_checks.contradictions import STEP, Problem, late, misread_speed, scaled, turned
 from tierod.monitors.condition.recording_checks.witnesses import MOVING, TORQUE, YAW, Witness, mean_speed
+from tierod.monitors.condition.signals import SENSORS, CarParameters
 
 GENTLE = 3.0
-"""Lateral acceleration up to which the steering angle tells the yaw rate by geometry [m/s^2]."""
+"""Lateral acceleration up to which the steering angle gives the yaw rate by geometry [m/s^2]."""
 LEAST_TURNING = 5.0
 """Time of turning that a part needs [s]."""
 PARTS = 3
@@ -32,7 +33,7 @@ LATE = 0.15
 """Shift in time from which on one is called wrong [s]; motion itself lags by up to 0.1 s."""
 
 
-class Close(NamedTuple):
+class CloseLimits(NamedTuple):
     """What sensors of a calibrated vehicle do not differ by.
 
     Healthy drives of an hour show one sensor off both others by 1.07 and 0.03 s, tyres a tenth larger by 1.10.
@@ -58,11 +59,11 @@ class Wiring:
 
     def __init__(
         self,
-        vehicle: AutomatedParameters,
+        vehicle: CarParameters,
         rate: float,
         scale: float = SCALE,
         late: float = LATE,
-        close: Close | None = None,
+        close: CloseLimits | None = None,
     ):
         self.vehicle, self.rate, self.scale, self.late, self.close = vehicle, rate, scale, late, close
         self._pieces: list[dict[str, np.ndarray]] = []
@@ -77,7 +78,7 @@ class Wiring:
             self._pieces.append(piece)
 
     def problems(self) -> tuple[Problem, ...]:
-        """What is wrong; empty where nothing is, or where the drive turned too little to tell.
+        """What is wrong; empty where nothing is, or where the drive turned too little to show it.
 
         It must be wrong in every part of the beginning, each of which turns for as long: what becomes wrong on the way
         is a fault.
@@ -92,48 +93,50 @@ class Wiring:
         edges = np.searchsorted(turned_until, np.linspace(0, turned_until[-1], PARTS + 1)[1:-1])
         parts = [slice(start, stop) for start, stop in pairwise((0, *edges.tolist(), self._kept))]
         each = [self._problems({name: values[part] for name, values in whole.items()}) for part in parts]
-        told = [{(found.kind, found.elements) for found in problems} for problems in each if problems is not None]
-        if len(told) < PARTS:
+        shown = [{(found.kind, found.elements) for found in problems} for problems in each if problems is not None]
+        if len(shown) < PARTS:
             return ()
         return tuple(
-            found for found in self._problems(whole) or () if all((found.kind, found.elements) in part for part in told)
+            found
+            for found in self._problems(whole) or ()
+            if all((found.kind, found.elements) in part for part in shown)
         )
 
     def _problems(self, signals: Mapping[str, np.ndarray]) -> tuple[Problem, ...] | None:
-        """Of a stretch; None where it turned too little to tell."""
+        """Of a stretch; None where it turned too little to show it."""
         if np.count_nonzero(self._turning(signals)) < LEAST_TURNING * self.rate:
             return None
         with np.errstate(invalid="ignore"):
             moving = mean_speed(signals) > MOVING
         gentle = moving & ~(np.abs(signals["lateral_acceleration"]) > GENTLE)
-        yaw, slowly = self._told(YAW, signals, moving), self._told(YAW, signals, gentle)
+        yaw, slowly = self._estimates(YAW, signals, moving), self._estimates(YAW, signals, gentle)
         misread = misread_speed(slowly, self.scale)
         found = turned(yaw, YAW) or late(yaw, YAW, self.late) or misread or scaled(slowly, YAW, self.scale)
         if self.close is not None and not any(each.elements for each in found):
             near = late(_sensed(yaw), YAW, self.close.late) or scaled(_sensed(slowly), YAW, self.close.scale)
             found = (*near, *found)
-        return found or turned(self._told(TORQUE, signals, moving), TORQUE)
+        return found or turned(self._estimates(TORQUE, signals, moving), TORQUE)
 
     def _turning(self, signals: Mapping[str, np.ndarray]) -> np.ndarray:
         """Whether the vehicle turns, at every sample."""
         with np.errstate(invalid="ignore"):
-            told = [YAW[name].tells(signals, self.vehicle) for name in ("rear wheels", "yaw rate sensor")]
-            return (mean_speed(signals) > MOVING) & (np.nansum(np.abs(told), axis=0) > TURNING)
+            yaw = [YAW[name].estimate(signals, self.vehicle) for name in ("rear wheels", "yaw rate sensor")]
+            return np.asarray((mean_speed(signals) > MOVING) & (np.nansum(np.abs(yaw), axis=0) > TURNING))
 
-    def _told(
+    def _estimates(
         self, witnesses: Mapping[str, Witness], signals: Mapping[str, np.ndarray], when: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """What every witness tells, smooth and about its mean; NaN where it may not count."""
+        """What every witness estimates, smooth and about its mean; NaN where it may not count."""
         width = max(round(SMOOTH * self.rate), 1)
-        told = {}
+        found = {}
         for name, witness in witnesses.items():
-            value = np.where(when, witness.tells(signals, self.vehicle), np.nan)
+            value = np.where(when, witness.estimate(signals, self.vehicle), np.nan)
             if np.count_nonzero(np.isfinite(value)) > LEAST_TURNING * self.rate:
                 smooth = np.convolve(value, np.full(width, 1.0 / width), "same")[:: max(round(STEP * self.rate), 1)]
                 # Too many pauses leave nothing of the means.
                 if np.isfinite(smooth).any():
-                    told[name] = smooth - np.nanmean(smooth)
-        return told
+                    found[name] = smooth - np.nanmean(smooth)
+        return found
 
 
 def _bridged(values: np.ndarray, most: int) -> np.ndarray:
@@ -147,6 +150,61 @@ def _bridged(values: np.ndarray, most: int) -> np.ndarray:
     return np.where(between, np.interp(place, there, values[there]), values)
 
 
-def _sensed(told: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Only what sensors tell that are judged: slopes and banks do not disturb them."""
-    return {name: values for name, values in told.items() if YAW[name].elements}
+def _sensed(estimates: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Only the estimates of sensors that are judged: slopes and banks do not disturb them."""
+    return {name: values for name, values in estimates.items() if YAW[name].elements}
+
+
+BUSES = (SENSORS[:3], SENSORS[3:])
+"""Sensors that share a clock: those of the chassis, and those of the steering."""
+BEFORE = 1.0
+"""Of the declaration of two sensors of one bus, in which the first of them may have been declared alone [s]."""
+
+
+class ClockLeap:
+    """Looks at what follows where two sensors of one bus are declared together for a shift in time between the buses.
+
+    A single sensor that is late is a fault; two of one bus that are, with the angle late or early beside the other
+    estimates of the yaw rate, have lost their time base. Two faults of which one is a delay of the angle look the same.
+
+    Args:
+        look: makes what looks at signals for contradictions
+    """
+
+    def __init__(self, look: Callable[[], Wiring]):
+        self._look = look
+        self._wiring: Wiring | None = None
+        self._since = 0.0
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], faulty: np.ndarray) -> None:
+        """The next piece.
+
+        Args:
+            time: [s], (n,)
+            signals: by name, (n,) each; NaN where missing
+            faulty: whether each element is declared, the sensors first, (n, elements)
+        """
+        first = 0
+        if self._wiring is None:
+            together = np.zeros(len(time), bool)
+            for bus in BUSES:
+                together |= faulty[:, [SENSORS.index(name) for name in bus]].sum(axis=1) >= 2
+            if not together.any():
+                return
+            first = int(np.argmax(together))
+            self._wiring, self._since = self._look(), float(time[first])
+        self._wiring.add({name: values[first:] for name, values in signals.items()})
+
+    def problems(self, episodes: Sequence[Episode]) -> tuple[Problem, ...]:
+        """That the buses have lost their common time, if that is what was seen and no fault came before.
+
+        Args:
+            episodes: of all faults of the drive
+        """
+        if self._wiring is None or any(each.start < self._since - BEFORE for each in episodes):
+            return ()
+        return tuple(
+            found._replace(cause=f"{found.cause} since about {self._since:.0f} s")
+            for found in self._wiring.problems()
+            if found.kind == "time" and found.elements == ("steering_wheel_angle",)
+        )

@@ -1,33 +1,32 @@
-"""What tells the yaw rate of a vehicle, and the torque of its steering: signals that must go together."""
+"""Independent estimates of the yaw rate of a vehicle, and of the torque of its steering, from single signals."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from tierod.monitors.condition.signals import WHEELS
+from tierod.monitors.condition.signals import WHEELS, CarParameters
 
 MOVING = 2.0
-"""Speed from which on a turn tells something [m/s]."""
+"""Speed from which on a turn shows in them [m/s]."""
 
 
 @dataclass(frozen=True)
 class Witness:
-    """A signal, or several, that tell a quantity.
+    """A signal, or several, from which a quantity is estimated.
 
     Args:
         elements: sensors behind it
-        tells: the quantity from the signals by name, (n,)
+        estimate: the quantity from the signals by name, (n,)
         turned: what a wrong sign of it means
         scaled: what a wrong size of it means
         lead: by which it comes before the vehicle turns [s]
     """
 
     elements: tuple[str, ...]
-    tells: Callable[[Mapping[str, np.ndarray], Any], np.ndarray]
+    estimate: Callable[[Mapping[str, np.ndarray], CarParameters], np.ndarray]
     turned: str
     scaled: str = ""
     lead: float = 0.0
@@ -39,13 +38,13 @@ def mean_speed(signals: Mapping[str, np.ndarray]) -> np.ndarray:
     return 0.5 * (np.where(np.isfinite(left), left, right) + np.where(np.isfinite(right), right, left))
 
 
-def _speed(signals: Mapping[str, np.ndarray], vehicle: Any) -> np.ndarray:
-    """Of the vehicle, by what its wheel speed sensors are known to tell too much [m/s]."""
+def _speed(signals: Mapping[str, np.ndarray], vehicle: CarParameters) -> np.ndarray:
+    """Of the vehicle, less the known excess of its wheel speed sensors [m/s]."""
     return mean_speed(signals) / vehicle.wheel_speed_scale
 
 
 YAW_SENSOR, TIMES_SPEED, OVER_SPEED = "yaw rate sensor", ("rear wheels", "steering angle"), "lateral acceleration"
-"""What tells the yaw rate without the speed, by what is multiplied with it, and by what is divided by it."""
+"""Estimates of the yaw rate without the speed, by what is multiplied with it, and by what is divided by it."""
 
 YAW: Mapping[str, Witness] = {
     "rear wheels": Witness(
@@ -75,7 +74,7 @@ YAW: Mapping[str, Witness] = {
         0.1,
     ),
 }
-"""What tells the yaw rate."""
+"""Estimates of the yaw rate."""
 
 TORQUE: Mapping[str, Witness] = {
     "steering torque sensor": Witness(
@@ -92,8 +91,8 @@ TORQUE: Mapping[str, Witness] = {
         ("tie_rod_force",), lambda s, p: p.rack_ratio * s["tie_rod_force"], "the tie-rod force has the wrong sign"
     ),
 }
-"""What tells the torque that the tie rods take; friction lies between them, so that sizes are not compared."""
+"""Estimates of the torque that the tie rods take; friction lies between them, so that sizes are not compared."""
 
 
-def _spring(signals: Mapping[str, np.ndarray], vehicle: Any) -> np.ndarray:
+def _spring(signals: Mapping[str, np.ndarray], vehicle: CarParameters) -> np.ndarray:
     return vehicle.rack_ratio**2 * vehicle.rack_stiffness * signals["steering_wheel_angle"]

@@ -1,0 +1,38 @@
+"""Variants of the monitor that other packages define, found by name: the product runs without those packages."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+from tierod.core.recording import Recording
+from tierod.monitors.harness.session import Variant
+from tierod.vehicles import Vehicle
+
+Table: TypeAlias = Mapping[str, float | str | Mapping[str, float]]
+"""Thresholds as a vehicle file holds them."""
+
+_VARIANTS = "tierod.papers.condition.rules.definition:VARIANTS"
+_CALIBRATION = "tierod.papers.condition.rules.definition:calibrated_tables"
+
+
+def further_variants() -> Mapping[str, Variant]:
+    """Further variants by name: the rules of the paper."""
+    return _found(_VARIANTS) or {}
+
+
+def further_calibration() -> Callable[[Vehicle, Sequence[Recording], Sequence[Recording], str], Mapping[str, Table]]:
+    """What calibrates the further variants: vehicle, drives to fit, drives for limits, source -> tables by name."""
+    return _found(_CALIBRATION) or (lambda vehicle, fitted, healthy, source: {})
+
+
+def _found(place: str) -> Any:
+    """What stands at "package.module:name"; None where the package is not installed."""
+    module, _, name = place.partition(":")
+    try:
+        return getattr(importlib.import_module(module), name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and (module == error.name or module.startswith(f"{error.name}.")):
+            return None
+        raise

@@ -1,0 +1,73 @@
+"""The hypotheses that the condition monitor weighs: which sensors and actuators are at fault."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations, product
+
+from tierod.monitors.condition.signals import (
+    ACTUATORS,
+    DRIVES,
+    MOTORS,
+    OF_CARS,
+    SENSORS,
+    WHEELS,
+)
+
+HEALTHY = "healthy"
+"""Name of the hypothesis that nothing is at fault."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One explanation: what is at fault, all else being fault-free.
+
+    Args:
+        name: "healthy", or the names of what is at fault joined by " + "
+        sensors: at fault, names from `SENSORS`
+        actuators: at fault, names from `ACTUATORS`
+    """
+
+    name: str
+    sensors: tuple[str, ...] = ()
+    actuators: tuple[str, ...] = ()
+
+    @property
+    def suspects(self) -> tuple[str, ...]:
+        """Everything at fault, sensors first."""
+        return self.sensors + self.actuators
+
+    def agrees(self, other: Hypothesis) -> bool:
+        """Whether both name the same actuators, as far as both name any: what two lose together is another loss.
+
+        Args:
+            other: hypothesis
+        """
+        return not self.actuators or not other.actuators or self.actuators == other.actuators
+
+
+def hypotheses() -> tuple[Hypothesis, ...]:
+    """All hypotheses that are weighed, 52 in a fixed order.
+
+    Healthy; one sensor (6); one actuator (4); two sensors (15); a sensor and an actuator (24); two actuators that share
+    a supply and lose the same share (2).
+    """
+    singles = [((name,), ()) for name in SENSORS]
+    motors = [((), (name,)) for name in ACTUATORS]
+    pairs = [(pair, ()) for pair in combinations(SENSORS, 2)]
+    mixed = [((sensor,), (actuator,)) for sensor, actuator in product(SENSORS, ACTUATORS)]
+    shared = [((), MOTORS), ((), DRIVES)]
+    return tuple(
+        Hypothesis(" + ".join((*sensors, *actuators)) or HEALTHY, sensors, actuators)
+        for sensors, actuators in [((), ()), *singles, *motors, *pairs, *mixed, *shared]
+    )
+
+
+def hypotheses_of_cars() -> tuple[Hypothesis, ...]:
+    """Healthy, and one or two of the sensors that every car has; not both wheels, since only they give the speed."""
+    known = [each for each in hypotheses() if not each.actuators and set(each.sensors) <= set(OF_CARS)]
+    return tuple(each for each in known if each.sensors != WHEELS)
+
+
+SLIDING = Hypothesis("sliding tyres")
+"""That tyres slide, and nothing is at fault; no diagnosis, but a reason for none."""

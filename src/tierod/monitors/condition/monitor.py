@@ -1,0 +1,107 @@
+"""The condition monitor as one block: a filter for every hypothesis, the judge, substitutes and trouble codes.
+
+`diagnose`, the benchmarks, `Stream` and generated C all run this block. A car whose file describes no torques gets the
+bank of a rolling car: wheel speeds, yaw rate and steering angle, judged by its motion alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tierod.core.graph import Bank
+from tierod.diagnosis.trouble_codes import TroubleCodes
+from tierod.models.rolling_car import Wander
+from tierod.monitors.condition.bank.decision import Decision
+from tierod.monitors.condition.bank.judge import ConditionJudge
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
+from tierod.monitors.condition.bank.low_grip import sliding
+from tierod.monitors.condition.bank.rolling_filter import RollingFilter
+from tierod.monitors.condition.bank.testability import Testability
+from tierod.monitors.condition.bank.tuning import prices
+from tierod.monitors.condition.bank.weighing import Limits, Weighing
+from tierod.monitors.condition.calibration.limits import has_own_limits, limits_of
+from tierod.monitors.condition.hypotheses import hypotheses, hypotheses_of_cars
+from tierod.monitors.condition.kinds.kind import KindOfFault
+from tierod.monitors.condition.reaction import FaultReaction
+from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS, WHEELS
+from tierod.monitors.condition.structure import rolls
+from tierod.monitors.condition.substitutes import FILTER, Reconfiguration, substitution_graph
+from tierod.vehicles import Vehicle
+
+WITH_WHEELS, WITHOUT_WHEELS, SLOW = 9.0, 2.3, 0.45
+"""Limits of hypotheses with and without wheels, over the short time, and of all over the long one [nat], for a rolling
+car.
+
+As `limits` designs them, 1.5 times what lies 2 (long: 1) nat above the largest healthy ratio and at least 0.5 (0.3):
+bumps reach 4.0 in the first half of a highway minute of a RAV4, all else -0.5 in 9 s of another car's tight bends, and
+the long time -1.5.
+"""
+GAP, MARGIN = 2.0, 1.0
+"""As those of the bank of the whole vehicle."""
+ALIKE = 2.0 * Wander().steering
+"""Errors of predictions count once in so long a time [s]: those of the steering's ratio fade so slowly."""
+
+
+def condition_monitor(vehicle: Vehicle, sample_time: float = 0.01, codes: TroubleCodes | None = None) -> Bank:
+    """The monitor of a vehicle, calibrated or not.
+
+    Args:
+        vehicle: with the parameters of `AutomatedVehicle`, or else of `RollingCar`
+        sample_time: [s]
+        codes: table of trouble codes; the shipped one if None
+
+    Raises:
+        ParameterError: parameters that are missing
+    """
+    return rolling_monitor(vehicle, None, sample_time, codes) if rolls(vehicle) else _whole(vehicle, sample_time, codes)
+
+
+def _whole(vehicle: Vehicle, sample_time: float, codes: TroubleCodes | None) -> Bank:
+    """Of a vehicle whose torques are known: lanes of all hypotheses, and one of sliding tyres."""
+    base, explanations = LeaveOutFilter.of_vehicle(vehicle, sample_time), hypotheses()
+    calibrated, limits = has_own_limits(vehicle), limits_of(vehicle)
+    kinds = tuple(KindOfFault.of_sensor(name, sample_time) for name in SENSORS)
+    if not calibrated:
+        # Kinds and magnitudes reckon with the errors of predictions of vehicles that were not calibrated.
+        ways = substitution_graph(calibrated=False).substitutes
+        errors = [next(way.deviation for way in ways[name] if way.name == FILTER) for name in SENSORS]
+        kinds = tuple(replace(kind, unknown=error) for kind, error in zip(kinds, errors, strict=True))
+    lanes = (*(base.leaving_out(each) for each in explanations), sliding(base))
+    weighing = Weighing(explanations, limits, sample_time, prices=prices(base.sensor_noise, base.plausible))
+    reaction = FaultReaction.of(Reconfiguration.of_vehicle(vehicle, sample_time, calibrated), sample_time, codes)
+    return Bank(lanes, ConditionJudge(Decision(weighing), kinds, reaction))
+
+
+def rolling_limits() -> Limits:
+    """Limits of all hypotheses about a rolling car but healthy."""
+    faults = hypotheses_of_cars()[1:]
+    fast = tuple(WITHOUT_WHEELS if {*WHEELS}.isdisjoint(each.sensors) else WITH_WHEELS for each in faults)
+    return Limits(fast, (SLOW,) * len(faults), GAP, MARGIN)
+
+
+def rolling_monitor(
+    vehicle: Vehicle, limits: Limits | None = None, sample_time: float = 0.01, codes: TroubleCodes | None = None
+) -> Bank:
+    """The monitor of a car whose torques are not known: wheel speeds, yaw rate and steering angle by its motion.
+
+    Args:
+        vehicle: with the parameters of `RollingCar`
+        limits: for all hypotheses but healthy; those of real cars if None
+        sample_time: [s]
+        codes: table of trouble codes; the shipped one if None
+
+    Raises:
+        ParameterError: parameters that are missing
+    """
+    base, explanations = RollingFilter.of_vehicle(vehicle, sample_time), hypotheses_of_cars()
+    kinds = tuple(
+        replace(KindOfFault.of_sensor(each.name, sample_time), unknown=each.error_on_cars, alike=ALIKE, lasting=ALIKE)
+        for each in SENSOR_TABLE
+    )
+    lanes = tuple(base.leaving_out(each) for each in explanations)
+    costs = prices(base.sensor_noise, base.plausible)
+    weighing = Weighing(explanations, limits or rolling_limits(), sample_time, prices=costs)
+    # What is never there must not widen the limits that were found without it.
+    decision = Decision(weighing, testability=Testability(poorer=1.0))
+    reaction = FaultReaction.of(Reconfiguration.of_car(base.vehicle, sample_time), sample_time, codes)
+    return Bank(lanes, ConditionJudge(decision, kinds, reaction))

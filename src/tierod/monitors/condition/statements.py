@@ -1,0 +1,147 @@
+"""Statements about all sensors and actuators over the samples of a recording, and faults in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.findings import Status
+from tierod.core.graph import Result
+from tierod.core.shown import in_words
+from tierod.core.signals import SIGNALS
+from tierod.core.statement import STATUSES
+from tierod.monitors.condition.kinds.catalogue import (
+    DELAY,
+    DRIFT,
+    GAIN,
+    LOSS,
+    LOST_TORQUE,
+    NOISE,
+    OFFSET,
+    OUTLIER,
+    STUCK,
+)
+from tierod.monitors.condition.signals import ELEMENTS
+
+FAULT, SUSPECT, HEALTHY, NOT_TESTABLE, NOT_AVAILABLE = (
+    STATUSES.index(each)
+    for each in (Status.FAULT, Status.SUSPECT, Status.HEALTHY, Status.NOT_TESTABLE, Status.NOT_AVAILABLE)
+)
+"""Codes of the statuses that the monitor states."""
+
+
+class StatementCourse(NamedTuple):
+    """Statements over n samples, one column for each of `ELEMENTS`.
+
+    Args:
+        status: codes in `STATUSES`
+        testable: whether a fault would show
+        kind: number of the kind; 0 where none is identified
+        magnitude, deviation: of the fault, see `described`
+        low_grip: whether the tyres slid, so that no fault was declared, (n,)
+        lead: what a fault is declared by, (n,): of filters the lead of the likeliest hypothesis over the others
+            [nat per sample], of rules the share of what the best one asks that holds; NaN where nothing is judged
+    """
+
+    status: np.ndarray
+    testable: np.ndarray
+    kind: np.ndarray
+    magnitude: np.ndarray
+    deviation: np.ndarray
+    low_grip: np.ndarray
+    lead: np.ndarray
+
+    @classmethod
+    def of(cls, result: Result) -> StatementCourse:
+        """Of a block whose output is a `ConditionOutput`."""
+        status, kind, magnitude, deviation = (
+            np.column_stack([result[f"statements.{name}.{each}"] for name in ELEMENTS])
+            for each in ("status", "kind", "magnitude", "deviation")
+        )
+        testable = np.column_stack([result[f"testable.{name}"] for name in ELEMENTS]) > 0.5
+        low_grip = result["low_grip"] > 0.5
+        return cls(np.rint(status).astype(int), testable, kind, magnitude, deviation, low_grip, result["lead"])
+
+    @classmethod
+    def unjudged(cls, count: int) -> StatementCourse:
+        """Over samples that are not judged.
+
+        Args:
+            count: of them
+        """
+        no, unknown = np.zeros((count, len(ELEMENTS)), bool), np.full((count, len(ELEMENTS)), np.nan)
+        status = np.full(no.shape, NOT_TESTABLE)
+        return cls(status, no, np.zeros(no.shape), unknown, unknown, no[:, 0], unknown[:, 0])
+
+    def where_available(self, available: np.ndarray, moving: np.ndarray) -> StatementCourse:
+        """With "not available" where there is nothing to judge; a fault that was declared before stays.
+
+        Args:
+            available: whether each element is read, or its target is known, (n, elements)
+            moving: whether the vehicle drives at all, (n,)
+        """
+        testable = self.testable & available & moving[:, None]
+        quiet = np.where(testable, HEALTHY, NOT_TESTABLE)
+        status = np.select(
+            [self.status == FAULT, ~available, self.status == SUSPECT], [FAULT, NOT_AVAILABLE, SUSPECT], quiet
+        )
+        return self._replace(status=status, testable=testable)
+
+
+class Description(NamedTuple):
+    """A kind of fault with its magnitude, as people read it.
+
+    Args:
+        kind: in words
+        quantity: of the magnitude; "" where the kind has none
+        unit: of the magnitude
+        factor: from the magnitude to that unit
+    """
+
+    kind: str
+    quantity: str = ""
+    unit: str = ""
+    factor: float = 1.0
+
+
+def described(element: str, kind: float, magnitude: float) -> Description:
+    """A kind of fault in words; empty words where none is identified.
+
+    Args:
+        element: at fault
+        kind: its number
+        magnitude: of an offset, a drift, noise in the unit of the signal (a drift: per second), of a gain or an outlier
+            the factor, of a delay [s], of a loss of torque the share
+    """
+    if kind == LOST_TORQUE:
+        return Description("loss of torque", "lost share of the torque", "percent", 100.0)
+    unit = SIGNALS[element].unit if element in SIGNALS else ""
+    sign = "positive" if magnitude > 0.0 else "negative"
+    return {
+        LOSS: Description("total loss"),
+        STUCK: Description("stuck"),
+        OFFSET: Description(f"{sign} offset", "offset", unit),
+        GAIN: Description("wrong gain", "reading over truth"),
+        DRIFT: Description("drift", "growth of the error", f"{unit}**2" if unit.endswith("/s") else f"{unit}/s"),
+        OUTLIER: Description("outlier", "reading over truth"),
+        NOISE: Description("noise", "standard deviation of the noise", unit),
+        DELAY: Description("delay", "delay", "s"),
+    }.get(kind, Description(""))
+
+
+def shown(value: float, unit: str) -> str:
+    """A value in the unit that people use: angles in degrees, speeds in km/h.
+
+    Args:
+        value: in the unit
+        unit: as in a `Description`
+    """
+    return in_words(value, unit)
+
+
+def listed(names: Sequence[str], word: str = "and") -> str:
+    """Names of signals in plain words, the last two joined by a word."""
+    plain = [name.replace("_", " ") for name in names]
+    return f" {word} ".join([", ".join(plain[:-1]), plain[-1]] if len(plain) > 1 else plain)

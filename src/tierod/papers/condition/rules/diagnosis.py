@@ -1,0 +1,163 @@
+"""Rules evaluated side by side: what holds, what could it be, and how well each fault fits what is seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar, Tree, named_tuple
+from tierod.core.fields import POSITIVE
+from tierod.core.graph.maths import (
+    absolute,
+    all_of,
+    any_of,
+    both,
+    either,
+    greatest_of,
+    maximum,
+    minimum,
+    present,
+    where,
+)
+from tierod.papers.condition.rules.symptoms import SymptomRule, SymptomTable
+
+
+@lru_cache(maxsize=64)
+def ratios_class(residuals: tuple[str, ...]) -> type:
+    """One signed number for each residual: how many thresholds it is away from zero; NaN where it is not there."""
+    return named_tuple("Ratios", [(name, Annotated[float, ""]) for name in residuals])
+
+
+@lru_cache(maxsize=64)
+def faults_class(faults: tuple[str, ...]) -> type:
+    """One number for each fault of a table."""
+    return named_tuple("Faults", [(name, Annotated[float, ""]) for name in faults])
+
+
+class Held(NamedTuple):
+    """A residual that was abnormal: by how many thresholds, and how long it stays so [s]."""
+
+    ratio: Scalar
+    left: Scalar
+
+
+@dataclass(frozen=True)
+class RuleDiagnosis:
+    """All rules of a table at once.
+
+    Args:
+        table: the rules
+        sample_time: between two samples
+        groups: of faults, in each of which one fault at a time is assumed; all are one group where there is none
+        least_score: candidates are named where no rule holds although something is abnormal, if they fit so well
+
+    The output has a number for each fault. `faulty`: 1 where its rule has held for the confirm time (and, with
+    `one_fault`, no other has). `candidates`: 1 for each of several whose rules hold together, or where none holds for
+    those that fit the symptoms best: not isolable, one of these. `scores`: weighted share of what its rule asks that is
+    so, among the residuals that are there.
+    """
+
+    table: SymptomTable
+    sample_time: Annotated[float, "s", POSITIVE]
+    groups: tuple[tuple[str, ...], ...] = ()
+    least_score: Annotated[float, "", POSITIVE] = 0.75
+
+    @property
+    def Sample(self) -> type:
+        """NamedTuple class of the residuals that the rules name."""
+        return ratios_class(self.table.residuals)
+
+    class Output(NamedTuple):
+        """What the rules say of each fault, and whether any residual that they name is abnormal."""
+
+        faulty: Tree
+        candidates: Tree
+        scores: Tree
+        abnormal: Scalar
+
+    class State(NamedTuple):
+        """Held symptoms, for how long each rule has held, and how long it still counts as not sound [s]."""
+
+        symptoms: tuple[Held, ...]
+        held: tuple[Scalar, ...]
+        unsound: tuple[Scalar, ...]
+
+    def init(self) -> State:
+        """Nothing was ever abnormal."""
+        count = len(self.table.rules)
+        return self.State((Held(0.0, 0.0),) * len(self.table.residuals), (0.0,) * count, (0.0,) * count)
+
+    def step(self, state: State, sample: Tree) -> tuple[State, Output]:
+        """One sample on."""
+        pairs = [self._symptom(held, ratio) for held, ratio in zip(state.symptoms, sample, strict=True)]
+        ratios = dict(zip(self.table.residuals, (ratio for _, ratio in pairs), strict=True))
+        longest = self.table.timing.confirm_time + self.sample_time
+        held: dict[str, Scalar] = {}
+        unsound: dict[str, Scalar] = {}
+        scores = {}
+        for rule, before, left in zip(self.table.rules, state.held, state.unsound, strict=True):
+            matched, scores[rule.fault] = _fit(rule, ratios)
+            sound = [unsound[name] < 0.5 * self.sample_time for name in rule.sound]
+            holds = all_of(matched, *sound)
+            held[rule.fault] = where(holds, minimum(before + self.sample_time, longest), 0.0)
+            kept = maximum(left - self.sample_time, 0.0)
+            after = maximum(self.table.timing.sound_after, self.sample_time)
+            unsound[rule.fault] = where(held[rule.fault] > self._confirmed, after, kept)
+        flags = {name: where(each > self._confirmed, 1.0, 0.0) for name, each in held.items()}
+        seen = {name: where(both(present(each), absolute(each) >= 1.0), 1.0, 0.0) for name, each in ratios.items()}
+        state = self.State(tuple(symptom for symptom, _ in pairs), tuple(held.values()), tuple(unsound.values()))
+        return state, self._said(flags, scores, seen)
+
+    @property
+    def _confirmed(self) -> Scalar:
+        """How long a rule must have held, half a sample of slack for rounding [s]."""
+        return maximum(self.table.timing.confirm_time, 0.75 * self.sample_time) - 0.5 * self.sample_time
+
+    def _symptom(self, before: Held, ratio: Scalar) -> tuple[Held, Scalar]:
+        """What was abnormal stays so for a while; a residual that is not there is none."""
+        beyond = both(present(ratio), absolute(where(present(ratio), ratio, 0.0)) >= 1.0)
+        left = where(beyond, self.table.timing.hold_on, maximum(before.left - self.sample_time, 0.0))
+        held = where(beyond, ratio, before.ratio)
+        return Held(held, left), where(left > 0.5 * self.sample_time, held, ratio)
+
+    def _said(self, flags: dict[str, Scalar], scores: dict[str, Scalar], seen: dict[str, Scalar]) -> Output:
+        faulty, candidates = {}, {}
+        raised = {rule.fault: rule.raised for rule in self.table.rules}
+        for group in self.groups or (self.table.faults,):
+            names = [name for name in group if name in flags]
+            known = frozenset().union(*(raised[name] for name in names))
+            count: Scalar = sum((flags[name] for name in names), start=0.0)
+            best: Scalar = greatest_of(0.0, *(scores[name] for name in names))
+            abnormal: Scalar = any_of(0.0, *(seen[each] for each in self.table.residuals if each in known))
+            unknown = all_of(count < 0.5, abnormal, best >= self.least_score)
+            for name in names:
+                fits = both(unknown, scores[name] >= best - 1e-9)
+                candidates[name] = where(either(both(count > 1.5, flags[name]), fits), 1.0, 0.0)
+                faulty[name] = where(count > 1.5, 0.0, flags[name]) if self.table.one_fault else flags[name]
+        of = faults_class(self.table.faults)
+        return self.Output(of(**faulty), of(**candidates), of(**scores), where(any_of(0.0, *seen.values()), 1.0, 0.0))
+
+
+def _fit(rule: SymptomRule, ratios: dict[str, Scalar]) -> tuple[Scalar, Scalar]:
+    """Whether all is as a rule asks, and the weighted share that is."""
+    asked: list[tuple[str, Scalar]] = []
+    for name in rule.abnormal:
+        asked.append((name, absolute(ratios[name]) >= 1.0))
+    for name in rule.normal:
+        asked.append((name, absolute(ratios[name]) < 1.0))
+    for name in rule.positive:
+        asked.append((name, ratios[name] >= 1.0))
+    for name in rule.negative:
+        asked.append((name, ratios[name] <= -1.0))
+    for name, other in rule.larger:
+        asked.append((name, absolute(ratios[name]) > absolute(ratios[other])))
+    weights = dict(rule.weights)
+    total: Scalar = 0.0
+    found: Scalar = 0.0
+    for name, so in asked:
+        weight = weights.get(name, 1.0)
+        total = total + where(present(ratios[name]), weight, 0.0)
+        found = found + where(both(present(ratios[name]), so), weight, 0.0)
+    matched = all_of(*(both(present(ratios[name]), so) for name, so in asked))
+    return matched, where(total > 0.0, found / where(total > 0.0, total, 1.0), 0.0)

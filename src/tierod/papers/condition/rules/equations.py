@@ -1,0 +1,151 @@
+"""The equations of r1 to r19, without memory: what the models expect, and how far the sensors are from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import limit, maximum
+from tierod.models.single_track import SingleTrack
+from tierod.models.stiff_rack import StiffRack
+from tierod.monitors.condition.signals import Measured
+from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
+from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
+from tierod.papers.condition.rules.readings import Motion, SensorResiduals
+from tierod.papers.condition.rules.routes import (
+    route,
+    steer_of_rolling,
+    wheels_of_forward_speed,
+    wheels_of_mean,
+)
+from tierod.papers.condition.rules.steering_signals import SteeringSignals
+from tierod.physics.gear import tie_rod_force_of_balance
+from tierod.physics.planar_motion import lateral_acceleration_of_turning, longitudinal_acceleration
+
+_MOST_STEER = 1.2
+"""No road wheel steers more [rad]: a faulty sensor must not carry the routes over the pole of the tangent."""
+
+
+@dataclass(frozen=True)
+class Equations:
+    """What the sensors should show by the models, and the residuals.
+
+    Args:
+        car: the vehicle
+        coefficients: from `calibrate_residuals`
+        moving: speed taken for lower ones where something is divided by it
+        printed: whether the equations are taken with their misprints
+    """
+
+    car: ResidualParameters
+    coefficients: Coefficients
+    moving: Annotated[float, "m/s"]
+    printed: bool
+
+    def expected(
+        self,
+        now: Measured,
+        steer: SteeringSignals.Output,
+        turning: SingleTrack.State,
+        forward: AdaptiveSpeed.Output,
+        unmeasured: StiffRack.State,
+    ) -> Motion:
+        """What the models expect the sensors to show.
+
+        Args:
+            now: readings, zero where missing
+            steer: low-passed signals of the steering and their rates
+            turning: state of the single track
+            forward: of the two-stage filter
+            unmeasured: the steering by torque and force alone
+
+        Source: Li, Frey, Gauterin, eqs (9) to (12), (46), (47).
+        """
+        known, car = self.coefficients, self.car
+        rolling = steer_of_rolling(now.yaw_rate, now.wheel_speed_rear_left, now.wheel_speed_rear_right, car)
+        mean = 0.5 * (now.wheel_speed_rear_left + now.wheel_speed_rear_right)
+        if self.printed:
+            angle = rolling * car.steering_ratio
+            friction, about = car.nominal_friction, -car.nominal_friction
+        else:
+            angle = (rolling + known.understeer * mean * now.yaw_rate) / car.steering_ratio + known.angle_offset
+            friction, about = known.friction * steer.direction, known.force_friction * steer.direction
+        motion = known.angle * steer.angle + known.rate * steer.rate + known.acceleration * steer.acceleration
+        torque = motion + friction
+        force = tie_rod_force_of_balance(
+            steer.torque, about, car.mass, steer.lateral_acceleration, known.per_mass, known.per_torque
+        )
+        return Motion(
+            turning.sideslip_angle,
+            turning.yaw_rate,
+            forward.forward_speed,
+            torque + known.cornering * steer.lateral_acceleration + known.torque_offset,
+            force + known.force_offset,
+            angle,
+            unmeasured.steering_wheel_angle,
+        )
+
+    def residuals(
+        self,
+        now: Measured,
+        steer: SteeringSignals.Output,
+        angle: Scalar,
+        turning: SingleTrack.State,
+        forward: AdaptiveSpeed.Output,
+        expected: Motion,
+    ) -> SensorResiduals:
+        """r1 to r19 of signals that are there.
+
+        Args:
+            now, steer, turning, forward: as for `expected`
+            angle: that the filter of r1 expects [rad]
+            expected: by the models
+
+        Source: Li, Frey, Gauterin, eqs (6) to (47); see `catalogue` for each.
+        """
+        left, right = now.wheel_speed_rear_left, now.wheel_speed_rear_right
+        rolling = steer_of_rolling(now.yaw_rate, left, right, self.car)
+        by_yaw = route(limit(rolling, -_MOST_STEER, _MOST_STEER), self.car)
+        turned = self.car.steering_ratio * (now.steering_wheel_angle - self.coefficients.angle_offset)
+        by_angle = route(limit(turned, -_MOST_STEER, _MOST_STEER), self.car)
+        yaw_left, yaw_right = wheels_of_mean(by_yaw, left, right, misprint=self.printed)
+        angle_left, angle_right = wheels_of_mean(by_angle, left, right)
+        own_left, own_right = wheels_of_forward_speed(by_yaw, forward.forward_speed)
+        other_left, other_right = wheels_of_forward_speed(by_angle, forward.forward_speed)
+        along, across = self._accelerations(now, turning, forward)
+        filtered = longitudinal_acceleration(
+            forward.forward_rate, forward.forward_speed, turning.sideslip_angle, now.yaw_rate
+        )
+        return SensorResiduals(
+            r1=angle - now.steering_wheel_angle,
+            r2=expected.angle - now.steering_wheel_angle,
+            r3=expected.torque - steer.torque,
+            r4=turning.yaw_rate - now.yaw_rate,
+            r5=along - now.longitudinal_acceleration,
+            r6=across - now.lateral_acceleration,
+            r7=yaw_left - left,
+            r8=own_left - left,
+            r9=angle_left - left,
+            r10=other_left - left,
+            r11=yaw_right - right,
+            r12=own_right - right,
+            r13=angle_right - right,
+            r14=other_right - right,
+            r15=forward.forward_speed - 0.5 * (left + right),
+            r16=filtered - now.longitudinal_acceleration,
+            r17=turning.sideslip_angle - by_angle.sideslip,
+            r18=turning.sideslip_angle - by_yaw.sideslip,
+            r19=expected.force - steer.force,
+        )
+
+    def _accelerations(
+        self, now: Measured, turning: SingleTrack.State, forward: AdaptiveSpeed.Output
+    ) -> tuple[Scalar, Scalar]:
+        """Longitudinal and lateral acceleration that wheels and single track give: eqs (18) and (19)."""
+        mean = maximum(0.5 * (now.wheel_speed_rear_left + now.wheel_speed_rear_right), self.moving)
+        rate = 0.5 * (forward.left_rate + forward.right_rate)
+        along = longitudinal_acceleration(rate, mean, turning.sideslip_angle, now.yaw_rate)
+        steer = self.car.steering_ratio * (now.steering_wheel_angle - self.coefficients.angle_offset)
+        slope = SingleTrack.derivative(turning, SingleTrack.Input(steer, mean), self.car.single_track)
+        return along, lateral_acceleration_of_turning(mean, now.yaw_rate, slope.sideslip_angle)

@@ -1,0 +1,206 @@
+"""All residuals of the sensors, from one sample of the vehicle: r1 to r19."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from tierod.core.block import Scalar, Tree
+from tierod.core.fields import POSITIVE
+from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, present, where
+from tierod.methods.estimators import KalmanFilter, UnscentedFilter
+from tierod.methods.estimators.shapes import Belief
+from tierod.methods.filters.each import InputHold
+from tierod.models.exponential import discretise_pair
+from tierod.models.single_track import SingleTrack
+from tierod.models.stiff_rack import StiffRack
+from tierod.monitors.condition.signals import ConditionSample, Measured
+from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
+from tierod.papers.condition.rules.catalogue import SENSOR_RESIDUALS
+from tierod.papers.condition.rules.equations import Equations
+from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
+from tierod.papers.condition.rules.readings import Excitation, Motion, SensorFlags, SensorResiduals
+from tierod.papers.condition.rules.routes import lateral_filter
+from tierod.papers.condition.rules.steering_signals import Smooth, SteeringSignals
+
+
+@dataclass(frozen=True)
+class ResidualSet:
+    """r1 to r19 at every sample, each with a flag that says whether it is there.
+
+    Args:
+        car: the vehicle
+        coefficients: from `calibrate_residuals`
+        hold: bridges two missing samples
+        steering: low-passes and derivatives of the steering's signals
+        angle: filter of r1, which measures the angle, as the paper does; it follows a faulty sensor and sees jumps only
+        lateral: filter of the single track
+        speed: two-stage adaptive filter
+        moving: speed of the faster rear wheel below which the vehicle counts as standing
+        most_lateral_acceleration: above it residuals of the single track are not judged: its tyres are linear
+        settling: a signal must have been there so long until residuals with it are judged: filters begin anew
+        printed: whether the equations are taken with their misprints: (9), (11), (14), (27), (46)
+
+    Build it by `residual_set`.
+    """
+
+    car: ResidualParameters
+    coefficients: Coefficients
+    hold: InputHold
+    steering: SteeringSignals
+    angle: UnscentedFilter
+    lateral: KalmanFilter
+    speed: AdaptiveSpeed
+    moving: Annotated[float, "m/s", POSITIVE] = 1.5
+    most_lateral_acceleration: Annotated[float, "m/s**2", POSITIVE] = 6.0
+    settling: Annotated[float, "s", POSITIVE] = 1.0
+    printed: bool = False
+
+    Sample = ConditionSample
+
+    class State(NamedTuple):
+        """Of the parts."""
+
+        hold: Tree
+        steering: tuple[Smooth, ...]
+        angle: Belief
+        unmeasured: StiffRack.State
+        lateral: Belief
+        speed: AdaptiveSpeed.State
+        there: Measured
+
+    class Output(NamedTuple):
+        """Residuals, whether each is there, what the filters say, the readings after the hold, and the excitation."""
+
+        residuals: SensorResiduals
+        there: SensorFlags
+        motion: Motion
+        held: Measured
+        excitation: Excitation
+
+    def init(self) -> State:
+        """At rest."""
+        return self.State(
+            self.hold.init(),
+            self.steering.init(),
+            self.angle.init(),
+            StiffRack.State(0.0, 0.0),
+            self.lateral.init(),
+            self.speed.init(),
+            Measured(*(0.0,) * len(Measured._fields)),
+        )
+
+    def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
+        """One sample on."""
+        hold, held = self.hold.step(state.hold, Measured(*(getattr(sample, name) for name in Measured._fields)))
+        now = Measured(*(where(present(value), value, 0.0) for value in held))
+        left, right = now.wheel_speed_rear_left, now.wheel_speed_rear_right
+        moving = maximum(left, right) > self.moving
+        balance = self.steering.Sample(
+            held.steering_wheel_angle, held.steering_shaft_torque, held.tie_rod_force, held.lateral_acceleration
+        )
+        steering, steer = self.steering.step(state.steering, balance)
+        angle, by_balance = self._balanced(state.angle, held)
+        unmeasured = self._unmeasured(state.unmeasured, held)
+        lateral, turning = self._turning(state.lateral, held, now)
+        speed, forward = self.speed.step(
+            state.speed,
+            AdaptiveSpeed.Sample(held.longitudinal_acceleration, held.yaw_rate, turning.sideslip_angle, *held[:2]),
+        )
+        equations = Equations(self.car, self.coefficients, self.moving, self.printed)
+        expected = equations.expected(now, steer, turning, forward, unmeasured)
+        values = equations.residuals(now, steer, by_balance, turning, forward, expected)
+        waited = Measured(*(self._waited(*each) for each in zip(state.there, held, strict=True)))
+        there = self._there(waited, held, moving)
+        values = SensorResiduals(*(where(flag, value, 0.0) for flag, value in zip(there, values, strict=True)))
+        after = self.State(hold, steering, angle, unmeasured, lateral, speed, waited)
+        excitation = self._excitation(now, steer, turning, forward)
+        return after, self.Output(values, there, expected, held, excitation)
+
+    def _excitation(
+        self, now: Measured, steer: SteeringSignals.Output, turning: SingleTrack.State, forward: AdaptiveSpeed.Output
+    ) -> Excitation:
+        """How lively the drive is, by what the filters say rather than by single sensors."""
+        speed = maximum(forward.forward_speed, self.moving)
+        inputs = SingleTrack.Input(self.car.steering_ratio * steer.angle, speed)
+        slope = SingleTrack.derivative(turning, inputs, self.car.single_track)
+        return Excitation(forward.forward_speed, slope.yaw_rate, now.lateral_acceleration, steer.rate)
+
+    def _waited(self, before: Scalar, value: Scalar) -> Scalar:
+        """How long a signal has been there [s], up to twice the time of settling."""
+        waited: Scalar = minimum(before + self.hold.sample_time, 2.0 * self.settling)
+        return where(present(value), waited, 0.0)
+
+    def _there(self, waited: Measured, held: Measured, moving: Scalar) -> SensorFlags:
+        """Whether all signals of each residual are there, and the drive is one that it is made for."""
+        known = {name: each > self.settling for name, each in waited._asdict().items()}
+        across = where(present(held.lateral_acceleration), held.lateral_acceleration, 0.0)
+        gentle = absolute(across) < self.most_lateral_acceleration
+        flags = []
+        for each in SENSOR_RESIDUALS:
+            asked = [known[name] for name in each.signals]
+            asked += ([moving] if each.moving else []) + ([gentle] if each.gentle else [])
+            flags.append(where(all_of(*asked), 1.0, 0.0))
+        return SensorFlags(*flags)
+
+    def _balanced(self, state: Belief, held: Measured) -> tuple[Belief, Scalar]:
+        """The filter of r1 one sample on, and the angle that it expects."""
+        inputs = StiffRack.Input(held.steering_shaft_torque, held.tie_rod_force)
+        after, estimate = self.angle.step(state, self.angle.Sample(inputs, StiffRack.Output(held.steering_wheel_angle)))
+        return after, estimate.mean.steering_wheel_angle
+
+    def _unmeasured(self, state: StiffRack.State, held: Measured) -> StiffRack.State:
+        """The steering by torque and force alone, held where one is missing."""
+        complete = both(present(held.steering_shaft_torque), present(held.tie_rod_force))
+        inputs = StiffRack.Input(
+            where(complete, held.steering_shaft_torque, 0.0), where(complete, held.tie_rod_force, 0.0)
+        )
+        ahead = self.angle.model.transition(state, inputs, self.angle.parameters)
+        return StiffRack.State(*(where(complete, new, old) for new, old in zip(ahead, state, strict=True)))
+
+    def _turning(self, state: Belief, held: Measured, now: Measured) -> tuple[Belief, SingleTrack.State]:
+        """The lateral filter one sample on; its speed is the wheels' mean, held above walking."""
+        speed = maximum(0.5 * (now.wheel_speed_rear_left + now.wheel_speed_rear_right), self.moving)
+        steer = self.car.steering_ratio * (held.steering_wheel_angle - self.coefficients.angle_offset)
+        after, estimate = self.lateral.step(
+            state,
+            self.lateral.Sample(
+                SingleTrack.Input(steer, speed), SingleTrack.Output(held.yaw_rate, held.lateral_acceleration)
+            ),
+        )
+        return after, estimate.mean
+
+
+def residual_set(
+    car: ResidualParameters,
+    coefficients: Coefficients | None = None,
+    sample_time: float = 0.01,
+    printed: bool = False,
+) -> ResidualSet:
+    """The residuals of a vehicle.
+
+    Args:
+        car: the vehicle
+        coefficients: from calibration; zeros where None, which leaves r3 and r19 without a model
+        sample_time: [s]
+        printed: whether the equations are taken with their misprints
+    """
+    rack: Any = discretise_pair(StiffRack)
+    angle = UnscentedFilter(
+        rack,
+        rack.Parameters(car.rack, sample_time),
+        (0.0, 0.0),
+        (0.1, 0.1),
+        (1e-8, 10.0 * sample_time),
+        (0.002**2,),
+    )
+    return ResidualSet(
+        car,
+        coefficients or Coefficients(),
+        InputHold(Measured, sample_time, 2.0 * sample_time),
+        SteeringSignals(sample_time=sample_time),
+        angle,
+        lateral_filter(car.single_track, sample_time, printed),
+        AdaptiveSpeed.design(car.track_width, sample_time),
+        printed=printed,
+    )

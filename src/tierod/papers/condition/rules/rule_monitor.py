@@ -1,0 +1,219 @@
+"""The rules at work: residuals, thresholds, symptoms, and what they say of every sensor and actuator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from tierod.core.block import Scalar
+from tierod.core.findings import Status
+from tierod.core.graph.maths import absolute, all_of, both, greatest_of, present, where
+from tierod.core.statement import Statement, code_of
+from tierod.monitors.condition.reaction import ConditionOutput, FaultReaction, Judged, ReactionState, Since
+from tierod.monitors.condition.signals import (
+    ACTUATORS,
+    ELEMENTS,
+    SENSORS,
+    ConditionSample,
+    Elements,
+    Measured,
+    Readings,
+    Statements,
+)
+from tierod.papers.condition.rules.actuator_set import ActuatorSet, Repaired, Targets, actuator_set
+from tierod.papers.condition.rules.calibration import ResidualCalibration
+from tierod.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
+from tierod.papers.condition.rules.diagnosis import RuleDiagnosis
+from tierod.papers.condition.rules.parameters import ResidualParameters
+from tierod.papers.condition.rules.readings import Excitation, ResidualThreshold
+from tierod.papers.condition.rules.residual_set import ResidualSet, residual_set
+from tierod.papers.condition.rules.symptom_files import rules
+
+MAIN = dict(zip(SENSORS, ("r10", "r14", "r4", "r2", "r3", "r19"), strict=True))
+"""The residual of every sensor that compares it to what it should read."""
+
+
+@dataclass(frozen=True)
+class RuleMonitor:
+    """State of six sensors and four actuators by rules.
+
+    Args:
+        sensors: residuals r1 to r19
+        actuators: residuals r1a and on, with sensors that are faulty replaced by what the models expect
+        sensor_thresholds, actuator_thresholds: one for each residual, in their order
+        rules: evaluated side by side
+
+    Build it by `rule_monitor`.
+    """
+
+    sensors: ResidualSet
+    actuators: ActuatorSet
+    sensor_thresholds: tuple[ResidualThreshold, ...]
+    actuator_thresholds: tuple[ResidualThreshold, ...]
+    rules: RuleDiagnosis
+
+    Sample = ConditionSample
+
+    class State(NamedTuple):
+        """Of the parts, which sensors were faulty a sample ago, and since when each status holds."""
+
+        sensors: ResidualSet.State
+        actuators: ActuatorSet.State
+        rules: RuleDiagnosis.State
+        faulty: tuple[Scalar, ...]
+        since: Since
+
+    Output = Judged
+
+    def init(self) -> State:
+        """At rest, all fault-free."""
+        return self.State(
+            self.sensors.init(),
+            self.actuators.init(),
+            self.rules.init(),
+            (0.0,) * len(SENSORS),
+            Since.initial(),
+        )
+
+    def step(self, state: State, sample: ConditionSample) -> tuple[State, Judged]:
+        """One sample on."""
+        sensors, seen = self.sensors.step(state.sensors, sample)
+        expected = self._expected(seen)
+        not_testable = self._not_testable(seen, expected)
+        repaired = self._repaired(state.faulty, seen, expected)
+        targets = Targets(*(getattr(sample, name) for name in Targets._fields))
+        actuators, driven = self.actuators.step(state.actuators, ActuatorSet.Sample(targets, repaired))
+        ratios = _ratios(seen, self.sensor_thresholds, seen.excitation)
+        ratios |= _ratios(driven, self.actuator_thresholds, seen.excitation)
+        after, said = self.rules.step(
+            state.rules, self.rules.Sample(*(ratios[name] for name in self.rules.table.residuals))
+        )
+        faulty = tuple(getattr(said.faulty, name, 0.0) for name in SENSORS)
+        since, statements = state.since.followed_by(self._statements(said, not_testable), self.rules.sample_time)
+        testable = Elements(*(1.0 - each for each in not_testable), *(1.0,) * len(ACTUATORS))
+        scores = greatest_of(*(each.evidence for each in statements))
+        judged = Judged(statements, testable, expected, Readings(*(0.0,) * len(SENSORS)), scores, 0.0)
+        return self.State(sensors, actuators, after, faulty, since), judged
+
+    def _statements(self, said: RuleDiagnosis.Output, not_testable: Sequence[Scalar]) -> Statements:
+        """Status and score of every element; rules give neither kind nor magnitude."""
+        made = []
+        for name, blind in zip(ELEMENTS, (*not_testable, *(0.0,) * len(ACTUATORS)), strict=True):
+            # An element without a rule is never declared.
+            faulty, candidate, score = (getattr(each, name, 0.0) for each in said[:3])
+            quiet = where(blind > 0.5, code_of(Status.NOT_TESTABLE), code_of(Status.HEALTHY))
+            status = where(faulty > 0.5, code_of(Status.FAULT), where(candidate > 0.5, code_of(Status.SUSPECT), quiet))
+            made.append(Statement(status, 0.0, 0.0, 0.0, 0.0, score))
+        return Statements(*made)
+
+    def _expected(self, seen: ResidualSet.Output) -> Readings:
+        """What each sensor should read: its reading and what its main residual adds, the model alone for the rest."""
+        readings = dict(zip(SENSORS, seen.held, strict=False))
+        return Readings(
+            *(
+                where(
+                    getattr(seen.there, MAIN[name]) > 0.5,
+                    readings[name] + getattr(seen.residuals, MAIN[name]),
+                    readings[name],
+                )
+                for name in SENSORS
+            )
+        )
+
+    def _repaired(self, faulty: Sequence[Scalar], seen: ResidualSet.Output, expected: Readings) -> Repaired:
+        """The readings with those of faulty sensors replaced."""
+        values = seen.held._asdict()
+        values |= {
+            name: where(faulty[SENSORS.index(name)] > 0.5, getattr(expected, name), values[name]) for name in SENSORS
+        }
+        return Repaired(Measured(**values), seen.motion, seen.held.steering_shaft_torque, seen.residuals.r19)
+
+    def _not_testable(self, seen: ResidualSet.Output, expected: Readings) -> list[Scalar]:
+        """Reading and expectation of each sensor, both within the threshold of its main residual."""
+        names = [each.name for each in SENSOR_RESIDUALS]
+        flags: list[Scalar] = []
+        for name, reading in zip(SENSORS, seen.held, strict=False):
+            main = MAIN[name]
+            bound = self.sensor_thresholds[names.index(main)].at(seen.excitation)
+            near = all_of(
+                getattr(seen.there, main) > 0.5,
+                absolute(getattr(expected, name)) < bound,
+                absolute(reading) < bound,
+            )
+            flags.append(where(near, 1.0, where(getattr(seen.there, main) > 0.5, 0.0, 1.0)))
+        return flags
+
+
+def _ratios(
+    seen: ResidualSet.Output | ActuatorSet.Output, thresholds: tuple[ResidualThreshold, ...], excitation: Excitation
+) -> dict[str, Scalar]:
+    """How many thresholds each residual is away from zero; infinity, which is no number, where it is not there.
+
+    One that no healthy drive has shown has an infinite threshold: it is neither normal nor abnormal.
+    """
+    return {
+        name: where(both(there > 0.5, present(threshold.base)), threshold.ratio(value, excitation), _ABSENT)
+        for name, value, there, threshold in zip(
+            seen.residuals._fields, seen.residuals, seen.there, thresholds, strict=True
+        )
+    }
+
+
+_ABSENT = float("inf")
+
+
+@dataclass(frozen=True)
+class RulesWithReaction:
+    """The rules as a variant of the monitor: what follows from their statements beside them.
+
+    Args:
+        monitor: the rules
+        reaction: substitutes of sensors and trouble codes
+    """
+
+    monitor: RuleMonitor
+    reaction: FaultReaction
+
+    Sample = ConditionSample
+    Output = ConditionOutput
+
+    class State(NamedTuple):
+        """Of both."""
+
+        monitor: RuleMonitor.State
+        reaction: ReactionState
+
+    def init(self) -> State:
+        """At rest, all fault-free."""
+        return self.State(self.monitor.init(), self.reaction.init())
+
+    def step(self, state: State, sample: ConditionSample) -> tuple[State, ConditionOutput]:
+        """One sample on."""
+        monitor, judged = self.monitor.step(state.monitor, sample)
+        reaction, output = self.reaction.step(state.reaction, sample, judged)
+        return self.State(monitor, reaction), output
+
+
+def rule_monitor(
+    car: ResidualParameters,
+    calibration: ResidualCalibration,
+    variant: str = "rules",
+    sample_time: float = 0.01,
+) -> RuleMonitor:
+    """A variant of the rules on a vehicle.
+
+    Args:
+        car: the vehicle
+        calibration: from `calibrate_residuals`, with the same `printed`
+        variant: "rules", "rules-printed", "rules-discriminating", or the path of a rule file
+        sample_time: [s]
+    """
+    known = calibration.coefficients
+    return RuleMonitor(
+        residual_set(car, known, sample_time, calibration.printed),
+        actuator_set(car, known, sample_time),
+        tuple(calibration.thresholds[each.name] for each in SENSOR_RESIDUALS),
+        tuple(calibration.thresholds[each.name] for each in ACTUATOR_RESIDUALS),
+        RuleDiagnosis(rules(variant), sample_time, (SENSORS, ACTUATORS)),
+    )

@@ -1,0 +1,143 @@
+"""Filters of the steering: its signals with all that is compared to them, delayed alike; lost shares of two torques."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar
+from tierod.core.fields import POSITIVE
+from tierod.core.graph.maths import both, exp, present, tanh, where
+
+
+class Smooth(NamedTuple):
+    """A value after a low-pass of the second order, its slope, and whether it follows a signal that is there."""
+
+    value: Scalar
+    rate: Scalar
+    follows: Scalar
+
+
+@dataclass(frozen=True)
+class SteeringSignals:
+    """What the linear models of torque and tie-rod force stand on: all through one low-pass of the second order.
+
+    Args:
+        bandwidth: of the low-pass, critically damped; the angle's steps of 0.1 degrees must not dominate its second
+            derivative
+        friction_width: rate of the column over which the sign of its friction turns round
+        sample_time: between two samples
+
+    What is missing is held; where it comes again the low-pass begins there.
+    """
+
+    bandwidth: Annotated[float, "rad/s", POSITIVE] = 30.0
+    friction_width: Annotated[float, "rad/s", POSITIVE] = 0.2
+    sample_time: Annotated[float, "s", POSITIVE] = 0.01
+
+    class Sample(NamedTuple):
+        """Signals of the steering; NaN where missing."""
+
+        steering_wheel_angle: Annotated[float, "rad"]
+        steering_shaft_torque: Annotated[float, "N*m"]
+        tie_rod_force: Annotated[float, "N"]
+        lateral_acceleration: Annotated[float, "m/s**2"]
+
+    class Output(NamedTuple):
+        """The signals, smooth; the angle's rate, its mean acceleration over the sample, and its direction (-1 to 1)."""
+
+        angle: Annotated[float, "rad"]
+        rate: Annotated[float, "rad/s"]
+        acceleration: Annotated[float, "rad/s**2"]
+        direction: Annotated[float, ""]
+        torque: Annotated[float, "N*m"]
+        force: Annotated[float, "N"]
+        lateral_acceleration: Annotated[float, "m/s**2"]
+
+    def init(self) -> tuple[Smooth, ...]:
+        """All at zero, until a signal comes."""
+        return (Smooth(0.0, 0.0, 0.0),) * 4
+
+    def step(self, state: tuple[Smooth, ...], sample: Sample) -> tuple[tuple[Smooth, ...], Output]:
+        """One sample on."""
+        after = tuple(self._follow(each, value) for each, value in zip(state, sample, strict=True))
+        angle, torque, force, lateral = after
+        acceleration = (angle.rate - state[0].rate) / self.sample_time
+        direction = tanh(angle.rate / self.friction_width)
+        return after, self.Output(
+            angle.value, angle.rate, acceleration, direction, torque.value, force.value, lateral.value
+        )
+
+    def _follow(self, before: Smooth, value: Scalar) -> Smooth:
+        """The solution of x'' = w^2 (u - x) - 2 w x' over a sample with constant u, from where a signal comes."""
+        there, follows = present(value), before.follows > 0.5
+        travel = self.bandwidth * self.sample_time
+        away = where(both(there, follows), before.value - value, 0.0)
+        faded = exp(-travel)
+        rest = faded * ((1.0 + travel) * away + self.sample_time * before.rate)
+        rate = faded * ((1.0 - travel) * before.rate - self.bandwidth * travel * away)
+        after = before.value - away + rest
+        held = where(there, value, before.value)
+        return Smooth(where(follows, after, held), where(follows, rate, 0.0), where(there, 1.0, 0.0))
+
+
+@dataclass(frozen=True)
+class LostShares:
+    """How much of each of two regressors is missing in a sum: missing = first share * first + second share * second.
+
+    Args:
+        memory: time in which the past is forgotten; longer is less noisy and later
+        doubt: size of the regressors below which the shares are drawn to zero, in their unit
+        sample_time: between two samples
+
+    Regressors that keep one proportion are collinear: then both shares are equal, drawn by the doubt alone.
+    """
+
+    memory: Annotated[float, "s", POSITIVE]
+    doubt: Annotated[float, "unit of the signal", POSITIVE]
+    sample_time: Annotated[float, "s", POSITIVE]
+
+    class Sample(NamedTuple):
+        """What is missing in the sum, and both regressors."""
+
+        missing: Annotated[float, "unit of the signal"]
+        first: Annotated[float, "unit of the signal"]
+        second: Annotated[float, "unit of the signal"]
+
+    class State(NamedTuple):
+        """Forgetting means of the products."""
+
+        first: Scalar
+        mixed: Scalar
+        second: Scalar
+        missing_first: Scalar
+        missing_second: Scalar
+
+    class Output(NamedTuple):
+        """Both shares."""
+
+        first: Annotated[float, ""]
+        second: Annotated[float, ""]
+
+    def init(self) -> State:
+        """Nothing seen."""
+        return self.State(0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def step(self, state: State, sample: Sample, enabled: Scalar = True) -> tuple[State, Output]:
+        """One sample on; where `enabled` (logic) does not hold it is held."""
+        whole = (sample.missing + sample.first + sample.second) * 0.5
+        use = where(present(whole), enabled, 0.0)
+        missing, first, second = (where(use, value, 0.0) for value in sample)
+        keep = exp(-self.sample_time / self.memory)
+        products = (first * first, first * second, second * second, missing * first, missing * second)
+        after = self.State(
+            *(where(use, keep * old + (1.0 - keep) * new, old) for old, new in zip(state, products, strict=True))
+        )
+        square = self.doubt * self.doubt
+        a, b, c = after.first + square, after.mixed, after.second + square
+        determinant = a * c - b * b
+        shares = (
+            (c * after.missing_first - b * after.missing_second) / determinant,
+            (a * after.missing_second - b * after.missing_first) / determinant,
+        )
+        return after, self.Output(*shares)
