@@ -55,7 +55,8 @@ _DECISIONS = (
         place="block.monitor.rules",
         mean_time_between_false_alarms=None,
         demonstrated=None,
-        source="thresholds 1.15 times the largest residual of an hour of healthy driving; docs/explanation/papers/condition.md",
+        source="thresholds 1.15 times the largest residual of an hour of healthy driving; "
+        "docs/explanation/papers/condition.md",
         statistic=EVIDENCE,
         levels=(1.0,),
     ),
