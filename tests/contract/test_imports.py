@@ -4,6 +4,7 @@ import ast
 import graphlib
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -72,8 +73,13 @@ def module_of(path):
     return ".".join(("tierod", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__")
 
 
-def imports(tree, path):
-    """(absolute name, whether it is taken on import of the module, line) of every import."""
+@cache
+def imports(path):
+    """(absolute name, whether it is taken on import of the module, line) of every import of a file."""
+    return tuple(found_in(ast.parse(path.read_text(encoding="utf-8")), path))
+
+
+def found_in(tree, path):
     late = {id(inner) for node in ast.walk(tree) if is_late(node) for inner in ast.walk(node) if inner is not node}
     package = module_of(path).split(".")
     package = package if path.name == "__init__.py" else package[:-1]
@@ -102,20 +108,23 @@ def allowed(importer, imported):
     return depth[importer] <= depth[imported]
 
 
-@pytest.mark.parametrize("path", FILES, ids=module_of)
-def test_a_module_imports_downwards_only_and_hides_what_is_heavy(path):
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+def violations(path):
+    """What a file imports that its layer may not use, or that is heavy and imported at once."""
     here = part_of(module_of(path))
-    for name, at_once, line in imports(tree, path):
-        place = f"{path.relative_to(ROOT)}:{line} imports {name}"
-        if name.split(".")[0] == "tierod" and path != FRONT:
-            there = part_of(name)
-            assert allowed(here, there), f"{place}: {here} may not use {there}"
-        if name.split(".")[0] == "casadi":
-            assert here == "core.graph", f"{place}: only tierod.core.graph may"
-        heavy = name.split(".")[0] in HEAVY or any(name.startswith(part) for part in HEAVY_PARTS)
-        if heavy and at_once:
-            assert (here, name.split(".")[0]) == ("cli", "typer"), f"{place} at its top: move it into the function"
+    for name, at_once, line in imports(path):
+        place, first = f"{path.relative_to(ROOT)}:{line} imports {name}", name.split(".")[0]
+        if first == "tierod" and path != FRONT and not allowed(here, part_of(name)):
+            yield f"{place}: {here} may not use {part_of(name)}"
+        if first == "casadi" and here != "core.graph":
+            yield f"{place}: only tierod.core.graph may"
+        heavy = first in HEAVY or any(name.startswith(part) for part in HEAVY_PARTS)
+        if heavy and at_once and (here, first) != ("cli", "typer"):
+            yield f"{place} at its top: move it into the function"
+
+
+def test_modules_import_downwards_only_and_hide_what_is_heavy():
+    found = [each for path in FILES for each in violations(path)]
+    assert not found, "\n".join(found)
 
 
 def file_of(name):
@@ -131,11 +140,7 @@ def file_of(name):
 
 def test_no_file_imports_itself_over_others():
     graph = {
-        path: {
-            found
-            for name, _, _ in imports(ast.parse(path.read_text(encoding="utf-8")), path)
-            if (found := file_of(name)) not in (None, path)
-        }
+        path: {found for name, _, _ in imports(path) if (found := file_of(name)) not in (None, path)}
         for path in FILES
         if path != FRONT
     }

@@ -43,22 +43,25 @@ def members(path, owner):
             yield f"{path}.{name}", inner
 
 
-@pytest.mark.parametrize("name", MODULES)
-def test_every_module_and_public_name_is_explained(name):
+def undocumented(name):
     module = importlib.import_module(name)
-    bare = [] if (module.__doc__ or "").strip() else [name]
+    if not (module.__doc__ or "").strip():
+        yield name
     for path, value in public(module):
-        said = (value.__doc__ or "").strip()
-        generated = inspect.isclass(value) and said.startswith(f"{value.__name__}(")
-        if not said or generated:
-            bare.append(f"{name}.{path}")
+        text = (value.__doc__ or "").strip()
+        generated = inspect.isclass(value) and text.startswith(f"{value.__name__}(")
+        if not text or generated:
+            yield f"{name}.{path}"
+
+
+def test_every_module_and_public_name_is_explained():
+    bare = [each for name in MODULES for each in undocumented(name)]
     assert not bare, f"without a docstring: {', '.join(bare)}"
 
 
-@pytest.mark.parametrize("name", MODULES)
-def test_every_exported_name_exists(name):
-    module = importlib.import_module(name)
-    absent = [each for each in getattr(module, "__all__", ()) if not hasattr(module, each)]
+def test_every_exported_name_exists():
+    modules = [importlib.import_module(name) for name in MODULES]
+    absent = [(each.__name__, n) for each in modules for n in getattr(each, "__all__", ()) if not hasattr(each, n)]
     assert not absent
 
 
