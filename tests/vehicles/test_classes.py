@@ -56,7 +56,7 @@ def test_the_class_of_an_own_car_follows_from_mass_wheelbase_and_tyres(tmp_path)
 def test_spreads_of_values_given_without_one():
     assert typical_spread("mass", 1480.0, "midsize") == pytest.approx(0.05 * 1480.0)
     assert typical_spread("yaw_rate_offset", 0.0, "van") == 0.005
-    assert typical_spread("baseline_variance", 1.0, "van") is None
+    assert typical_spread("stiffness_wander", 1.0, "van") is None
     with pytest.raises(ParameterError, match="midsize"):
         typical_spread("mass", 1480.0, "midsise")
 

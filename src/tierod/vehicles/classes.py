@@ -40,6 +40,7 @@ class Rule:
         absolute: further standard deviation in the unit
         given: relative standard deviation of a value that is given without one; None: that of one not given
         source: of both
+        spread_alone: the value is only good for a spread: a car has to bring its own
     """
 
     name: str
@@ -50,6 +51,7 @@ class Rule:
     absolute: float
     given: float | None
     source: str
+    spread_alone: bool = False
 
     def spread(self, value: float, of: str) -> float:
         """Standard deviation of a value that is given without one, in the unit."""
@@ -97,6 +99,7 @@ def _rule(name: str, table: Mapping[str, Any]) -> Rule:
         float(table.get("absolute", 0.0)),
         table.get("given"),
         str(table["source"]),
+        bool(table.get("spread_alone", False)),
     )
 
 
