@@ -1,4 +1,5 @@
 import json
+import shlex
 
 import numpy as np
 import pytest
@@ -7,8 +8,10 @@ from shared_data import shared_data
 from tierod.cli import main
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
+from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.registry import MONITORS
+from tierod.vehicles import load
 
 
 def recording(names, **values):
@@ -97,3 +100,59 @@ def test_a_can_log_with_the_vehicle_that_knows_its_bus(capsys):
     printed = capsys.readouterr().out
     assert "raw counts, not calibrated" in printed
     assert "friction: can run" in printed
+
+
+@pytest.fixture
+def foreign(tmp_path, monkeypatch):
+    """A CSV file with German titles in the working directory."""
+    monkeypatch.chdir(tmp_path)
+    time = np.arange(1000) / 50.0
+    yaw = 0.3 * np.sin(time)
+    table = np.column_stack([time, np.degrees(yaw), -8.0 * yaw, 8.0 - 0.75 * yaw, 8.0 + 0.75 * yaw, time])
+    header = "Zeit,Gierrate,Querbeschleunigung,Radgeschwindigkeit_HL,Radgeschwindigkeit_HR,Tank"
+    path = tmp_path / "fahrt 1.csv"
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.5f")
+    return path
+
+
+def test_writes_a_map_and_names_the_next_command(foreign, capsys):
+    assert main(["inspect", foreign.name, "--write-map", "car.channels.toml"]) == 0
+    printed = capsys.readouterr().out
+    assert "Querbeschleunigung" in printed
+    assert "1 columns were not matched" in printed
+    (line,) = [line for line in printed.splitlines() if line.startswith("go on with: tierod ")]
+    assert main(shlex.split(line)[4:]) == 0
+    car = load("car.toml")
+    found = read(foreign, channel_map=car.channel_map)
+    assert found["yaw_rate"].unit == "rad/s"
+    assert found["lateral_acceleration"].values == pytest.approx(8.0 * found["yaw_rate"].values, abs=1e-3)
+
+
+def test_a_map_with_a_vehicle_goes_on_with_the_judgement(foreign, capsys):
+    assert main(["inspect", foreign.name, "--vehicle", "midsize-eps", "--write-map", "other.toml"]) == 0
+    assert f"tierod diagnose '{foreign.name}' --vehicle midsize-eps --map other.toml" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--write-map", "old.toml"], "--overwrite"),
+        (["--write-map", "map.txt"], "ends in .toml"),
+        (["--write-map", "nowhere/map.toml"], "nowhere"),
+        (["--write-map", "map.toml", "--json"], "exclude each other"),
+        (["--write-map", "map.toml", "--map", "old.toml"], "exclude each other"),
+    ],
+)
+def test_a_map_that_cannot_be_written_is_refused(foreign, arguments, sentence, tmp_path, capsys):
+    (tmp_path / "old.toml").write_text("mine")
+    assert main(["inspect", foreign.name, *arguments]) == 3
+    assert sentence in capsys.readouterr().err
+    assert (tmp_path / "old.toml").read_text() == "mine"
+
+
+def test_shows_the_names_in_the_file(foreign, capsys):
+    assert main(["inspect", foreign.name]) == 0
+    assert "Gierrate" in capsys.readouterr().out
+    assert main(["inspect", foreign.name, "--json"]) == 0
+    sources = {row["name"]: row["source"] for row in json.loads(capsys.readouterr().out)["channels"]}
+    assert sources["yaw_rate"] == "Gierrate"

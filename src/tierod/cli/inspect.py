@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +14,7 @@ from tierod.cli.terminal import messages, output, print_json, progress, rows
 
 if TYPE_CHECKING:
     from tierod.core.findings import ChannelQuality
+    from tierod.io.proposal import Proposal
     from tierod.monitors.inspection import Inspection, Readiness
     from tierod.vehicles import Vehicle
 
@@ -28,12 +31,20 @@ def inspect(
         Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
     ] = None,
     vehicle: Annotated[str | None, typer.Option(help="A vehicle whose database and map to use.")] = None,
+    write_map: Annotated[
+        Path | None,
+        typer.Option(help="Channel map to write: signal, unit and sign of every column as proposed, with reasons."),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a channel map that is there.")] = False,
     every: Annotated[bool, typer.Option("--all", help="List all channels, also those without a known name.")] = False,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
     """Show the channels of a recording with their quality, and for each monitor what it lacks."""
     from tierod.monitors.inspection import inspect as run
 
+    if write_map is not None:
+        _write_map(recording, write_map, dbc, channel_map, vehicle, overwrite, json)
+        return
     with progress(f"reading {recording.name}") as advance:
         found = run(recording, vehicle, dbc=dbc, channel_map=channel_map, progress=advance)
     if json:
@@ -41,6 +52,59 @@ def inspect(
     else:
         _show(found, every)
         _say_which_vehicle(found.vehicle)
+
+
+def _write_map(
+    recording: Path,
+    target: Path,
+    dbc: list[Path] | None,
+    channel_map: Path | None,
+    vehicle: str | None,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    """Write the proposed channel map, show it, and name the next command."""
+    from tierod.cli.terminal import refuse_to_overwrite
+    from tierod.core.errors import OutputError, ParameterError
+    from tierod.core.files import require_folder, write_text
+    from tierod.io.proposal import propose, text_of
+    from tierod.vehicles import load
+
+    if channel_map is not None or as_json:
+        raise ParameterError(f"--write-map and {'--json' if as_json else '--map'} exclude each other; give one of them")
+    if target.suffix != ".toml":
+        raise OutputError(f"{target} is no name of a channel map, which ends in .toml; write car.channels.toml")
+    refuse_to_overwrite(target, [recording, *(dbc or [])], "channel map", "--write-map")
+    require_folder(target)
+    if target.exists() and not overwrite:
+        raise OutputError(f"{target} is there already; name another file, or replace it with --overwrite")
+    car = None if vehicle is None else load(vehicle)
+    with progress(f"reading {recording.name}") as advance:
+        found = propose(recording, dbc or (car and car.database and [car.database]) or None, advance)
+    write_text(target, text_of(found))
+    _show_proposal(found, target, None if car is None else str(vehicle), dbc or [])
+
+
+def _show_proposal(found: Proposal, target: Path, vehicle: str | None, dbc: Sequence[Path]) -> None:
+    console = output()
+    cells = [
+        (e.signal, e.column.name, e.unit.unit.name, f"{e.sign.sign:+d}", "yes" if e.doubtful else "")
+        for e in found.entries
+    ]
+    console.print(rows(("signal", "column", "unit", "sign", "check"), cells))
+    if found.unmatched:
+        console.print(f"{len(found.unmatched)} columns were not matched; the map lists them", markup=False)
+    console.print(f"channel map: {target}: the reasons stand in it; edit it where it is wrong", markup=False)
+    databases = [word for each in dbc for word in ("--dbc", str(each))]
+    if vehicle is not None:
+        words = ["diagnose", str(found.path), "--vehicle", vehicle, *databases, "--map", str(target)]
+    else:
+        name = target.name.removesuffix(".channels.toml") if target.name.endswith(".channels.toml") else ""
+        own = target.with_name(f"{name or 'car'}.toml")
+        named = [] if name else ["--map", str(target)]
+        words = ["new", str(own), "--class", "midsize", *named, "--drive", str(found.path)]
+        console.print("next, with what a brochure says behind it, such as mass=1480 wheelbase=2.68:", markup=False)
+    console.print(f"go on with: tierod {shlex.join(words)}", markup=False, soft_wrap=True)
 
 
 def _show(found: Inspection, every: bool) -> None:
@@ -57,8 +121,9 @@ def _show(found: Inspection, every: bool) -> None:
     others = [row for row in found.quality if row.name not in SIGNALS]
     hidden = 0 if every else max(len(others) - _SHOWN, 0)
     shown = known + others[: len(others) - hidden]
-    titles = ("channel", "unit", "samples", "rate [Hz]", "missing", "gap [s]", "lowest", "highest")
-    console.print(rows(titles, [_cells(row) for row in shown], right=(2, 3, 4, 5, 6, 7)))
+    titles = ("channel", "in the file", "unit", "samples", "rate [Hz]", "missing", "gap [s]", "lowest", "highest")
+    cells = [_cells(row, whole.channels[row.name].source) for row in shown]
+    console.print(rows(titles, cells, right=(3, 4, 5, 6, 7, 8)))
     if hidden:
         console.print(f"... and {hidden} channels without a known name; list them with --all")
     remarks = [f"{row.name}: {remark}" for row in shown for remark in row.remarks]
@@ -105,10 +170,18 @@ def _say_which_vehicle(car: Vehicle | None) -> None:
     messages().print(text, soft_wrap=True, markup=False)
 
 
-def _cells(row: ChannelQuality) -> tuple[str, ...]:
+def _cells(row: ChannelQuality, source: str) -> tuple[str, ...]:
     from tierod.core.shown import shown
     from tierod.report.display import number, share
 
     factor, label = shown(row.unit)
     figures = (number(row.rate, 4), share(row.missing_share), number(row.longest_gap, 3))
-    return row.name, label, str(row.samples), *figures, number(row.minimum * factor), number(row.maximum * factor)
+    return (
+        row.name,
+        "" if source == row.name else source,
+        label,
+        str(row.samples),
+        *figures,
+        number(row.minimum * factor),
+        number(row.maximum * factor),
+    )

@@ -153,10 +153,12 @@ class FileRegistry(Registry[Path]):
     Args:
         group, kind: as of `Registry`
         folder: of the files that tierod ships
-        without: end of the names of files there that are something else
+        without: ends of the names of files there that are something else
     """
 
-    def __init__(self, group: str, kind: str, folder: Path, without: str = ".channels.toml"):
+    def __init__(
+        self, group: str, kind: str, folder: Path, without: tuple[str, ...] = (".channels.toml", "classes.toml")
+    ):
         files = sorted(path for path in folder.glob("*.toml") if not path.name.endswith(without))
         super().__init__(group, kind, {path.stem: str(path) for path in files}, self._missing_file)
 

@@ -74,7 +74,9 @@ class Inspection:
             "metadata": plain(self.recording.metadata),
             "start": self.recording.span[0],
             "end": self.recording.span[1],
-            "channels": [dataclasses.asdict(row) for row in self.quality],
+            "channels": [
+                dataclasses.asdict(row) | {"source": self.recording.channels[row.name].source} for row in self.quality
+            ],
             "warnings": list(self.warnings),
             "monitors": [
                 {

@@ -1,0 +1,90 @@
+"""Begin a vehicle file of your own car: typical values of its class, each with its spread."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def new(
+    file: Annotated[Path, typer.Argument(help="The vehicle file to write, for example car.toml.")],
+    values: Annotated[
+        list[str] | None,
+        typer.Argument(help='What is known: mass=1480 wheelbase=2.68, mass=1480+-20, mass="1.48 t", front_share=0.6.'),
+    ] = None,
+    like: Annotated[
+        str | None, typer.Option(help="A similar car: a name of 'tierod vehicles', or the path of a vehicle file.")
+    ] = None,
+    kind: Annotated[
+        str | None,
+        typer.Option("--class", help="Class of the car: quadricycle, small, midsize, large, suv, van or race-car."),
+    ] = None,
+    channel_map: Annotated[
+        Path | None,
+        typer.Option("--map", help="Channel map that the file names; FILE.channels.toml beside it where there is one."),
+    ] = None,
+    drive: Annotated[
+        list[Path] | None, typer.Option(help="A recording of the car, named in the next commands; may be repeated.")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a file that is there.")] = False,
+) -> None:
+    """Write a vehicle file: values that are given, else typical ones, each with standard deviation and source."""
+    from tierod.cli.terminal import output
+    from tierod.core.errors import OutputError
+    from tierod.core.files import require_folder, write_text
+    from tierod.vehicles import load
+    from tierod.vehicles.beginning import begun, text_of
+    from tierod.vehicles.given import known_from
+
+    if file.suffix != ".toml" or "=" in file.name:
+        raise OutputError(f"{file} is no name of a vehicle file, which ends in .toml; write 'tierod new car.toml ...'")
+    require_folder(file)
+    if file.exists() and not overwrite:
+        raise OutputError(f"{file} is there already; name another file, or replace it with --overwrite")
+    known = known_from(values or [])
+    car = None if like is None else load(like)
+    found, parameters = begun(known, kind, car)
+    named = _map_for(file, channel_map)
+    write_text(file, text_of(file.stem, found, parameters, named, None if car is None else car.name))
+    load(file)  # what was written must be readable
+    console = output()
+    for line in _said(file, found, len(known), len(parameters), named, drive or []):
+        console.print(line, markup=False, soft_wrap=True)
+
+
+def _map_for(file: Path, channel_map: Path | None) -> str | None:
+    """The channel map as the vehicle file names it: from its own folder."""
+    import os
+
+    from tierod.io.readers import load_channel_map
+
+    beside = file.with_name(f"{file.stem}.channels.toml")
+    if channel_map is None and not beside.is_file():
+        return None
+    chosen = channel_map or beside
+    load_channel_map(chosen)
+    return Path(os.path.relpath(chosen.resolve(), file.parent.resolve())).as_posix()
+
+
+def _said(file: Path, kind: str, given: int, total: int, channel_map: str | None, drives: Sequence[Path]) -> list[str]:
+    lines = [
+        f"vehicle file: {file}: class {kind}, {given} values given, {total} parameters, each with its spread",
+        "edit it where you know better; a value with its standard deviation is worth more than a guess without",
+    ]
+    if channel_map is not None:
+        lines.append(f"channel map: {channel_map}")
+    return [*lines, *next_commands(file, drives)]
+
+
+def next_commands(file: Path, drives: Sequence[Path]) -> list[str]:
+    """The commands that follow a new vehicle file, with its recordings where they are known."""
+    from tierod.report.identification import SUBJECTS
+
+    car, named = shlex.quote(str(file)), shlex.join(map(str, drives)) or "DRIVE"
+    learn = [f"tierod identify vehicle {named} --vehicle {car} --output {car}"] if "vehicle" in SUBJECTS else []
+    judge = f"tierod diagnose {named} --vehicle {car}"
+    return [f"go on with: {learn[0]}", f"or judge at once: {judge}"] if learn else [f"go on with: {judge}"]

@@ -1,0 +1,131 @@
+"""Chooses the unit of every column: the combination in which redundant signals agree best."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.shown import written
+from tierod.io.proposal.motion import RATE, SECONDS, STRONG, Motion, Relation
+from tierod.io.proposal.units import RADIUS, Unit
+
+DECISIVE = 4.0
+"""Difference of the squared deviations from which the better unit counts as decided: two standard deviations."""
+
+MOST = 25.0
+"""Largest squared deviation of one relation: a signal that is wrong in another way must not decide all others."""
+
+WORSE = 0.3
+"""What every later candidate costs, so that the usual unit is taken where nothing decides."""
+
+TIED = ("yaw_rate", "lateral_acceleration", "steering_wheel_angle", "longitudinal_acceleration")
+"""Signals that the relations tie to the speed."""
+
+
+class Chosen(NamedTuple):
+    """A unit and why; `decided` says whether the recording or the file decides it, or it is only assumed."""
+
+    unit: Unit
+    reason: str
+    decided: bool
+
+
+def chosen_units(motion: Motion, possible: Mapping[str, tuple[Unit, ...]]) -> dict[str, Chosen]:
+    """The unit of every signal.
+
+    Args:
+        motion: the columns as recorded
+        possible: by signal, the units that its values and the file leave open, the usual one first
+    """
+    basis = motion.basis
+    names = [name for name in (basis, *TIED) if name is not None and name in possible]
+    ranked = sorted(
+        ((_cost(motion, basis, dict(zip(names, units, strict=True)), possible), units)
+         for units in itertools.product(*(possible[name] for name in names))),
+        key=lambda pair: pair[0],
+    )  # fmt: skip
+    best = dict(zip(names, ranked[0][1], strict=True))
+    found = {}
+    for place, name in enumerate(names):
+        other = next(((cost, units) for cost, units in ranked if units[place] != best[name]), None)
+        found[name] = _explained(motion, basis, name, best, other and (other[0] - ranked[0][0], other[1][place]))
+    for name, units in possible.items():
+        if name not in found:
+            found[name] = _beside(motion, name, units, found.get(basis) if basis else None)
+    return found
+
+
+def _cost(
+    motion: Motion, basis: str | None, units: Mapping[str, Unit], possible: Mapping[str, tuple[Unit, ...]]
+) -> float:
+    total = WORSE * sum(possible[name].index(unit) for name, unit in units.items())
+    for relation in motion.relations(units[basis].factor) if basis else ():
+        if abs(relation.correlation) >= STRONG:
+            total += min((math.log(_with(relation, units)) / relation.spread) ** 2, MOST)
+    return total
+
+
+def _with(relation: Relation, units: Mapping[str, Unit]) -> float:
+    """The ratio of a relation in SI units."""
+    return relation.ratio * math.prod(units[name].factor ** power for name, power in relation.powers.items())
+
+
+def _explained(
+    motion: Motion,
+    basis: str | None,
+    name: str,
+    best: Mapping[str, Unit],
+    other: tuple[float, Unit] | None,
+) -> Chosen:
+    unit = best[name]
+    if unit.stated:
+        return Chosen(unit, f"{shown(unit)}: the file states it", True)
+    if other is None:
+        return Chosen(unit, f"{shown(unit)}: the only one in which the values are plausible", True)
+    margin, rival = other
+    related = [
+        each
+        for each in (motion.relations(best[basis].factor) if basis else ())
+        if name in each.powers and abs(each.correlation) >= STRONG
+    ]
+    if margin < DECISIVE or not related:
+        return Chosen(unit, f"{shown(unit)}: assumed, {shown(rival)} is possible too: check", False)
+    first = min(related, key=lambda each: abs(math.log(_with(each, best))) / each.spread)
+    ratios = [_with(first, {**best, name: each}) for each in (unit, rival)]
+    reason = f"{shown(unit)}: {first.words} is {ratios[0]:.2g}, with {shown(rival)} {ratios[1]:.2g}"
+    return Chosen(unit, reason, True)
+
+
+def _beside(motion: Motion, name: str, units: tuple[Unit, ...], basis: Chosen | None) -> Chosen:
+    """The unit of a signal that no relation holds: of a further speed by the basis, else the usual one."""
+    if units[0].stated:
+        return Chosen(units[0], f"{shown(units[0])}: the file states it", True)
+    speed = motion.speed()
+    is_speed = name == "vehicle_speed" or name.startswith("wheel_speed_")
+    if is_speed and basis is not None and speed is not None and name in motion.columns:
+        ratio = _mean_ratio(motion.columns[name], speed)
+        if math.isfinite(ratio) and ratio > 0.0:
+            off = [abs(math.log(ratio * each.factor / basis.unit.factor)) for each in units]
+            at = int(np.argmin(off))
+            if off[at] < 0.2:
+                reason = f"{shown(units[at])}: agrees with the other wheel speeds within {100 * off[at]:.0f} %"
+                return Chosen(units[at], reason, basis.decided)
+    if len(units) == 1:
+        return Chosen(units[0], f"{shown(units[0])}: the only one in which the values are plausible", True)
+    return Chosen(units[0], f"{shown(units[0])}: assumed, {shown(units[1])} is possible too: check", False)
+
+
+def _mean_ratio(a: np.ndarray, b: np.ndarray) -> float:
+    good = np.isfinite(a) & np.isfinite(b)
+    if np.count_nonzero(good) < SECONDS * RATE or not float(np.mean(b[good])):
+        return math.nan
+    return float(np.mean(a[good]) / np.mean(b[good]))
+
+
+def shown(unit: Unit) -> str:
+    """A unit for people."""
+    return f"{unit.name} of the wheel, radius {RADIUS:g} m" if unit.turns else written(unit.name) or "no unit"

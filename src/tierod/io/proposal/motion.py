@@ -1,0 +1,151 @@
+"""What redundant signals say about each other: their ratios decide units, their correlations decide signs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.recording import Recording
+
+RATE, SMOOTHING, LONGEST = 20.0, 20, 3600.0
+"""Of the comparison [Hz], samples that are averaged first, and seconds from the beginning that are compared."""
+
+SECONDS = 5.0
+"""Of driving that two signals must have in common [s]."""
+
+STRONG = 0.6
+"""Magnitude of a correlation from which two signals go together."""
+
+WHEELBASE, STEERING_RATIO, UNDERSTEER, TRACK = 2.7, 1.0 / 15.5, 0.0025, 1.5
+"""A usual car, good enough to tell degrees from radians: [m], [-], [rad s^2/m], [m]."""
+
+
+class Relation(NamedTuple):
+    """Two signals that a car ties to each other.
+
+    Args:
+        words: what is compared
+        correlation: of both, from -1 to 1
+        ratio: of the first over the second, as recorded; 1 with the right units
+        powers: by signal, how its unit enters the ratio
+        spread: standard deviation of the ratio's logarithm between cars
+    """
+
+    words: str
+    correlation: float
+    ratio: float
+    powers: Mapping[str, int]
+    spread: float
+
+
+@dataclass
+class Motion:
+    """The matched columns of a recording as recorded, on one grid and smoothed.
+
+    Args:
+        columns: by signal, (n,)
+    """
+
+    columns: dict[str, np.ndarray]
+    cache: dict[float, list[Relation]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, raw: Recording) -> Motion:
+        """Of a recording whose channels have the names of signals and the values of the file."""
+        begin = raw.span[0]
+        aligned = raw.slice(stop=begin + LONGEST).align(raw.names, RATE, maximum_age=0.25)
+        kernel = np.full(SMOOTHING, 1.0 / SMOOTHING)
+        values = dict(zip(aligned.names, aligned.values.T, strict=True))
+        if len(aligned.time) <= SMOOTHING:
+            return cls({})
+        return cls({name: np.convolve(column, kernel, "valid") for name, column in values.items()})
+
+    def pair(self, end: str) -> tuple[np.ndarray, np.ndarray] | None:
+        """Left and right wheel speed of an axle, where both are recorded."""
+        names = [f"wheel_speed_{end}_{side}" for side in ("left", "right")]
+        return (self.columns[names[0]], self.columns[names[1]]) if all(n in self.columns for n in names) else None
+
+    @property
+    def axle(self) -> str | None:
+        """The axle whose wheels give speed and turn: the rear one where it is recorded."""
+        return next((end for end in ("rear", "front") if self.pair(end) is not None), None)
+
+    @property
+    def basis(self) -> str | None:
+        """The signal that stands for the speed."""
+        if self.axle is not None:
+            return f"wheel_speed_{self.axle}_left"
+        return "vehicle_speed" if "vehicle_speed" in self.columns else None
+
+    def speed(self) -> np.ndarray | None:
+        """Speed as recorded, in the unit of the basis."""
+        pair = self.pair(self.axle) if self.axle else None
+        if pair is not None:
+            return np.asarray(0.5 * (pair[0] + pair[1]))
+        return self.columns.get("vehicle_speed")
+
+    def turn(self) -> np.ndarray | None:
+        """Right less left wheel speed, positive in a left turn while the car goes forwards."""
+        pair = self.pair(self.axle) if self.axle else None
+        return None if pair is None else np.asarray(pair[1] - pair[0])
+
+    def relations(self, factor: float) -> list[Relation]:
+        """Every pair that the recording holds.
+
+        Args:
+            factor: metres per second of one unit of the basis, which the bend of a car's understeer needs
+        """
+        if factor not in self.cache:
+            self.cache[factor] = list(self._relations(factor))
+        return self.cache[factor]
+
+    def _relations(self, factor: float) -> list[Relation]:
+        speed, basis, found = self.speed(), self.basis, []
+        yaw, lateral, angle, forward = (
+            self.columns.get(name)
+            for name in ("yaw_rate", "lateral_acceleration", "steering_wheel_angle", "longitudinal_acceleration")
+        )
+
+        def add(words: str, a: np.ndarray, b: np.ndarray, powers: dict[str, int], spread: float) -> None:
+            correlation, ratio = compared(a, b)
+            found.append(Relation(words, correlation, ratio, powers, spread))
+
+        if speed is None or basis is None:
+            return []
+        if yaw is not None and lateral is not None:
+            powers = {"lateral_acceleration": 1, basis: -1, "yaw_rate": -1}
+            add("lateral acceleration over speed times yaw rate", lateral, speed * yaw, powers, 0.35)
+        turn = self.turn()
+        if turn is not None and yaw is not None:
+            powers = {basis: 1, "yaw_rate": -1}
+            add("difference of the wheel speeds over track times yaw rate", turn, TRACK * yaw, powers, 0.35)
+        if yaw is not None and angle is not None:
+            bend = WHEELBASE + UNDERSTEER * (factor * speed) ** 2
+            powers = {"yaw_rate": 1, basis: -1, "steering_wheel_angle": -1}
+            words = "yaw rate over that of a usual car at this speed and steering angle"
+            add(words, yaw, speed * angle * STEERING_RATIO / bend, powers, 0.4)
+        elif angle is not None and lateral is not None:
+            bend = WHEELBASE + UNDERSTEER * (factor * speed) ** 2
+            powers = {"lateral_acceleration": 1, basis: -2, "steering_wheel_angle": -1}
+            words = "lateral acceleration over that of a usual car at this speed and steering angle"
+            add(words, lateral, speed**2 * angle * STEERING_RATIO / bend, powers, 0.45)
+        if forward is not None:
+            powers = {"longitudinal_acceleration": 1, basis: -1}
+            add("longitudinal acceleration over change of speed", forward, np.gradient(speed) * RATE, powers, 0.35)
+        return found
+
+
+def compared(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
+    """Correlation of two signals, and the magnitude of the first over the second; (0, NaN) where they say nothing."""
+    good = np.isfinite(a) & np.isfinite(b)
+    if np.count_nonzero(good) < SECONDS * RATE:
+        return 0.0, math.nan
+    a, b = a[good] - np.mean(a[good]), b[good] - np.mean(b[good])
+    of_a, of_b = float(a @ a), float(b @ b)
+    if not (of_a > 0.0 and of_b > 0.0):
+        return 0.0, math.nan
+    return float(a @ b) / math.sqrt(of_a * of_b), math.sqrt(of_a / of_b)

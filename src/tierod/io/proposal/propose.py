@@ -1,0 +1,167 @@
+"""Proposes a channel map for a recording: signal, unit and sign of every column that can be recognised."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.recording import Channel, Recording
+from tierod.core.units import Scale, split_suffix
+from tierod.io.proposal.choice import Chosen, chosen_units
+from tierod.io.proposal.motion import LONGEST, Motion
+from tierod.io.proposal.signs import Sign, chosen_signs
+from tierod.io.proposal.units import Unit, candidates
+from tierod.io.proposal.words import Meant, counts_turns, meant_by
+from tierod.io.readers.channel_map import Entry
+from tierod.io.readers.mapping import Pick, Plan
+from tierod.io.readers.opening import Paths, open_source
+from tierod.io.readers.source import Column
+from tierod.io.readers.streaming import SHARE_READ, Reading
+
+SLICE = 600.0
+"""Seconds of a recording that are read at once."""
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """One entry of a map.
+
+    Args:
+        signal: canonical
+        column: of the file
+        meant: why the title means the signal
+        unit: and why
+        sign: and why
+        factor: that goes into the entry beside the unit; 1 where the unit says all
+        others: columns that could be the signal too
+    """
+
+    signal: str
+    column: Column
+    meant: Meant
+    unit: Chosen
+    sign: Sign
+    factor: float = 1.0
+    others: tuple[str, ...] = ()
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether unit or sign is only assumed."""
+        return not self.unit.decided or "check" in self.sign.reason
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A channel map for a recording.
+
+    Args:
+        path: of the recording
+        entries: in the order of the file
+        unmatched: columns that mean no signal that is known
+    """
+
+    path: Path
+    entries: tuple[Proposed, ...]
+    unmatched: tuple[Column, ...]
+
+
+def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], None] = lambda share: None) -> Proposal:
+    """The channel map that names, values and redundant signals of a recording suggest.
+
+    Args:
+        path: of a recording; its first hour is looked at
+        dbc: database of a CAN log, or several
+        progress: called with the share read, 0 to 1
+
+    Raises:
+        InputError: the file cannot be read, or no column means a signal that is known
+    """
+    source, kind = open_source(path, dbc)
+    columns = [column for column in source.columns if column.name not in source.silent]
+    meant = {column.name: found for column in columns if (found := meant_by(column)) is not None}
+    best, others = _one_each(columns, meant)
+    if not best:
+        has = ", ".join(f"'{column.name}'" for column in columns[:12])
+        raise InputError(
+            f"{path}: no column has a name that is known (it holds {has}); write the map by hand: [signals.NAME] with "
+            'source = "COLUMN" for each; docs/reference/signals.md lists the names'
+        )
+    picks = tuple(Pick(name, (name,), "", Entry((name,)), Scale(1.0)) for name in (c.name for c in best.values()))
+    raw = _loaded(Reading(path, source, kind, Plan(picks)), {c.name: s for s, c in best.items()}, progress)
+    motion = Motion.of(raw) if raw.channels else Motion({})
+    possible = {name: _candidates(name, column, raw) for name, column in best.items()}
+    units, signs = chosen_units(motion, possible), chosen_signs(motion)
+    entries = tuple(
+        _entry(name, column, meant[column.name], units[name], signs.get(name, Sign(1)), motion, units, others[name])
+        for name, column in best.items()
+    )
+    taken = {column.name for column in best.values()} | set(itertools.chain(*others.values()))
+    return Proposal(Path(path), entries, tuple(column for column in columns if column.name not in taken))
+
+
+def _one_each(columns: list[Column], meant: dict[str, Meant]) -> tuple[dict[str, Column], dict[str, tuple[str, ...]]]:
+    """By signal its best column, a known name before mere words, and the other ones."""
+    found: dict[str, list[Column]] = {}
+    for column in columns:
+        if column.name in meant:
+            found.setdefault(meant[column.name].signal, []).append(column)
+    best, others = {}, {}
+    for signal, alike in found.items():
+        ordered = sorted(alike, key=lambda column: (column.name != signal, not meant[column.name].exact))
+        best[signal], others[signal] = ordered[0], tuple(column.name for column in ordered[1:])
+    return best, others
+
+
+def _loaded(reading: Reading, signals: dict[str, str], progress: Callable[[float], None]) -> Recording:
+    """The first hour of the columns as recorded, under the names of their signals."""
+    parts: dict[str, list[Channel]] = {}
+    begin = None
+    for piece in reading.slices(SLICE):
+        begin = piece.span[0] if begin is None else begin
+        for name, channel in piece.channels.items():
+            parts.setdefault(signals[name], []).append(channel)
+        progress(max(float(piece.metadata.get(SHARE_READ, 0.0)), min((piece.span[1] - begin) / LONGEST, 1.0)))
+        if piece.span[1] - begin > LONGEST:
+            break
+    joined = {}
+    for name, channels in parts.items():
+        time, values = (np.concatenate([getattr(each, key) for each in channels]) for key in ("time", "values"))
+        joined[name] = Channel(name, time, values, "", channels[0].source)
+    return Recording(joined)
+
+
+def _candidates(name: str, column: Column, raw: Recording) -> tuple[Unit, ...]:
+    stated = column.unit or split_suffix(column.name)[1]
+    values = raw[name].values if name in raw else np.empty(0)
+    return candidates(name, stated, values, counts_turns(column.name))
+
+
+def _entry(
+    signal: str,
+    column: Column,
+    meant: Meant,
+    unit: Chosen,
+    sign: Sign,
+    motion: Motion,
+    units: dict[str, Chosen],
+    others: tuple[str, ...],
+) -> Proposed:
+    if not unit.unit.turns:
+        return Proposed(signal, column, meant, unit, sign, 1.0, others)
+    factor, reason = unit.unit.factor, f"{unit.reason}; give that of your wheels"
+    by = units.get("vehicle_speed")
+    speed, values = motion.columns.get("vehicle_speed"), motion.columns.get(signal)
+    if by is not None and by.decided and speed is not None and values is not None:
+        good = np.isfinite(speed) & np.isfinite(values)
+        turns = float(np.mean(values[good])) if np.any(good) else 0.0
+        found = by.unit.factor * float(np.mean(speed[good])) / turns if turns else math.nan
+        if 0.7 < found / factor < 1.4:
+            factor, reason = found, f"turns of the wheel, {unit.unit.name}; factor from the vehicle speed"
+    speed_unit = Unit("m/s", factor, stated=unit.unit.stated)
+    return Proposed(signal, column, meant, Chosen(speed_unit, reason, unit.decided), sign, factor, others)

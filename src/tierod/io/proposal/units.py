@@ -1,0 +1,93 @@
+"""The units that a column without one may have, as far as its values leave them open."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.signals import SIGNALS
+from tierod.core.units import COUNT, scale
+
+RADIUS = 0.31
+"""Effective radius of a passenger car's wheel [m], where turns of a wheel are all that is recorded."""
+
+
+class Unit(NamedTuple):
+    """A unit that a column may have.
+
+    Args:
+        name: as a channel map writes it
+        factor: SI value over the column's
+        offset: added after that
+        turns: whether it counts turns of a wheel, so that the factor holds a radius
+        stated: whether the file says it
+    """
+
+    name: str
+    factor: float
+    offset: float = 0.0
+    turns: bool = False
+    stated: bool = False
+
+
+_CANDIDATES: dict[str, tuple[str, ...]] = {
+    "rad": ("rad", "deg"),
+    "rad/s": ("rad/s", "deg/s"),
+    "m/s": ("m/s", "km/h"),
+    "m/s**2": ("m/s**2", "g"),
+    "Pa": ("bar", "Pa"),
+    "K": ("degC", "K"),
+    "N": ("N", "kN"),
+    "m": ("m", "mm"),
+    "": ("", "percent"),
+}
+"""By SI unit; of those that the values leave open and no other signal decides, the first one is taken."""
+
+_TURNS = ("rpm", "rad/s")
+
+
+def candidates(name: str, stated: str, values: np.ndarray, turns: bool = False) -> tuple[Unit, ...]:
+    """The units that a column may have: the stated one, else those in which its values are plausible.
+
+    Args:
+        name: of the signal
+        stated: unit that the file says; "" where it says none
+        values: of the column; NaN is missing
+        turns: whether the title of a wheel speed indicates turns of the wheel
+    """
+    wanted, wheel = SIGNALS[name].unit, name.startswith("wheel_speed_")
+    if stated and (found := _stated(stated, wanted, wheel)) is not None:
+        return (found,)
+    named = [*(_TURNS if wheel and turns else ()), *_CANDIDATES.get(wanted, (wanted,))]
+    possible = [_unit(each, wanted, wheel) for each in named]
+    fitting = tuple(each for each in possible if _plausible(name, each, values))
+    return fitting or ((Unit(COUNT, 1.0),) if wanted == "N*m" else tuple(possible))
+
+
+def _stated(stated: str, wanted: str, wheel: bool) -> Unit | None:
+    try:
+        return _unit(stated, wanted, wheel)._replace(stated=True)
+    except InputError:
+        return None
+
+
+def _unit(name: str, wanted: str, wheel: bool) -> Unit:
+    if wheel:
+        try:
+            return Unit(name, scale(name, "rad/s").factor * RADIUS, turns=True)
+        except InputError:
+            pass  # a speed then
+    found = scale(name, wanted)
+    return Unit(name, found.factor, found.offset)
+
+
+def _plausible(name: str, unit: Unit, values: np.ndarray) -> bool:
+    finite = values[np.isfinite(values)]
+    if not len(finite):
+        return True
+    low, high = SIGNALS[name].plausible
+    least, most = np.quantile(finite, (0.002, 0.998)) * unit.factor + unit.offset
+    return bool(low <= least <= most <= high) and math.isfinite(float(most))

@@ -1,0 +1,121 @@
+"""Which signal the title of a column means, in the words of English, German and some other loggers."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from typing import NamedTuple
+
+from tierod.core.signals import SIGNALS, match
+from tierod.core.units import split_suffix
+from tierod.io.readers.source import Column
+
+
+class Meant(NamedTuple):
+    """A signal, and why a title means it; exact: by a name of the catalogue, not by the words in it."""
+
+    signal: str
+    reason: str
+    exact: bool
+
+
+class _Rule(NamedTuple):
+    """Words that a title must all hold, and words that it must not hold."""
+
+    signal: str
+    words: tuple[str, ...]
+    without: str = ""
+
+
+_STEER = r"steer|lenk|hand_?wheel|volant|sterzo|_swa_|_sw_|_lws_|_sas_|_lrw_|_str_"
+_ANGLE = r"angle|winkel|_ang_|_pos_|position|angolo|angulo|_lw_|_lrw_|stellung"
+_RATE = r"rate|geschw|velocity|_speed_|_spd_|_vel_|_dot_|punkt|vitesse|velocita|velocidad|_gier_?v_"
+_TORQUE = r"torque|moment|_trq_|_tq_|couple|coppia|_m_"
+_ASSIST = r"motor|assist|_eps_|unterst|servo|hilfs|_emot_"
+_WANTED = r"request|target|soll|_cmd_|command|demand|desired|wunsch|_ref_"
+_SPEED = r"speed|geschw|velocity|_vel_|_spd_|vitesse|velocita|velocidad|drehzahl|_v_|_n_|_rpm_|omega|revs"
+_WHEEL = r"wheel|(?<!len[k_])rad(?!ar|ius|_s_|_per)|_whl_|_wss_|_ws_|roue|ruota|rueda"
+_ACCELERATION = r"accel|beschl|_acc_|_a_|accelerazione|aceleracion"
+_LATERAL = r"_lat|lateral|quer|trasv|transv"
+_LONGITUDINAL = r"_long|laengs|_lngs|longitud"
+_CAR = r"vehicle|fahrzeug|_veh_|_fzg_|_car_|wagen|_gps_|_gnss_|tacho|speedo|_ego_|_fahr"
+
+_CORNERS = {
+    "front_left": r"_(fl|lf|vl|lv|avg)_|front_?(left|links)|left_?front|vorne?_?(left|links)|links_?vorn",
+    "front_right": r"_(fr|rf|vr|rv|avd)_|front_?(right|rechts)|right_?front|vorne?_?(right|rechts)|rechts_?vorn",
+    "rear_left": r"_(rl|lr|hl|lh|arg)_|rear_?left|left_?rear|hinten?_?links|links_?hint",
+    "rear_right": r"_(rr|hr|rh|ard)_|rear_?right|right_?rear|hinten?_?rechts|rechts_?hint",
+}
+_NO_WHEEL = r"press|druck|temp|torque|moment|brems|brake|slip|schlupf"
+
+_RULES: tuple[_Rule, ...] = (
+    *(
+        _Rule(f"wheel_speed_{corner}", (pattern, f"{_SPEED}|{_WHEEL}"), _NO_WHEEL)
+        for corner, pattern in _CORNERS.items()
+    ),
+    _Rule("target_steering_wheel_angle", (_STEER, _ANGLE, _WANTED), _TORQUE),
+    _Rule("steering_torque_request", (_STEER, _TORQUE, _WANTED), "motor"),
+    _Rule("motor_target_torque", (_ASSIST, _TORQUE, _WANTED)),
+    _Rule("motor_torque", (_ASSIST, _TORQUE), f"{_WANTED}|engine|verbrenn|drehmoment_?motor|fahrmotor|wheel_motor"),
+    _Rule("driver_torque", (r"driver|fahrer|_hand|torsion|drehstab|" + _STEER, _TORQUE), f"{_WANTED}|{_ASSIST}"),
+    _Rule("rack_force", (r"rack|zahnstange", r"force|kraft|_f_")),
+    _Rule("rack_position", (r"rack|zahnstange", r"_pos|weg|travel|displacement")),
+    _Rule("tie_rod_force", (r"tie_?rod|spurstange|track_?rod", r"force|kraft|_f_"), "left|right|links|rechts"),
+    _Rule("steering_wheel_rate", (_STEER, _RATE), f"{_TORQUE}|{_WANTED}|yaw|gier|{_CAR}|motor"),
+    _Rule("steering_wheel_angle", (_STEER, _ANGLE), f"{_TORQUE}|{_WANTED}|{_RATE}|motor|rack|road|status|valid|offset"),
+    _Rule("yaw_acceleration", (r"yaw|gier", _ACCELERATION)),
+    _Rule("yaw_rate", (r"yaw|gier|_psi_?(p|dot|punkt)_|lacet|imbardata|guinada", _RATE + r"|_psi_?(p|dot|punkt)_")),
+    _Rule("yaw_rate", (r"_(w|omega|gyro?)_?z_|gierrate|_yaw_?(r|rt)_",)),
+    _Rule("roll_rate", (r"_roll|wank", _RATE), "inertia"),
+    _Rule("lateral_acceleration", (_LATERAL, _ACCELERATION), "yaw|gier"),
+    _Rule("longitudinal_acceleration", (_LONGITUDINAL, _ACCELERATION), "yaw|gier"),
+    _Rule("sideslip_angle", (r"schwimm|side_?slip|slip_?angle|_beta_",), "wheel|rate|tyre|tire|reifen"),
+    _Rule("lateral_speed", (_LATERAL, _SPEED), _WHEEL),
+    _Rule("brake_pressure", (r"brems|brake|_brk_|frein|freno", r"druck|press|_p_"), f"{_CORNERS['front_left']}|_fr_"),
+    _Rule("accelerator_pedal", (r"gas_?pedal|fahrpedal|accel\w*_?pedal|throttle_?pedal",)),
+    _Rule("motor_speed", (_ASSIST, r"motor|rotor", _SPEED), "engine|verbrenn|fahrmotor"),
+    _Rule("motor_temperature", (r"motor|winding|wicklung", r"temp"), "engine|oil|oel|kuehl|cool"),
+    _Rule("ambient_temperature", (r"aussen|ambient|outside|umgebung", r"temp")),
+    _Rule("supply_voltage", (r"bordnetz|batt|supply|_kl_?30_|_ubat_", r"volt|spannung|_u_|_ubat_")),
+    _Rule("vehicle_speed", (_CAR, _SPEED), f"{_WHEEL}|lateral|quer|_wind|engine|motor"),
+    _Rule("vehicle_speed", (r"^_(geschwindigkeit|speed|velocity|vitesse|velocita|velocidad|v)_$",)),
+)
+"""The first rule that fits decides: special ones stand before general ones."""
+
+_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue"})
+
+
+def words_of(title: str) -> str:
+    """A title in lower case with an underscore between and around its words, without accents."""
+    text = unicodedata.normalize("NFKD", title.translate(_UMLAUTS)).encode("ascii", "ignore").decode()
+    text = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z]{2,})", "_", text)
+    return f"_{re.sub(r'[^a-z0-9]+', '_', text.lower()).strip('_')}_"
+
+
+def meant_by(column: Column) -> Meant | None:
+    """The signal that a column's title means; None where none is known.
+
+    Args:
+        column: of a file, with its unit where the file says one
+    """
+    bare, ending = split_suffix(column.name)
+    unit = column.unit or ending
+    title = column.title or column.name
+    found = SIGNALS.get(column.name) or match(title, unit, column.qualified) or match(bare, unit)
+    if found is not None:
+        return Meant(found.name, f"'{title}' is a known name", True)
+    text = words_of(title)
+    for rule in _RULES:
+        hits = [re.search(pattern, text) for pattern in rule.words]
+        if all(hits) and not (rule.without and re.search(rule.without, text)):
+            words = dict.fromkeys(hit[0].strip("_") for hit in hits if hit)
+            return Meant(rule.signal, f"'{title}' holds {' and '.join(map(repr, words))}", False)
+    return None
+
+
+_TURNS = re.compile(r"drehzahl|_n_|_rpm_|omega|revs|u_min")
+
+
+def counts_turns(title: str) -> bool:
+    """Whether the title of a wheel's speed indicates turns of the wheel, not metres of road."""
+    return _TURNS.search(words_of(title)) is not None

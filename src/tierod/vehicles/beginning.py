@@ -1,0 +1,130 @@
+"""Begins a vehicle file of an own car: given values, those of a similar car, and typical ones of its class."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+
+from tierod.core.errors import ParameterError
+from tierod.vehicles.catalogue import QUANTITIES
+from tierod.vehicles.classes import Known, class_of, classes, require_class, rules, typical
+from tierod.vehicles.vehicle import Parameter, Vehicle
+
+UNKNOWN = 0.3
+"""Relative standard deviation of a value of another car for which no class has one."""
+
+
+def begun(
+    known: Mapping[str, Known], of: str | None = None, like: Vehicle | None = None
+) -> tuple[str, list[Parameter]]:
+    """The class of an own car, and its parameters, each with a standard deviation and a source.
+
+    Args:
+        known: given values by name, also of "wheelbase" and "front_share"
+        of: class of the car; that of `like` where None
+        like: a car whose values are taken before those of the class, scaled to the given mass and wheelbase
+
+    Raises:
+        ParameterError: no such class; or neither class nor car is given
+    """
+    if of is None and like is None:
+        raise ParameterError(
+            f"say what the car is like: --class with one of {', '.join(classes())}, or --like with a vehicle of "
+            "'tierod vehicles'"
+        )
+    kind = of or class_of(like) if like else str(of)
+    require_class(kind)
+    usual = typical(kind, {**_base(like), **known})
+    found = {name: each for name, each in usual.items() if name in known or not rules()[name].spread_alone}
+    if like is not None:
+        found |= _as_like(like, kind, known, usual)
+    for name, each in known.items():
+        if name in QUANTITIES and name not in usual:
+            spread = UNKNOWN * abs(each.value) if each.standard_deviation is None else each.standard_deviation
+            found[name] = Parameter(name, each.value, QUANTITIES[name].unit, spread, each.source)
+    return kind, [found[name] for name in QUANTITIES if name in found]
+
+
+def _base(like: Vehicle | None) -> dict[str, Known]:
+    """Mass and geometry of a similar car, with the spread of a car that is only similar."""
+    if like is None:
+        return {}
+    kind, source = class_of(like), f"assumed: typical of a car like {like.name}"
+    found = {}
+    if "mass" in like:
+        found["mass"] = Known(like["mass"], rules()["mass"].relative[kind] * like["mass"], source)
+    if "front_distance" in like and "rear_distance" in like:
+        whole = like["front_distance"] + like["rear_distance"]
+        found["wheelbase"] = Known(whole, rules()["wheelbase"].relative[kind] * whole, source)
+        found["front_share"] = Known(like["rear_distance"] / whole)
+    return found
+
+
+def _as_like(
+    like: Vehicle, kind: str, known: Mapping[str, Known], usual: Mapping[str, Parameter]
+) -> dict[str, Parameter]:
+    """What is taken from a similar car: rules of the class carry its values to the given mass and geometry."""
+    there = typical(kind, _base(like))
+    found = {}
+    for name, theirs in like.parameters.items():
+        if name in known or name in ("mass", "front_distance", "rear_distance"):
+            continue
+        if QUANTITIES[name].torque and not like.calibrated:
+            continue
+        value, rule = theirs.value, rules().get(name)
+        if rule is not None and rule.powers:
+            value *= usual[name].value / there[name].value
+        spread = UNKNOWN * abs(value) if rule is None else 0.0
+        if rule is not None:
+            relative = (usual[name].standard_deviation or 0.0) / abs(usual[name].value) if usual[name].value else 0.0
+            spread = max(relative * abs(value), rule.absolute)
+        spread = max(spread, theirs.standard_deviation or 0.0)
+        source = f"assumed: typical of a car like {like.name}: {theirs.source.removeprefix('assumed: ')}"
+        found[name] = Parameter(name, value, theirs.unit, spread, source)
+    return found
+
+
+def text_of(name: str, kind: str, parameters: list[Parameter], channel_map: str | None, like: str | None) -> str:
+    """The text of a vehicle file.
+
+    Args:
+        name: of the car
+        kind: its class
+        parameters: in the order in which they are written
+        channel_map: name of the file beside it that says how to read its recordings; None without one
+        like: name of the similar car; None without one
+    """
+    basis = f"the class {kind}" if like is None else f"a car like {like}"
+    head = [
+        f"name = {_quoted(name)}",
+        f"description = {_quoted(f'{name}: {classes()[kind]}')}",
+        f"source = {_quoted(f'begun with typical values of {basis}; given ones say so')}",
+        'good_for = ["a first look at recordings of this car, with the uncertainty of typical values"]',
+        "not_good_for = [",
+        '    "narrow bands: typical values differ from this car until drives have identified them",',
+        "]",
+        'torque_unit = "N*m"',
+    ]
+    if channel_map is not None:
+        head += ["", "[channels]", f"map = {_quoted(channel_map)}"]
+    return "\n".join(head) + "\n" + "".join(map(_table, parameters))
+
+
+def _table(parameter: Parameter) -> str:
+    return (
+        f"\n[parameters.{parameter.name}]  # {QUANTITIES[parameter.name].meaning}\n"
+        f"value = {_number(parameter.value, 8)}\n"
+        f"unit = {_quoted(parameter.unit)}\n"
+        f"standard_deviation = {_number(parameter.standard_deviation or 0.0, 3)}\n"
+        f"source = {_quoted(parameter.source)}\n"
+    )
+
+
+def _number(value: float, digits: int) -> str:
+    # A number of TOML needs digits on both sides of its point; Python's own form has them.
+    return repr(float(f"{value:.{digits}g}")) if math.isfinite(value) else "0.0"
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)

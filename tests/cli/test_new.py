@@ -1,0 +1,62 @@
+import shlex
+
+import pytest
+
+from tierod.cli import main
+from tierod.vehicles import load
+
+MAP = '[signals.yaw_rate]\nsource = "Gierrate"\nunit = "deg/s"\n'
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_writes_a_file_that_loads_and_names_the_next_command(tmp_path, capsys):
+    assert (
+        main(["new", "car.toml", "--like", "midsize-eps", "mass=1480+-20", "wheelbase=2.68", "--drive", "a b.csv"]) == 0
+    )
+    car = load("car.toml")
+    assert car.name == "car"
+    assert car["mass"] == 1480.0
+    assert all(each.standard_deviation is not None for each in car.parameters.values())
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "tierod diagnose" in line]
+    assert shlex.split(line.partition(": ")[2]) == ["tierod", "diagnose", "a b.csv", "--vehicle", "car.toml"]
+
+
+def test_takes_the_channel_map_beside_it_and_one_that_is_named(tmp_path):
+    (tmp_path / "car.channels.toml").write_text(MAP)
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps" / "other.toml").write_text(MAP)
+    assert main(["new", "car.toml", "--class", "small"]) == 0
+    assert main(["new", "maps/van.toml", "--class", "van", "--map", "car.channels.toml"]) == 0
+    assert load("car.toml").channel_map.samefile("car.channels.toml")
+    assert load("maps/van.toml").channel_map.samefile("car.channels.toml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["car.toml"], "--class with one of"),
+        (["car.toml", "--class", "midsise"], "did you mean 'midsize'"),
+        (["car.toml", "--like", "midsize"], "did you mean 'midsize-eps'"),
+        (["car.toml", "--class", "van", "mas=2000"], "did you mean 'mass'"),
+        (["mass=2000", "--class", "van"], "ends in .toml"),
+        (["nowhere/car.toml", "--class", "van"], "nowhere"),
+        (["car.toml", "--class", "van", "--map", "absent.toml"], "absent.toml"),
+        (["old.toml", "--class", "van"], "--overwrite"),
+    ],
+)
+def test_says_what_is_wrong_and_writes_nothing(arguments, sentence, tmp_path, capsys):
+    (tmp_path / "old.toml").write_text("mine")
+    assert main(["new", *arguments]) == 3
+    assert sentence in capsys.readouterr().err
+    assert (tmp_path / "old.toml").read_text() == "mine"
+    assert not (tmp_path / "car.toml").exists()
+
+
+def test_overwrites_where_asked(tmp_path):
+    (tmp_path / "old.toml").write_text("mine")
+    assert main(["new", "old.toml", "--class", "van", "--overwrite"]) == 0
+    assert load("old.toml")["mass"] == 2300.0

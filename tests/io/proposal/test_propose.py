@@ -1,0 +1,142 @@
+"""Proposed maps of drives whose truth is known: names, units and signs, and the recording that they give."""
+
+import numpy as np
+import pytest
+
+from shared_data import shared_data
+from tierod.core.errors import InputError
+from tierod.io.proposal import propose, text_of
+from tierod.io.readers import read
+
+STEP, LENGTH, TRACK, WHEELBASE, RATIO = 0.02, 120.0, 1.55, 2.6, 1 / 16.0
+
+
+def truth(fastest=25.0, seed=3):
+    """Signals in SI units of a drive with turns, by canonical name."""
+    time = np.arange(0.0, LENGTH, STEP)
+    noise = np.random.default_rng(seed).normal
+    speed = 0.6 * fastest + 0.4 * fastest * np.sin(0.11 * time)
+    angle = (0.5 * np.sin(0.5 * time) + 0.3 * np.sin(1.3 * time)) * 12.0 / np.maximum(speed, 4.0)
+    yaw = speed * angle * RATIO / (WHEELBASE + 0.002 * speed**2)
+    size = len(time)
+    return time, {
+        "steering_wheel_angle": angle + noise(0.0, 0.005, size),
+        "yaw_rate": yaw + noise(0.0, 0.003, size),
+        "lateral_acceleration": speed * yaw + 0.2 + noise(0.0, 0.1, size),
+        "longitudinal_acceleration": np.gradient(speed, STEP) + noise(0.0, 0.1, size),
+        "wheel_speed_rear_left": speed - 0.5 * TRACK * yaw + noise(0.0, 0.02, size),
+        "wheel_speed_rear_right": speed + 0.5 * TRACK * yaw + noise(0.0, 0.02, size),
+        "vehicle_speed": 1.02 * speed,
+        "driver_torque": 0.8 * speed * yaw + noise(0.0, 0.2, size),
+    }
+
+
+TITLES = {
+    "steering_wheel_angle": "Lenkradwinkel",
+    "yaw_rate": "Gierrate",
+    "lateral_acceleration": "Querbeschleunigung",
+    "longitudinal_acceleration": "Laengsbeschleunigung",
+    "wheel_speed_rear_left": "Radgeschwindigkeit_HL",
+    "wheel_speed_rear_right": "Radgeschwindigkeit_HR",
+    "vehicle_speed": "Tachogeschwindigkeit",
+    "driver_torque": "Handmoment",
+}
+
+
+def written(folder, signals, time, titles, factors):
+    """A CSV file with foreign titles, whose values are the truth over the factor of each signal."""
+    names = [name for name in titles if name in signals]
+    table = np.column_stack([time, *(signals[name] / factors.get(name, 1.0) for name in names)])
+    path = folder / "fahrt.csv"
+    header = ",".join(["Zeit", *(titles[name] for name in names)])
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.6f")
+    return path
+
+
+DEGREES, KMH = np.pi / 180.0, 1.0 / 3.6
+
+CASES = {
+    "SI": {},
+    "degrees and km/h": {
+        "steering_wheel_angle": DEGREES,
+        "yaw_rate": DEGREES,
+        **dict.fromkeys(("wheel_speed_rear_left", "wheel_speed_rear_right", "vehicle_speed"), KMH),
+    },
+    "wheels in km/h, speed in m/s": dict.fromkeys(("wheel_speed_rear_left", "wheel_speed_rear_right"), KMH),
+    "yaw rate in rad/s, turned": {"steering_wheel_angle": DEGREES, "yaw_rate": -1.0},
+    "lateral acceleration in g, turned": {"lateral_acceleration": -9.80665, "steering_wheel_angle": DEGREES},
+    "right is positive": {
+        "steering_wheel_angle": -DEGREES, "yaw_rate": -DEGREES, "lateral_acceleration": -1.0, "driver_torque": -1.0,
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("fastest", [8.0, 30.0])
+def test_the_proposed_map_gives_the_truth(case, fastest, tmp_path):
+    time, signals = truth(fastest)
+    path = written(tmp_path, signals, time, TITLES, CASES[case])
+    target = tmp_path / "car.channels.toml"
+    target.write_text(text_of(propose(path)), encoding="utf-8")
+    found = read(path, channel_map=target)
+    for name, values in signals.items():
+        assert found[name].values == pytest.approx(values, abs=2e-4 * max(1.0, np.abs(values).max())), name
+
+
+def test_turns_of_the_wheels_get_their_radius_from_the_speed(tmp_path):
+    time, signals = truth()
+    titles = TITLES | {"wheel_speed_rear_left": "n_HL", "wheel_speed_rear_right": "n_HR", "vehicle_speed": "v_kmh"}
+    wheels = dict.fromkeys(("wheel_speed_rear_left", "wheel_speed_rear_right"), 0.29 * np.pi / 30.0)
+    path = written(tmp_path, signals, time, titles, wheels | {"vehicle_speed": KMH})
+    target = tmp_path / "car.channels.toml"
+    proposal = propose(path)
+    target.write_text(text_of(proposal), encoding="utf-8")
+    found = read(path, channel_map=target)["wheel_speed_rear_left"]
+    assert found.values == pytest.approx(1.02 * signals["wheel_speed_rear_left"], rel=0.01)
+
+
+def test_without_wheels_the_odd_one_is_turned_and_the_side_is_left_to_check(tmp_path):
+    time, signals = truth()
+    kept = {name: each for name, each in signals.items() if "wheel_speed" not in name}
+    proposal = propose(written(tmp_path, kept, time, TITLES, {"lateral_acceleration": -1.0}))
+    signs = {entry.signal: entry.sign for entry in proposal.entries}
+    assert signs["lateral_acceleration"].sign == -1
+    assert signs["yaw_rate"].sign == 1
+    assert "check that left is positive" in signs["yaw_rate"].reason
+
+
+def test_what_nothing_decides_is_marked(tmp_path):
+    time, signals = truth()
+    path = written(tmp_path, {"yaw_rate": 0.01 * signals["yaw_rate"]}, time, TITLES, {})
+    (entry,) = propose(path).entries
+    assert entry.doubtful
+    assert "# To check: yaw_rate." in text_of(propose(path))
+
+
+def test_unmatched_and_doubled_columns_stay_in_the_text_as_comments(tmp_path):
+    path = tmp_path / "drive.csv"
+    rows = [f"{0.01 * k},{0.1 * (k % 7)},{0.1 * (k % 5)},{k}" for k in range(500)]
+    path.write_text("\n".join(['time,Gierrate,YawRate [deg/s],"Tank ""x"""', *rows]))
+    proposal = propose(path)
+    (entry,) = proposal.entries
+    assert (entry.column.title or entry.column.name) == "Gierrate"
+    text = text_of(proposal)
+    assert "could be it too: 'YawRate" in text
+    assert "#   " in text
+    assert "Tank" in text
+
+
+def test_a_recording_without_a_known_name_is_an_error_that_lists_what_it_holds(tmp_path):
+    path = tmp_path / "drive.csv"
+    path.write_text("\n".join(["time,foo,bar", *(f"{0.01 * k},1,2" for k in range(100))]))
+    with pytest.raises(InputError, match=r"'foo', 'bar'.*write the map by hand"):
+        propose(path)
+
+
+def test_the_recorded_car_gets_the_map_that_was_written_by_hand():
+    path = shared_data("revsted_slip_angle/obd.csv")
+    entries = {entry.signal: entry for entry in propose(path).entries}
+    assert entries["lateral_acceleration"].sign.sign == -1
+    for name, unit in {"steering_wheel_angle": "deg", "yaw_rate": "deg/s", "wheel_speed_rear_left": "km/h"}.items():
+        assert entries[name].unit.unit.name == unit
+        assert not entries[name].doubtful
