@@ -47,6 +47,31 @@ def test_both_forms_of_the_machine_agree(d, q, speed, voltage_alpha, voltage_bet
     np.testing.assert_allclose((after(small) - after(-small)) / (2.0 * small), rate, rtol=1e-4, atol=1.0)
 
 
+@given(CURRENT, CURRENT, st.floats(-300.0, 300.0), st.floats(-8.0, 8.0), st.floats(-8.0, 8.0), ANGLE)
+def test_the_current_in_the_stators_axes_goes_as_its_flux_does(d, q, speed, alpha, beta, angle):
+    rotor, voltage = direction(angle), StatorVector(alpha, beta)
+    current = inverse_park(RotorVector(d, q), rotor)
+    rate = pm_motor.salient_stator_current_rate(
+        current, voltage, rotor, speed, resistance=0.05, pole_pairs=4, **SALIENT
+    )
+    linkage = inverse_park(pm_motor.flux_linkage(RotorVector(d, q), **SALIENT), rotor)
+    flux_rate = pm_motor.stator_flux_rate(voltage, current, 0.05)
+
+    def after(time):
+        moved = StatorVector(*(x + time * slope for x, slope in zip(linkage, flux_rate, strict=True)))
+        return np.array(pm_motor.current_of_flux(moved, direction(angle + 4 * speed * time), **SALIENT))
+
+    small = 1e-7
+    np.testing.assert_allclose((after(small) - after(-small)) / (2.0 * small), rate, rtol=1e-4, atol=1.0)
+    plain = {"resistance": 0.05, "flux": 0.0083, "pole_pairs": 4}
+    round_ = pm_motor.salient_stator_current_rate(
+        current, voltage, rotor, speed, inductance_d=1e-4, inductance_q=1e-4, **plain
+    )
+    np.testing.assert_allclose(
+        round_, pm_motor.stator_current_rate(current, voltage, rotor, speed, inductance=1e-4, **plain), atol=1e-3
+    )
+
+
 def test_power_is_heat_and_work_in_the_steady_state():
     current, speed = RotorVector(0.0, 20.0), 50.0
     voltage = RotorVector(-4 * speed * 1e-4 * 20.0, 0.05 * 20.0 + 4 * speed * 0.0085)

@@ -2,27 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import exp, where
-from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, park
+from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park
 from tierod.physics.inverter import phase_signs
-from tierod.physics.pm_motor import electromagnetic_torque, rotor_acceleration, stator_current_rate
+from tierod.physics.pm_motor import (
+    electromagnetic_torque,
+    rotor_acceleration,
+    salient_stator_current_rate,
+    stator_current_rate,
+)
 
 
 @dataclass(frozen=True)
 class MotorParameters:
-    """A permanent-magnet motor without saliency, named as in a vehicle file.
+    """A permanent-magnet motor, named as in a vehicle file.
 
     Args:
         motor_resistance: of a phase, R_s [ohm]
-        motor_inductance: of a phase, L_s [H]
+        motor_inductance: of a phase, along the flux, L_sd [H]
         motor_flux: linkage of the magnets, Psi_p [V s]
         motor_pole_pairs: z_p []
         motor_inertia: J_M [kg m^2]
         motor_damping: b_M [N m s/rad]
+        motor_saliency: L_sq over L_sd; None for 1 []
     """
 
     motor_resistance: Annotated[float, "ohm"]
@@ -31,6 +37,12 @@ class MotorParameters:
     motor_pole_pairs: Annotated[float, ""]
     motor_inertia: Annotated[float, "kg*m**2"]
     motor_damping: Annotated[float, "N*m*s/rad"]
+    motor_saliency: Annotated[float, ""] | None = field(default=None, kw_only=True)
+
+    @property
+    def inductance_across(self) -> float:
+        """L_sq [H]."""
+        return self.motor_inductance if self.motor_saliency is None else self.motor_saliency * self.motor_inductance
 
 
 @dataclass(frozen=True)
@@ -50,9 +62,10 @@ class StatorFrameMotor:
     Nothing is turned into the rotor's axes by a measured angle, so that a fault of the angle sensor cannot enter. While
     the motor stands, the angle is not observable from its currents: it goes on by increments that are given.
 
-    Validity: no saliency, no saturation; sampled by the midpoint rule, for electrical speeds up to 0.3 rad per sample.
+    Validity: no saturation; sampled by the midpoint rule, for electrical speeds up to 0.3 rad per sample.
     Voltages are means over the sample that ends. Source: Reinelt et al., eqs (17), (18) and (16), the latter with
-    the torque constant 3/2 z_p Psi_p; load, resistance and flux as states are additions.
+    the torque of `electromagnetic_torque`; of a salient motor eqs (12), (13) in the stator's axes; load, resistance and
+    flux as states are additions.
     """
 
     class State(NamedTuple):
@@ -100,25 +113,34 @@ def _slope(
     x: StatorFrameMotor.State, u: StatorFrameMotor.Input, p: SampledMotorParameters
 ) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Rates of currents, speed and angle."""
-    current, rotor = (
-        StatorVector(x.current_alpha, x.current_beta),
-        direction(electrical_angle(x.angle, p.motor_pole_pairs)),
+    current = StatorVector(x.current_alpha, x.current_beta)
+    rotor = direction(electrical_angle(x.angle, p.motor_pole_pairs))
+    flux, resistance = p.motor_flux * exp(x.log_flux), p.motor_resistance * exp(x.log_resistance)
+    voltage = StatorVector(u.voltage_alpha, u.voltage_beta)
+    currents = _current_rate(current, voltage, rotor, x.speed, p, resistance=resistance, flux=flux)
+    torque = electromagnetic_torque(
+        park(current, rotor), p.motor_pole_pairs, flux, p.motor_inductance, p.inductance_across
     )
-    flux = p.motor_flux * exp(x.log_flux)
-    currents = stator_current_rate(
-        current,
-        StatorVector(u.voltage_alpha, u.voltage_beta),
-        rotor,
-        x.speed,
-        resistance=p.motor_resistance * exp(x.log_resistance),
-        inductance=p.motor_inductance,
-        flux=flux,
-        pole_pairs=p.motor_pole_pairs,
-    )
-    own = park(current, rotor)
-    torque = electromagnetic_torque(own, p.motor_pole_pairs, flux, p.motor_inductance, p.motor_inductance)
     acceleration = rotor_acceleration(torque, x.load_torque, x.speed, p.motor_inertia, p.motor_damping)
     return (currents.alpha, currents.beta, acceleration, x.speed)
+
+
+def _current_rate(
+    current: StatorVector,
+    voltage: StatorVector,
+    rotor: Direction,
+    speed: Scalar,
+    p: SampledMotorParameters,
+    **warm: Scalar,
+) -> StatorVector:
+    """Without the axes of the rotor where there is no saliency: they cost as much as all the rest."""
+    along, pole_pairs = p.motor_inductance, p.motor_pole_pairs
+    if p.motor_saliency is None:
+        return stator_current_rate(current, voltage, rotor, speed, inductance=along, pole_pairs=pole_pairs, **warm)
+    across = p.inductance_across
+    return salient_stator_current_rate(
+        current, voltage, rotor, speed, inductance_d=along, inductance_q=across, pole_pairs=pole_pairs, **warm
+    )
 
 
 def _ahead(

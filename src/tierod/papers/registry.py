@@ -97,6 +97,7 @@ STUDIES: Mapping[str, Study] = {
                 "faults": "Faults of the angle sensor",
                 "angles": "Which of three angles is wrong",
                 "run-length": "Time between false alarms",
+                "salient": "Salient motors, and loads that step",
                 "identified": "Parameters from a drive",
                 "real": "Recordings of a real drive",
             },

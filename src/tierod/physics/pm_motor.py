@@ -174,6 +174,46 @@ def stator_current_rate(
     )
 
 
+def salient_stator_current_rate(
+    current: StatorVector,
+    voltage: StatorVector,
+    rotor: Direction,
+    speed: Scalar,
+    *,
+    resistance: Scalar,
+    inductance_d: Scalar,
+    inductance_q: Scalar,
+    flux: Scalar,
+    pole_pairs: Scalar,
+) -> StatorVector:
+    """Rate of the current [A/s] in the stator's axes, of a motor salient or not.
+
+    Args:
+        current: [A]
+        voltage: [V]
+        rotor: direction of the electrical angle
+        speed: mechanical [rad/s]
+        resistance: of a phase [ohm]
+        inductance_d, inductance_q: along and across the rotor flux [H]
+        flux: linkage of the magnets [V*s]
+        pole_pairs: z_p [-]
+
+    Source: `current_rate` in axes that turn with the rotor: d/dt(e^(j theta) i) = e^(j theta) (di/dt + j omega i).
+    """
+    own = current_rate(
+        park(current, rotor),
+        park(voltage, rotor),
+        speed,
+        resistance=resistance,
+        inductance_d=inductance_d,
+        inductance_q=inductance_q,
+        flux=flux,
+        pole_pairs=pole_pairs,
+    )
+    rate, turning = inverse_park(own, rotor), pole_pairs * speed
+    return StatorVector(rate.alpha - turning * current.beta, rate.beta + turning * current.alpha)
+
+
 def rotor_acceleration(torque: Scalar, load_torque: Scalar, speed: Scalar, inertia: Scalar, damping: Scalar) -> Scalar:
     """Mechanical acceleration of the rotor [rad/s**2].
 

@@ -115,8 +115,10 @@ class DriveFigures:
     def __init__(self, monitor: MotorAngleMonitor, rate: float) -> None:
         p = monitor.observer.parameters
         self._monitor, self._rate, self.courses = monitor, rate, AlarmCourses(rate)
-        self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time)
-        self._induced = InducedVoltage(p.motor_resistance, p.motor_inductance, p.motor_flux, p.sample_time)
+        across = p.inductance_across
+        apart = p.motor_inductance - across
+        self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time, apart / (p.motor_inductance + across))
+        self._induced = InducedVoltage(p.motor_resistance, across, p.motor_flux, p.sample_time, apart)
         self.seen = self.known = self.since_model = self.surprised = 0
         self.nis = self.mismatch = 0.0
         self.residuals, self.alarmed = np.zeros(3), np.zeros(3)  # count, sum and sum of squares

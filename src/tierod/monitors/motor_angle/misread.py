@@ -99,7 +99,8 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
     if min(balance.resistance, balance.inductance, balance.flux) <= 0.0:
         return None
     resistance = balance.resistance / p.motor_resistance
-    inductance, flux = balance.inductance / p.motor_inductance, balance.flux / p.motor_flux
+    inductance = balance.inductance / (0.5 * (p.motor_inductance + p.inductance_across))
+    flux = balance.flux / p.motor_flux
     if not _near(flux, 1.0) and _near(inductance, flux):
         if _near(resistance, 1.0, WARMTH) and not _near(resistance, flux, ALIKE):
             true = p.sample_time / flux

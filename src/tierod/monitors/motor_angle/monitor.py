@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, leaves
 from tierod.core.findings import Status
-from tierod.core.graph.maths import both, greatest_of, maximum, present, where
+from tierod.core.graph.maths import absolute, both, greatest_of, maximum, present, where
 from tierod.core.statement import Statement, code_of
 from tierod.methods.detectors.control_charts import Cusum
 from tierod.monitors.motor_angle.alarms import ALARMS
@@ -22,6 +22,10 @@ from tierod.vehicles import Vehicle
 MODEL_DRIFT, MODEL_THRESHOLD = 8.0, 400.0
 """Of the innovations' sum, one value a sample: three measurements have a mean of three; it stays below 20 without a
 fault."""
+
+
+CONFIRMED: Annotated[float, "rad"] = 0.1
+"""Electrical difference within which the observer confirms the sensor; fault-free ones stay below 0.05 rad."""
 
 
 class Alarms(NamedTuple):
@@ -177,7 +181,9 @@ class MotorAngleMonitor:
         fed = self.observer.Sample(sample.motor_current_alpha, sample.motor_current_beta, *voltage, sensor)
         observer, estimate = self.observer.step(state.observer, fed)
         comparison, compared = self.comparison.step(state.comparison, SensorBesideObserver(estimate, sensor))
-        following, behind = self.not_following.step(state.not_following, sample)
+        agrees = absolute(estimate.angle_residual_electrical) < CONFIRMED
+        confirmed = both(compared.known > 0.5, agrees)
+        following, behind = self.not_following.step(state.not_following, sample, confirmed)
         model, fitting = self.model.step(state.model, estimate.nis)
         electrical, checks = self.electrical.step(state.electrical, sample)
         plausibility, fits = self._plausible(state, sample, estimate.angle_residual_electrical, compared.counts)

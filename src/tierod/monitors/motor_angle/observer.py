@@ -48,6 +48,18 @@ class Pace(NamedTuple):
     against: Annotated[Scalar, ""]
 
 
+class Surprise(NamedTuple):
+    """What the currents said beyond their last prediction, squared, in variances, and how often that was too much.
+
+    Args:
+        last: of the sample before
+        often: surprising samples, each forgotten over `MotorAngleTuning.step_memory`
+    """
+
+    last: Annotated[Scalar, ""]
+    often: Annotated[Scalar, ""]
+
+
 _LONGEST_WAIT = 1e6
 """Samples beyond which none are counted."""
 
@@ -96,6 +108,7 @@ class MotorAngleObserver:
         gained: Annotated[Scalar, "rad"]
         waited: Annotated[Scalar, ""]
         pace: Pace
+        surprise: Surprise
 
     class Output(NamedTuple):
         """The estimate, and how the sensor differs from it: electrical, within half a turn; zero until it has begun.
@@ -155,7 +168,7 @@ class MotorAngleObserver:
     def init(self) -> State:
         """Nothing seen."""
         # A motor that stands at first, as most do, would be turned by what resistance and voltages are wrong by.
-        return self.State(self.filter.init(), 0.0, 0.0, 0.0, 0.0, Pace(0.0, 1.0, 1.0, 0.0))
+        return self.State(self.filter.init(), 0.0, 0.0, 0.0, 0.0, Pace(0.0, 1.0, 1.0, 0.0), Surprise(0.0, 0.0))
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
         """One sample on."""
@@ -179,13 +192,14 @@ class MotorAngleObserver:
         after, estimate = filter_.step(
             belief,
             filter_.Sample(given, measured, enabled),
-            process_noise=self._process_noise(filter_, standing, sample),
+            process_noise=self._process_noise(filter_, standing, sample, state.surprise),
         )
         after = self._kept(belief, after, begun)
         sensed = where(present(sample.motor_angle_mechanical), sample.motor_angle_mechanical, state.sensed)
         advanced = self._pace(pace, after, estimate)
         output = self._output(after, sample, standing, begun, estimate.nis)
-        return self.State(after, begun, sensed, gained, waited, advanced), output
+        surprise = self._surprise(state.surprise, estimate, begun)
+        return self.State(after, begun, sensed, gained, waited, advanced, surprise), output
 
     def _begun(self, state: State, sample: Sample) -> tuple[Belief, Scalar]:
         """The belief, begun by the first sample with currents and angle."""
@@ -217,13 +231,30 @@ class MotorAngleObserver:
         recent = all_of(due, waited < 2.0 * window + 0.5, state.pace.slow, state.begun)
         return where(recent, gained / (waited * time), math.inf), where(due, 0.0, gained), where(due, 0.0, waited)
 
-    def _process_noise(self, filter_: KalmanFilter, standing: Scalar, sample: Sample) -> tuple[Scalar, ...]:
-        noise = list(filter_.process_noise)
+    def _process_noise(
+        self, filter_: KalmanFilter, standing: Scalar, sample: Sample, surprise: Surprise
+    ) -> tuple[Scalar, ...]:
+        """Variances of this sample; after currents that no wander explains the load has stepped, and speed with it.
+
+        A model that does not hold surprises on end, and no step explains it.
+        """
+        noise, t = list(filter_.process_noise), self.tuning
+        stepped = all_of(surprise.last > t.surprising, surprise.often < t.most_surprises, standing < 0.5)
+        noise[2] = where(stepped, t.stepped_speed**2, noise[2])
+        noise[4] = where(stepped, t.stepped_load**2, noise[4])
         walk = self.tuning.standing_wander**2 * self.parameters.sample_time
         noise[3] = where(standing, walk, noise[3])
         current = hypot(sample.motor_current_alpha, sample.motor_current_beta)
         noise[5] = where(current > self.tuning.least_current, noise[5], 0.0)
         return tuple(noise)
+
+    def _surprise(self, before: Surprise, estimate: Tree, begun: Scalar) -> Surprise:
+        """What the currents say beyond their prediction; missing ones say nothing."""
+        pairs = zip(estimate.innovation[:2], estimate.innovation_variance[:2], strict=True)
+        alpha, beta = (where(present(said), said * said / variance, 0.0) for said, variance in pairs)
+        last = where(begun, alpha + beta, 0.0)
+        keep = 1.0 - share_reached(self.parameters.sample_time / self.tuning.step_memory)
+        return Surprise(last, keep * before.often + where(last > self.tuning.surprising, 1.0, 0.0))
 
     def _kept(self, before: Belief, after: Belief, begun: Scalar) -> Belief:
         """Nothing before the beginning; logarithms within their limits."""

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.fields import POSITIVE, check_ranges
-from tierod.core.graph.maths import absolute, all_of, any_of, both, minimum, negated, present, where
+from tierod.core.graph.maths import absolute, all_of, any_of, both, maximum, minimum, negated, present, where
 from tierod.methods.detectors.threshold import Debounce
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.signals import MotorAngleSample
@@ -156,6 +156,8 @@ class NotFollowing:
     Args:
         widest: following error of a fault-free drive, with a margin [rad]
         hold: for so long [s]
+        confirmed_hold: for so long where currents and voltages confirm the sensor: a load beyond the motor's torque, or
+            a target beyond its speed, is no fault while it passes [s]
         sample_time: [s]
         least_course: a target that has never changed by so much is not the one that is controlled [rad]
     """
@@ -163,13 +165,15 @@ class NotFollowing:
     sample_time: Annotated[float, "s", POSITIVE] = 1e-4
     widest: Annotated[float, "rad", POSITIVE] = 1.0
     hold: Annotated[float, "s", POSITIVE] = 0.02
+    confirmed_hold: Annotated[float, "s", POSITIVE] = 0.5
     least_course: Annotated[float, "rad", POSITIVE] = 0.5
     holding: Debounce = field(init=False, repr=False)
+    holding_on: Debounce = field(init=False, repr=False)
 
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Target, sensor, whether each was seen, the first target, whether it has moved since, and the hold."""
+        """Target, sensor, whether each was seen, the first target, whether it has moved since, and the holds."""
 
         target: Annotated[Scalar, "rad"]
         sensor: Annotated[Scalar, "rad"]
@@ -178,6 +182,7 @@ class NotFollowing:
         first: Annotated[Scalar, "rad"]
         moved: Annotated[Scalar, ""]
         held: Debounce.State
+        held_on: Debounce.State
 
     class Output(NamedTuple):
         """Following error, 0 without a target, and whether it has been too large for too long (1.0, 0.0)."""
@@ -187,14 +192,15 @@ class NotFollowing:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "holding", Debounce(self.hold, 0.0, self.sample_time))
+        object.__setattr__(self, "holding_on", Debounce(self.confirmed_hold, 0.0, self.sample_time))
         check_ranges(self)
 
     def init(self) -> State:
         """Nothing seen."""
-        return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.holding.init())
+        return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.holding.init(), self.holding_on.init())
 
-    def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
-        """One sample on."""
+    def step(self, state: State, sample: MotorAngleSample, confirmed: Scalar | bool = False) -> tuple[State, Output]:
+        """One sample on; `confirmed` (logic) where currents and voltages give the angle that the sensor reads."""
         wanted, fresh = present(sample.target_motor_angle_mechanical), present(sample.motor_angle_mechanical)
         target = where(wanted, sample.target_motor_angle_mechanical, state.target)
         sensor = where(fresh, sample.motor_angle_mechanical, state.sensor)
@@ -202,5 +208,8 @@ class NotFollowing:
         first = where(both(wanted, state.seen_target < 0.5), target, state.first)
         moved = where(both(seen[0], absolute(target - first) > self.least_course), 1.0, state.moved)
         error = where(all_of(*seen, moved), target - sensor, 0.0)
-        held, out = self.holding.step(state.held, where(absolute(error) > self.widest, 1.0, 0.0))
-        return self.State(target, sensor, *seen, first, moved, held), self.Output(error, out.active)
+        away = absolute(error) > self.widest
+        held, out = self.holding.step(state.held, where(both(away, negated(confirmed)), 1.0, 0.0))
+        held_on, out_on = self.holding_on.step(state.held_on, where(away, 1.0, 0.0))
+        alarm = maximum(out.active, out_on.active)
+        return self.State(target, sensor, *seen, first, moved, held, held_on), self.Output(error, alarm)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
+from tierod.core.graph.maths import minimum
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.stator_frame_motor import (
     CommandedMotor,
@@ -28,6 +29,10 @@ class MotorAngleTuning:
         sensor_noise: of one reading of the angle sensor, used for increments only
         speed_wander: that the balance of torques leaves out, per sample
         load_wander: of the load torque, per sample: it may reverse within some 10 ms
+        surprising: square of what the currents say beyond their prediction, in variances, from which the load has
+            stepped: noise of two currents goes beyond once in 22 000 samples
+        stepped_speed, stepped_load: what both may then have changed by: a load at its limit within one sample
+        most_surprises, step_memory: a step surprises less often than this within that time; more is a wrong model
         resistance_wander: of its logarithm per square root of a second: a winding heats over seconds
         flux_wander: the same of the flux: magnets warm over minutes
         loss_wander: of what the inverter takes, per square root of a second: its semiconductors warm over seconds
@@ -52,6 +57,11 @@ class MotorAngleTuning:
     sensor_noise: Annotated[float, "rad", POSITIVE] = 5e-4
     speed_wander: Annotated[float, "rad/s", POSITIVE] = 0.1
     load_wander: Annotated[float, "N*m", POSITIVE] = 0.02
+    surprising: Annotated[float, "", POSITIVE] = 20.0
+    stepped_speed: Annotated[float, "rad/s", POSITIVE] = 5.0
+    stepped_load: Annotated[float, "N*m", POSITIVE] = 1.0
+    most_surprises: Annotated[float, "", POSITIVE] = 12.0
+    step_memory: Annotated[float, "s", POSITIVE] = 0.05
     resistance_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 0.01
     flux_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 2e-4
     loss_wander: Annotated[float, "V/s**0.5", NOT_NEGATIVE] = 0.01
@@ -84,7 +94,7 @@ def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilte
         p: of the motor
         t: noises and first deviations
     """
-    voltage = (t.voltage_noise * p.sample_time / p.motor_inductance) ** 2
+    voltage = (t.voltage_noise * p.sample_time / _least_inductance(p)) ** 2
     first: tuple[float, ...] = (
         t.current_noise,
         t.current_noise,
@@ -111,6 +121,11 @@ def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilte
         (t.current_noise**2, t.current_noise**2, reading),
         maskable=("angle", "log_resistance", "log_flux") + (("log_knee",) if model is CommandedMotor else ()),
     )
+
+
+def _least_inductance(p: SampledMotorParameters) -> float:
+    """Along or across the flux: of the axis that a voltage moves most [H]."""
+    return minimum(p.motor_inductance, p.inductance_across)
 
 
 def angle_variance_place(states: int) -> int:

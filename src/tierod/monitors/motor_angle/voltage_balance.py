@@ -20,8 +20,11 @@ PART = 100
 MOST_PARTS = 1000
 """Kept apart; beyond, neighbours are put together."""
 
-_CURRENT, _GAIN, _ROTOR, _SIGNS, _VOLTAGE = 0, 2, 4, 6, 8
+_CURRENT, _GAIN, _ROTOR, _SIGNS, _SALIENT, _VOLTAGE = 0, 2, 4, 6, 8, 12
 """Places of the columns, each followed by its mirror image; the signs stay empty where the voltages are measured."""
+
+_TURNED = {(False, False): 0, (True, True): 1, (True, False): 2, (False, True): 3}
+"""Which of the four columns of saliency belongs to currents mirrored and an angle backwards."""
 
 _THIRD = 2.0 * math.pi / 3.0
 
@@ -66,7 +69,7 @@ class Balance:
     Args:
         reading: of currents and angle
         resistance: [ohm]
-        inductance: [H]
+        inductance: mean of those along and across the flux [H]
         flux: [V s]
         flux_direction: electrical, from where the sensor says that it points [rad]
         unexplained: root mean square of what is left over, share of the voltage's
@@ -92,12 +95,14 @@ class VoltageBalance:
     Args:
         pole_pairs: electrical turns per turn of the shaft
         sample_time: [s]
+        apart: L_sd less L_sq, over their sum
 
-    Vectors are complex numbers. Source: Reinelt et al., eqs (17), (18), integrated over a window.
+    Vectors are complex numbers; the flux of a salient motor's current is L (i + apart e^(2j theta) conj(i)), L the mean
+    of both inductances. Source: Reinelt et al., eqs (17), (18), integrated over a window.
     """
 
-    def __init__(self, pole_pairs: float, sample_time: float):
-        self._pole_pairs, self._time = pole_pairs, sample_time
+    def __init__(self, pole_pairs: float, sample_time: float, apart: float = 0.0):
+        self._pole_pairs, self._time, self._apart = pole_pairs, sample_time, apart
         self._parts: list[np.ndarray] = []
         self._windows: list[int] = []
         self._rest = np.zeros((4, 0), complex)
@@ -131,7 +136,9 @@ class VoltageBalance:
         gain = np.diff(current[edges])
         whole_windows = (np.diff(missing) == 0) & np.isfinite(gain)
         turned = np.diff(rotor)
-        columns = [sums[0], gain, turned, sums[1]]
+        facing = np.diff(rotor**2 * np.conj(current[edges]))
+        aside = np.diff(rotor**2 * current[edges])
+        columns = [sums[0], gain, turned, sums[1], facing, aside]
         rows = np.vstack([side for each in columns for side in (each, np.conj(each))] + [sums[2]])[:, whole_windows]
         for start in range(0, rows.shape[1], PART):
             part = rows[:, start : start + PART]
@@ -159,16 +166,16 @@ class VoltageBalance:
             return None
         gram = np.sum([self._parts[k] for k in counted], axis=0)
         windows = sum(self._windows[k] for k in counted)
-        side, turn = int(reading.mirrored), np.exp(1j * reading.shifted)
-        rotor = _ROTOR + int(reading.backwards)
-        places = [_CURRENT + side, _GAIN + side, rotor, rotor]
-        phases = [turn, turn, 1.0, 1j]
-        if gram[_SIGNS, _SIGNS].real > 0.0:
-            places.append(_SIGNS + side)
-            phases.append(turn)
-        phase = np.array(phases)
-        normal = (np.conj(phase)[:, None] * gram[np.ix_(places, places)] * phase).real
-        right = (np.conj(phase) * gram[places, _VOLTAGE]).real
+        balance = self._fitted(gram, reading, windows, 0.0)
+        if balance is None or not self._apart:
+            return balance
+        return self._fitted(gram, reading, windows, balance.flux_direction)
+
+    def _fitted(self, gram: np.ndarray, reading: Reading, windows: int, zero: float) -> Balance | None:
+        """The balance with saliency beside a flux of this direction, electrical [rad]."""
+        columns = self._columns(reading, zero, signs=gram[_SIGNS, _SIGNS].real > 0.0)
+        normal = (np.conj(columns) @ gram @ columns.T).real
+        right = (np.conj(columns) @ gram[:, _VOLTAGE]).real
         power = gram[_VOLTAGE, _VOLTAGE].real
         found = solved(normal, right, power, windows, worst=1e6)
         if found is None or not power > 0.0:
@@ -185,6 +192,19 @@ class VoltageBalance:
             math.sqrt(gram[_GAIN, _GAIN].real / windows),
             math.sqrt(gram[_ROTOR, _ROTOR].real / windows),
         )
+
+    def _columns(self, reading: Reading, zero: float, signs: bool) -> np.ndarray:
+        """What the rows are weighted with under a reading: one line each for R, L, flux along, across, and signs."""
+        side, turn = int(reading.mirrored), np.exp(1j * reading.shifted)
+        rotor = _ROTOR + int(reading.backwards)
+        weights = np.zeros((5 if signs else 4, _VOLTAGE + 1), complex)
+        weights[0, _CURRENT + side] = weights[1, _GAIN + side] = turn
+        facing = _SALIENT + _TURNED[reading.mirrored, reading.backwards]
+        weights[1, facing] = self._apart * np.conj(turn) * np.exp(2j * zero)
+        weights[2, rotor], weights[3, rotor] = 1.0, 1j
+        if signs:
+            weights[4, _SIGNS + side] = turn
+        return weights
 
     def best(self) -> Balance | None:
         """The reading that leaves least, and the recorded one where another is no clear improvement."""
@@ -208,15 +228,19 @@ class InducedVoltage:
 
     Args:
         resistance: [ohm]
-        inductance: [H]
+        inductance: across the flux [H]
         flux: of the magnets [V s]
         sample_time: [s]
+        apart: inductance along the flux less that across [H]: current along the flux then adds to the flux of the
+            magnets, as the active flux psi + (L_sd - L_sq) i_sd
 
-    Source: Reinelt et al., eqs (17), (18), integrated over a window.
+    Source: Reinelt et al., eqs (17), (18), integrated over a window; active flux: Boldea, Paicu, Andreescu, IEEE Trans.
+    Power Electronics 23 (2008) 2612.
     """
 
-    def __init__(self, resistance: float, inductance: float, flux: float, sample_time: float):
+    def __init__(self, resistance: float, inductance: float, flux: float, sample_time: float, apart: float = 0.0):
         self._resistance, self._inductance, self._flux, self._time = resistance, inductance, flux, sample_time
+        self._salient, self._edges = apart, np.zeros(0, complex)
         self._window = max(round(WINDOW / sample_time), 1)
         self._rest = np.zeros((2, 0), complex)
         self._chords = np.zeros(0, complex)
@@ -235,8 +259,23 @@ class InducedVoltage:
         between = 0.5 * (i[1:] + i[:-1])
         induced = ((u[1:] - self._resistance * between) * self._time).reshape(count, self._window).sum(axis=1)
         chords = np.concatenate([self._chords, induced - self._inductance * np.diff(i[:: self._window])])
-        self._chords = chords[-2:]
-        self._compare(chords)
+        edges = np.concatenate([self._edges, i[:: self._window][1 if len(self._edges) else 0 :]])
+        kept = 4 if self._salient else 2
+        self._chords, self._edges = chords[-kept:], edges[-kept - 1 :]
+        self._compare(self._of_magnets(chords, edges) if self._salient else chords)
+
+    def _of_magnets(self, chords: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """Chords of the magnets' flux alone, one less at both ends: the active flux stands across its own change.
+
+        Args:
+            chords: of the active flux (n,)
+            edges: currents between them (n + 1,)
+        """
+        units = chords / np.maximum(np.abs(chords), 1e-12)
+        across, turning = units[1:] + units[:-1], np.angle(chords[1:] * np.conj(chords[:-1]))
+        rotor = -1j * np.sign(turning) * across / np.maximum(np.abs(across), 1e-12)
+        along = (edges[1:-1] * np.conj(rotor)).real
+        return np.asarray(chords[1:-1] - np.diff(self._salient * along * rotor))
 
     def _compare(self, chords: np.ndarray) -> None:
         """Size of every chord against the turn from the one before to the one after."""

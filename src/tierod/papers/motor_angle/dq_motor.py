@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -20,16 +19,8 @@ from tierod.physics.pm_motor import (
     torque_constant,
 )
 
-
-@dataclass(frozen=True)
-class DqMotorParameters(MotorParameters):
-    """A motor whose inductance may differ along and across the flux.
-
-    Args:
-        motor_saliency: L_sq over L_sd, `motor_inductance` being L_sd; 1 where a vehicle file does not give it []
-    """
-
-    motor_saliency: Annotated[float, ""] = 1.0
+DqMotorParameters = MotorParameters
+"""A motor whose inductance may differ along and across the flux."""
 
 
 class DqMotor:
@@ -115,7 +106,7 @@ def _rates(
 ) -> tuple[Scalar, Scalar, Scalar]:
     """Rates of both currents and of the speed."""
     current = RotorVector(x.current_d, x.current_q)
-    along, across = p.motor_inductance, p.motor_saliency * p.motor_inductance
+    along, across = p.motor_inductance, p.inductance_across
     currents = current_rate(
         current,
         RotorVector(u.voltage_d, u.voltage_q),

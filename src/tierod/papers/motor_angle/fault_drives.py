@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -48,10 +48,12 @@ class BenchDrive:
     Args:
         samples: columns of `MotorAngleSample`, (n, columns), at `RATE`
         speed: true speed of the shaft [rad/s], (n,)
+        angle: true angle of the shaft [rad], (n,)
     """
 
     samples: np.ndarray
     speed: np.ndarray
+    angle: np.ndarray
 
     @property
     def time(self) -> np.ndarray:
@@ -71,13 +73,30 @@ def drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 
     return noisy(clean_drive(seed, seconds, fault, start), np.random.default_rng([seed, 77]))
 
 
-def clean_drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 0.0) -> BenchDrive:
-    """The same without noise; arguments as of `drive`."""
-    time = bench_time(seconds)
-    inputs = bench_inputs(course(time, seed))
+def clean_drive(
+    seed: int,
+    seconds: float,
+    fault: Fault | None = None,
+    start: float = 0.0,
+    plant: MotorBench | None = None,
+    load: np.ndarray | None = None,
+    pace: float = 1.0,
+) -> BenchDrive:
+    """The same without noise.
+
+    Args:
+        seed, seconds, fault, start: as of `drive`
+        plant: the bench; the usual one where None
+        load: torque that opposes besides the spring, a value per step of the bench; none where None [N*m]
+        pace: of the course, over the usual one []
+    """
+    plant, time = plant or MotorBench(), bench_time(seconds)
+    inputs = bench_inputs(pace * course(time, seed))
+    if load is not None:
+        inputs["load_torque"] = load
     if fault is not None:
         inputs |= faulty_ports(fault, time - start, inputs["target_motor_angle"])
-    found = scan(MotorBench(), np.column_stack(list(inputs.values())))
+    found = scan(plant, np.column_stack(list(inputs.values())))
     return recorded(found, inputs, 0.0 if fault is None else fault.quantum, start)
 
 
@@ -148,7 +167,7 @@ def recorded(found: Result, inputs: Mapping[str, np.ndarray], quantum: float = 0
         angle[:] = quantum * np.round(angle / quantum)
     target = MotorAngleSample._fields.index("target_motor_angle_mechanical")
     samples[::SUBSTEPS, target] = inputs["target_motor_angle"]
-    return BenchDrive(samples, speed)
+    return BenchDrive(samples, speed, fine(found, "motor_angle_mechanical"))
 
 
 def noisy(clean: BenchDrive, random: np.random.Generator) -> BenchDrive:
@@ -156,4 +175,4 @@ def noisy(clean: BenchDrive, random: np.random.Generator) -> BenchDrive:
     samples = clean.samples.copy()
     for name, noise in NOISES.items():
         samples[:, MotorAngleSample._fields.index(name)] += noise * random.normal(size=len(samples))
-    return BenchDrive(samples, clean.speed)
+    return replace(clean, samples=samples)

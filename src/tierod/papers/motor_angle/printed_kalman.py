@@ -31,7 +31,7 @@ class PrintedJacobianFilter(KalmanFilter):
     def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
         rows = jacobian(lambda mean: self.model.transition(mean, inputs, self.parameters), state.mean)
         rows[2][0], rows[2][1] = rows[2][1], rows[2][0]
-        rows[1][0] = rows[1][0] * self.parameters.continuous.motor_saliency
+        rows[1][0] = rows[1][0] * (self.parameters.continuous.motor_saliency or 1.0)
         covariance = predict_covariance(rows, state.covariance, process)
         return Prediction(leaf_values(self.model.transition(state.mean, inputs, self.parameters)), covariance)
 

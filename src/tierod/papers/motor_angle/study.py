@@ -21,6 +21,7 @@ PARTS: Mapping[str, str] = {
     "sensor_faults": "faults of the angle sensor",
     "three_angles": "which of three angles is wrong",
     "run_length": "time between false alarms",
+    "salient": "salient motors, and loads that step",
     "identified": "parameters from a drive",
     "real_drives": "recordings of a real drive",
 }

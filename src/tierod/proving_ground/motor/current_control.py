@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.fields import NOT_NEGATIVE, POSITIVE
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import exp, limit
 from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, inverse_park, park, turned
 from tierod.physics.inverter import limited_voltage
 from tierod.physics.pm_motor import torque_constant
+from tierod.proving_ground.motor.set_points import SetPoints
 
 
 class ControlMemory(NamedTuple):
@@ -40,6 +41,8 @@ class CurrentControl:
         lag: time constant of the closed current loop; 1/3 ms leaves room for one and a half periods of delay at 10 kHz
         current_limit: longest current vector
         speed_time: of the low-pass on the sensed speed; 0 is none
+        weakening: share of the longest voltage up to which `SetPoints` choose the current along the flux; None asks
+            for none along it
     """
 
     resistance: Annotated[float, "ohm", POSITIVE] = 0.05
@@ -49,6 +52,7 @@ class CurrentControl:
     lag: Annotated[float, "s", POSITIVE] = 1.0 / 3000.0
     current_limit: Annotated[float, "A", POSITIVE] = 60.0
     speed_time: Annotated[float, "s", NOT_NEGATIVE] = 5e-4
+    weakening: Annotated[float, "", SHARE] | None = None
 
     def remembered(self) -> ControlMemory:
         """At rest, no voltage."""
@@ -84,7 +88,11 @@ class CurrentControl:
         speed = self._speed(memory, angle, period)
         electrical_speed = pole_pairs * speed
         own = park(current, rotor)
-        error = RotorVector(0.0 - own.d, wanted - own.q)
+        target = RotorVector(0.0, wanted)
+        if self.weakening is not None:
+            points = SetPoints(self.inductance_d, self.inductance_q, self.flux, self.current_limit)
+            target = points.of(wanted, electrical_speed, self.weakening * longest)
+        error = RotorVector(target.d - own.d, target.q - own.q)
         gain_d, gain_q = self.inductance_d / self.lag, self.inductance_q / self.lag
         asked = RotorVector(
             memory.integral.d + gain_d * error.d - electrical_speed * self.inductance_q * own.q,

@@ -1,0 +1,158 @@
+"""Benches with salient motors, loads that step within one sample, and the monitor with what a file says of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from tierod.core.graph import scan
+from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
+from tierod.papers.motor_angle.fault_drives import RATE, BenchDrive, bench_time, clean_drive, noisy
+from tierod.papers.motor_angle.fault_kinds import Fault
+from tierod.papers.motor_angle.fault_trials import Found, delays
+from tierod.papers.motor_angle.healthy_drives import bench_monitor
+from tierod.papers.motor_angle.observer_drives import bench
+from tierod.proving_ground.cars.motor_bench import MotorBench
+
+LOAD = 1.6
+"""Largest step of the load [N*m]: it takes half of the motor's torque, and the motor then accelerates by 1.3 rad/s
+within a sample."""
+FAST, FAST_LOAD = 1.5, 0.4
+"""Pace of a course up to some 200 rad/s, at which the magnets alone induce more than the inverter makes; its load."""
+BETWEEN = 0.5
+"""Mean time between two steps of the load [s]."""
+WEAKENING = 0.9
+"""Share of the longest voltage from which the drive weakens the flux."""
+
+
+@dataclass(frozen=True)
+class Assumed:
+    """What the vehicle file says of a motor, over what is true.
+
+    Args:
+        direct, quadrature: inductances along and across the flux
+        resistance, flux: of winding and magnets
+    """
+
+    direct: float = 1.0
+    quadrature: float = 1.0
+    resistance: float = 1.0
+    flux: float = 1.0
+
+
+RIGHT = Assumed()
+
+
+def salient_bench(ratio: float) -> MotorBench:
+    """The bench with a salient motor, driven with the least current and with weakened flux.
+
+    More inductance across the flux would leave too little voltage to brake a load of `LOAD` that drives the motor. The
+    load is that which steps, alone: with the spring besides, it would be more than the motor's torque.
+
+    Args:
+        ratio: inductance across the flux over that along it
+    """
+    plant = bench(stiffness=0.0)
+    machine, control = plant.motor.machine, plant.motor.control
+    own = {"inductance_d": machine.inductance_d * ratio**-0.8, "inductance_q": machine.inductance_q * ratio**0.2}
+    motor = replace(plant.motor, machine=replace(machine, **own), control=replace(control, weakening=WEAKENING, **own))
+    return replace(plant, motor=motor)
+
+
+@lru_cache(maxsize=64)
+def salient_monitor(ratio: float, assumed: Assumed = RIGHT) -> MotorAngleMonitor:
+    """The monitor of such a motor.
+
+    Args:
+        ratio: true one of the inductances
+        assumed: how the vehicle file differs
+    """
+    monitor = bench_monitor()
+    parameters = assumed_parameters(monitor.observer.parameters, ratio, assumed)
+    return replace(monitor, observer=replace(monitor.observer, parameters=parameters))
+
+
+def assumed_parameters(p: SampledMotorParameters, ratio: float, assumed: Assumed) -> SampledMotorParameters:
+    """Parameters of a vehicle file for a motor of `salient_bench`; arguments as of `salient_monitor`."""
+    return replace(
+        p,
+        motor_inductance=assumed.direct * p.motor_inductance * ratio**-0.8,
+        motor_saliency=ratio * assumed.quadrature / assumed.direct,
+        motor_resistance=assumed.resistance * p.motor_resistance,
+        motor_flux=assumed.flux * p.motor_flux,
+    )
+
+
+def stepping_load(seconds: float, seed: int, largest: float = LOAD) -> np.ndarray:
+    """A load that stands and steps, every millisecond [N*m].
+
+    Args:
+        seconds: how long
+        seed: of instants and sizes
+        largest: either way [N*m]
+    """
+    random = np.random.default_rng([seed, 3])
+    steps = len(bench_time(seconds))
+    starts = np.cumsum(np.maximum(random.exponential(BETWEEN, steps // 20 + 2), 0.02))
+    sizes = np.where(
+        random.random(len(starts)) < 0.7,
+        random.choice([-1.0, 0.0, 1.0], len(starts)),
+        random.uniform(-1.0, 1.0, len(starts)),
+    )
+    return np.asarray(largest * sizes[np.searchsorted(starts, bench_time(seconds), side="right")])
+
+
+def salient_drive(
+    ratio: float,
+    seed: int,
+    seconds: float,
+    fault: Fault | None = None,
+    start: float = 0.0,
+    largest: float = LOAD,
+    pace: float = 1.0,
+) -> BenchDrive:
+    """A drive of such a bench under a load that steps, as it is recorded.
+
+    Args:
+        ratio: of the inductances
+        seed: of course, load and noise
+        seconds: how long
+        fault: None for a fault-free drive
+        start: of the fault [s]
+        largest: step of the load [N*m]
+        pace: of the course, over the usual one []
+    """
+    load = stepping_load(seconds, seed, largest)
+    clean = clean_drive(seed, seconds, fault, start, salient_bench(ratio), load, pace)
+    return noisy(clean, np.random.default_rng([seed, 77]))
+
+
+def fast_drive(ratio: float, seed: int, seconds: float) -> BenchDrive:
+    """The same at a speed at which the drive weakens the flux, with the load that it can then carry.
+
+    Args:
+        ratio, seed, seconds: as of `salient_drive`
+    """
+    return salient_drive(ratio, seed, seconds, largest=FAST_LOAD, pace=FAST)
+
+
+def found_on_salient(ratio: float, seed: int, fault: Fault, assumed: Assumed = RIGHT) -> Found | None:
+    """What becomes of a fault that begins at a random instant at which the angle is known; None without such an one.
+
+    Args:
+        ratio: of the inductances
+        seed: of course, load, noise and instant
+        fault: which
+        assumed: how the vehicle file differs
+    """
+    monitor, seconds = salient_monitor(ratio, assumed), 9.0
+    known = scan(monitor, salient_drive(ratio, seed, 7.0).samples)["compared.known"] > 0.5
+    instants = np.flatnonzero(known[55_000:]) + 55_000
+    if not len(instants):
+        return None
+    start = int(np.random.default_rng(seed).choice(instants)) // 10
+    seen = salient_drive(ratio, seed, seconds, fault, start * 1e-3)
+    return delays(scan(monitor, seen.samples), round(start * 1e-3 * RATE), fault)

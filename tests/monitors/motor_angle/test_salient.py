@@ -1,0 +1,113 @@
+"""Motors with different inductances along and across the flux, and loads that step within one sample."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from monitors.motor_angle.monitored import COLUMN, recording, vehicle_with
+from tierod.core.findings import Status
+from tierod.core.graph import scan
+from tierod.monitors.diagnose import diagnose
+from tierod.papers.motor_angle.fault_drives import RATE
+from tierod.papers.motor_angle.fault_kinds import offset
+from tierod.papers.motor_angle.salient_drives import (
+    RIGHT,
+    Assumed,
+    found_on_salient,
+    salient_drive,
+    salient_monitor,
+    stepping_load,
+)
+
+RATIOS = (1.1, 2.0, 3.0)
+
+
+def watched(ratio, assumed=RIGHT, seed=5, seconds=12.0):
+    """Outputs of the monitor, and the error of its angle from 2 s on [rad]."""
+    seen = salient_drive(ratio, seed, seconds)
+    found = scan(salient_monitor(ratio, assumed), seen.samples)
+    return found, (found["estimate.motor_angle"] - seen.angle)[round(2.0 * RATE) :]
+
+
+def alarms(found):
+    return {name for name in found.names if name.startswith("alarms.") and (found[name] > 0.5).any()}
+
+
+@pytest.mark.parametrize("ratio", [1.0, *RATIOS])
+def test_steps_of_the_load_raise_no_alarm_and_the_angle_stays_known(ratio):
+    load = stepping_load(12.0, 5)
+    assert np.count_nonzero(np.abs(np.diff(load)) > 0.5) > 8
+    found, error = watched(ratio)
+    assert not alarms(found)
+    assert np.sqrt(np.mean(error**2)) < 0.004
+    assert np.abs(error).max() < 0.03
+
+
+def test_a_salient_motor_that_the_file_takes_for_one_without_is_not_followed():
+    """The measure itself: without saliency in the file the same drive errs ten times as much."""
+    _, error = watched(2.0, Assumed(quadrature=0.5))
+    assert np.sqrt(np.mean(error**2)) > 0.03
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_inductances_that_are_a_twentieth_off_cost_little_and_alarm_nothing(ratio):
+    found, error = watched(ratio, Assumed(direct=0.95, quadrature=1.05, resistance=0.8, flux=1.02))
+    assert not alarms(found)
+    assert np.sqrt(np.mean(error**2)) < 0.007
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("degrees", [5.0, -5.0])
+def test_an_offset_of_five_degrees_is_found_within_fifty_milliseconds(ratio, degrees):
+    found = found_on_salient(ratio, 24, offset(degrees))
+    assert 0.0 < found.delay < 50.0
+
+
+def finding(samples, ratio):
+    p = salient_monitor(ratio).observer.parameters
+    vehicle = vehicle_with(motor_inductance=p.motor_inductance)
+    saliency = replace(vehicle.parameters["motor_inductance"], name="motor_saliency", value=p.motor_saliency, unit="")
+    vehicle = replace(vehicle, parameters={**vehicle.parameters, "motor_saliency": saliency})
+    return diagnose(recording(samples), vehicle, "motor-angle").findings[0]
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_a_fault_free_drive_is_healthy_and_an_offset_is_a_fault_of_the_sensor(ratio):
+    samples = salient_drive(ratio, 6, 9.0).samples
+    assert finding(samples, ratio).status is Status.HEALTHY
+    samples[62_000:, COLUMN["motor_angle_mechanical"]] += np.radians(5.0) / 4.0
+    found = finding(samples, ratio)
+    assert found.status is Status.FAULT
+    assert "angle sensor differs" in found.cause
+    assert math.degrees(found.estimate.value) == pytest.approx(5.0, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("names", "change", "cause"),
+    [
+        ("motor_current", np.conj, "the phases of the currents are swapped: b and c"),
+        ("motor_voltage", np.conj, "the phases of the voltages are swapped"),
+        ("motor_current", lambda v: -v, "the currents have the wrong sign"),
+        ("motor_voltage", lambda v: 0.5 * v, "so is the voltage's scale"),
+    ],
+)
+@pytest.mark.parametrize("ratio", [1.1, 3.0])
+def test_a_wrong_recording_of_a_salient_motor_is_named(names, change, cause, ratio):
+    samples = salient_drive(ratio, 6, 9.0).samples
+    columns = [COLUMN[f"{names}_{axis}"] for axis in ("alpha", "beta")]
+    vector = change(samples[:, columns[0]] + 1j * samples[:, columns[1]])
+    samples[:, columns] = np.column_stack([vector.real, vector.imag])
+    found = finding(samples, ratio)
+    assert found.status is Status.NOT_TESTABLE
+    assert cause in found.cause
+
+
+def test_a_sensor_of_noise_is_named_and_not_the_currents_of_a_salient_motor():
+    samples = salient_drive(3.0, 6, 9.0, largest=0.0).samples
+    angle = samples[:, COLUMN["motor_angle_mechanical"]]
+    angle += np.nanstd(angle) * np.random.default_rng(1).normal(size=len(angle))
+    found = finding(samples, 3.0)
+    assert found.status is Status.FAULT
+    assert found.cause == "the motor's angle contradicts currents and voltages, which fit each other"
