@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.proving_ground.foresight import Foresight
+from tierod.proving_ground.run import Foresight
 
 LOOK = 0.2
 TIME = np.linspace(0.0, LOOK, 50, endpoint=False)

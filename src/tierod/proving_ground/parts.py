@@ -9,9 +9,12 @@ ISO 8855: left is positive; a kingpin torque opposes a turn to the left.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Annotated, Any, NamedTuple, Protocol
 
+from tierod.core.block import named_tuple
 from tierod.core.fields import NOT_NEGATIVE, SHARE, Range
+from tierod.core.graph.maths import where
 
 Motion = Any
 """Tree of numbers that a part's differential equations carry on."""
@@ -280,3 +283,21 @@ class Driver(Protocol):
 
     def derivative(self, motion: Motion, intent: Intent, hand: Hand, demand: Demand) -> Motion:
         """Rate of change of muscles and the like."""
+
+
+@cache
+def ports_type(names: tuple[str, ...]) -> type:
+    """The NamedTuple class with one `Port` per name."""
+    return named_tuple("Ports", [(name, Port) for name in names])
+
+
+def pass_through(port: Port, held: Any, value: Any) -> tuple[Any, Any]:
+    """What comes out of a port, as (value to hold from now on, output).
+
+    Args:
+        port: the fault, `SOUND` for none
+        held: value of the step before
+        value: what goes in
+    """
+    kept = where(port.held > 0.5, held, value)
+    return kept, port.gain * kept + port.offset

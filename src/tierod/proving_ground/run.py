@@ -20,12 +20,54 @@ from tierod.core.recording import Channel, Recording
 from tierod.proving_ground.courses import Course
 from tierod.proving_ground.courses.course import FACTORS
 from tierod.proving_ground.faults import Fault, Schedule
-from tierod.proving_ground.foresight import Foresight
-from tierod.proving_ground.readings import Readings, generator, true_channels
-from tierod.proving_ground.recorder import Recorder, channel_names, declared_units
+from tierod.proving_ground.recorder import Readings, Recorder, channel_names, declared_units, generator, true_channels
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import Sensor, SensorSet
 from tierod.proving_ground.varied import Varied, path_of
+
+
+class Foresight:
+    """Distance and speed foreseen from look to look, without a jump where a look corrects them.
+
+    A driver reads the curvature of the path there: a jump of a few centimetres would be one of the steering's target.
+
+    Args:
+        distance: along the path at the beginning [m]
+        speed: at the beginning [m/s]
+    """
+
+    def __init__(self, distance: float, speed: float):
+        self._distance, self._speed, self._acceleration = distance, speed, 0.0
+        self._foreseen = distance, speed
+
+    def look(self, distance: float, speed: float, after: float) -> None:
+        """Where the car really is now.
+
+        Args:
+            distance: along the path [m]
+            speed: [m/s]
+            after: time since the last look [s]
+        """
+        self._acceleration = (speed - self._speed) / after
+        self._distance, self._speed = distance, speed
+
+    def over(self, time: np.ndarray, until: float) -> tuple[np.ndarray, np.ndarray]:
+        """Distance [m] and speed [m/s] at instants after the last look; what was foreseen wrongly fades until the next.
+
+        Args:
+            time: since the last look [s], (n,)
+            until: time of the next look [s]
+        """
+        wrong = [seen - now for seen, now in zip(self._foreseen, (self._distance, self._speed), strict=True)]
+        left = 1.0 - time / until
+        self._foreseen = self._at(until)
+        distance, speed = self._at(time)
+        return distance + wrong[0] * left, speed + wrong[1] * left
+
+    def _at(self, time: Any) -> tuple[Any, Any]:
+        distance = self._distance + (self._speed + 0.5 * self._acceleration * time) * time
+        return distance, self._speed + self._acceleration * time
+
 
 LOOK = 0.2
 """Between two looks at the course [s]; over that time the distance is foreseen to a centimetre."""
@@ -98,7 +140,8 @@ def run(
     diverged_at = drive.to_the_end(seconds, recorder, progress)
     truths = recorder.truths()
     described = declared_units(drive.kernel.graph.output_tree)
-    channels = readings.channels(truths, schedule, described) | true_channels(truths, readings.sensors, described)
+    channels = readings.channels(truths, schedule.on_channel, described)
+    channels |= true_channels(truths, readings.sensors, described)
     if diverged_at is not None:
         channels = {name: _until(each, diverged_at) for name, each in channels.items()}
     provenance = _provenance(car, readings.sensors, schedule)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from proving_ground.chassis.bench import STEP, drive
-from tierod.proving_ground.cars.imu import InertialUnit
+from tierod.proving_ground.cars.body import InertialUnit
 from tierod.proving_ground.chassis import TwoTrack
 
 G = 9.81

@@ -3,7 +3,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from tierod.proving_ground.cars.path import START, moved, path_rate
+from tierod.proving_ground.cars.body import START, moved, path_rate
 from tierod.proving_ground.integration import runge_kutta
 
 RADIUS, STEP = 40.0, 1e-3

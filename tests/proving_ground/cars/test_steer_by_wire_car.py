@@ -10,7 +10,7 @@ from tierod.physics import single_track
 from tierod.proving_ground.cars.car import Start
 from tierod.proving_ground.cars.steer_by_wire_car import SteerByWireCar
 from tierod.proving_ground.chassis import SingleTrack
-from tierod.proving_ground.control.feel import Feel
+from tierod.proving_ground.control.angle_control import Feel
 from tierod.proving_ground.driving import HumanDriver
 from tierod.proving_ground.recorder import channel_names
 

@@ -1,8 +1,6 @@
 import pytest
 
-from tierod.proving_ground.control.feel import Feel
-from tierod.proving_ground.control.speed_control import SpeedControl
-from tierod.proving_ground.control.variable_ratio import VariableRatio
+from tierod.proving_ground.control.angle_control import Feel, SpeedControl, VariableRatio
 
 
 def test_ratio_falls_from_standing_to_fast_and_is_half_way_at_the_middle_speed():

@@ -3,7 +3,7 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.proving_ground.cars.column_bench import ColumnBench
-from tierod.proving_ground.courses.bench_hands import BenchHands
+from tierod.proving_ground.courses.bench import BenchHands
 from tierod.proving_ground.run import run
 
 

@@ -10,10 +10,8 @@ from tierod.core.errors import ParameterError
 from tierod.proving_ground.courses import load
 from tierod.proving_ground.courses.circuit import Bend, Circuit, Halt, Straight
 from tierod.proving_ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane
-from tierod.proving_ground.courses.natural import NaturalDrive
-from tierod.proving_ground.courses.plan import TICK, Pace
-from tierod.proving_ground.courses.roads import City, Country, Motorway, Roundabouts
-from tierod.proving_ground.courses.way import STEP, bump, drawn
+from tierod.proving_ground.courses.natural import City, Country, Motorway, NaturalDrive, Roundabouts
+from tierod.proving_ground.courses.way import STEP, TICK, Pace, bump, drawn
 
 ROUNDS = ("short-round", "long-round", "third-round")
 

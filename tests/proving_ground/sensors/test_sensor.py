@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from tierod.core.errors import ParameterError
 from tierod.proving_ground import Sensor, SensorNoise
-from tierod.proving_ground.sensors.drift import gauss_markov, random_walk
-from tierod.proving_ground.sensors.loss import lost_frames
+from tierod.proving_ground.sensors.sensor import gauss_markov, lost_frames, random_walk
 
 
 def chance(seed=0):

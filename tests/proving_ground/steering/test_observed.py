@@ -2,7 +2,7 @@ import pytest
 
 from tierod.core.block import units
 from tierod.core.signals import SIGNALS
-from tierod.proving_ground.steering.observed import SteeringSignals
+from tierod.proving_ground.steering.linkage import SteeringSignals
 
 FIELDS = list(zip(SteeringSignals._fields, units(SteeringSignals), strict=True))
 

@@ -20,8 +20,7 @@ from tierod.monitors.driver_torque.hands import OFF, UNCERTAIN
 from tierod.proving_ground.cars.catalogue import load as load_car
 from tierod.proving_ground.courses import load as load_course
 from tierod.proving_ground.courses.catalogue import AnyCourse
-from tierod.proving_ground.courses.conditions import Grip, Tremor
-from tierod.proving_ground.courses.window import During
+from tierod.proving_ground.courses.conditions import During, Grip, Tremor
 from tierod.proving_ground.run import run
 from tierod.proving_ground.sensors import SensorSet
 from tierod.vehicles import Vehicle, load

@@ -8,9 +8,8 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.physics.gear import superposed_target
 from tierod.proving_ground.cars.car import Car, Observed
-from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
+from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory, VariableRatio
 from tierod.proving_ground.control.assist import AssistMemory, AssistUnit
-from tierod.proving_ground.control.variable_ratio import VariableRatio
 from tierod.proving_ground.motor import AFS_MOTOR, DriveState, PmMotor
 from tierod.proving_ground.motor.pm_motor import IN_LOOP, DriveSignals, Senses
 from tierod.proving_ground.steering.active_front import ActiveFront

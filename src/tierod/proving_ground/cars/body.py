@@ -1,13 +1,99 @@
-"""What body and wheels of a car show."""
+"""What a car's body shows: inertial sensors, the place along the path and over ground, and all signals of the body."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.graph.maths import arctan, arctan2, where
-from tierod.proving_ground.cars.imu import InertialUnit
-from tierod.proving_ground.cars.path import Path
+from tierod.core.graph.maths import arctan, arctan2, cos, maximum, sin, where
+from tierod.physics.gravity import GRAVITY
+from tierod.physics.single_track import lateral_acceleration_at
 from tierod.proving_ground.parts import Reaction, Road
+
+
+@dataclass(frozen=True)
+class InertialUnit:
+    """Mounting place of the inertial unit on the body; typically on the tunnel, below the centre of gravity.
+
+    Args:
+        forward, left, up: from the centre of gravity of the car, about which its body rolls
+    """
+
+    forward: Annotated[float, "m"] = 0.2
+    left: Annotated[float, "m"] = 0.0
+    up: Annotated[float, "m"] = -0.15
+
+    def lateral_acceleration(self, reaction: Reaction) -> Any:
+        """Specific force across the body [m/s**2], with lever arm, bank and the lean of the body."""
+        at_place = lateral_acceleration_at(
+            reaction.lateral_acceleration, reaction.yaw_acceleration, reaction.yaw_rate, self.forward, self.left
+        )
+        return at_place - self.up * reaction.roll_acceleration + GRAVITY * reaction.roll_angle
+
+    def longitudinal_acceleration(self, reaction: Reaction) -> Any:
+        """Specific force along the body [m/s**2], with lever arm and grade."""
+        turning = reaction.yaw_rate * reaction.yaw_rate * self.forward + reaction.yaw_acceleration * self.left
+        return reaction.longitudinal_acceleration - turning
+
+
+INSIDE = 0.2
+"""Least share of a bend's radius that a car keeps from its centre, where the path's own frame would turn over [-]."""
+
+
+class Path(NamedTuple):
+    """Motion along a path; the offset is positive to its left, the heading over ground.
+
+    Args:
+        distance: of the foot of the car on the path [m]
+        lateral_offset: of the car from there [m]
+        heading_error: of the car against the path [rad]
+        heading: of the car over ground [rad]
+    """
+
+    distance: Any
+    lateral_offset: Any
+    heading_error: Any
+    heading: Any
+
+
+START = Path(0.0, 0.0, 0.0, 0.0)
+
+
+def path_rate(path: Path, reaction: Reaction, curvature: Any) -> Path:
+    """Rate of change.
+
+    Args:
+        path: now
+        reaction: of the chassis
+        curvature: of the path [1/m]
+
+    Source: Frenet frame; Rajamani, Vehicle Dynamics and Control (2012), section 2.5, without its small angles.
+    """
+    along, across = cos(path.heading_error), sin(path.heading_error)
+    forward = reaction.speed * along - reaction.lateral_speed * across
+    distance_rate = forward / maximum(1.0 - curvature * path.lateral_offset, INSIDE)
+    sideways = reaction.speed * across + reaction.lateral_speed * along
+    return Path(distance_rate, sideways, reaction.yaw_rate - curvature * distance_rate, reaction.yaw_rate)
+
+
+def moved(position: tuple[Any, Any], reaction: Reaction, heading: Any, step: Any) -> tuple[Any, Any]:
+    """Coordinates over ground [m] after a step.
+
+    Args:
+        position: before, x ahead and y to the left of the first heading [m]
+        reaction: of the chassis at the start of the step
+        heading: at the start of the step [rad]
+        step: [s]
+
+    Once a step, with speeds of its start: what that leaves out adds up to half a step of the change of speed, no more.
+    """
+    middle = heading + 0.5 * step * reaction.yaw_rate
+    along, across = cos(middle), sin(middle)
+    return (
+        position[0] + step * (reaction.speed * along - reaction.lateral_speed * across),
+        position[1] + step * (reaction.speed * across + reaction.lateral_speed * along),
+    )
+
 
 ROLLING = 0.5
 """Speed below which there is no sideslip angle [m/s]."""

@@ -9,13 +9,20 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import named_tuple
 from tierod.core.fields import Range
-from tierod.proving_ground.cars.body import Body, body_signals, vehicle_speed
-from tierod.proving_ground.cars.imu import InertialUnit
-from tierod.proving_ground.cars.path import START, Path, moved, path_rate
+from tierod.proving_ground.cars.body import (
+    START,
+    Body,
+    InertialUnit,
+    Path,
+    body_signals,
+    moved,
+    path_rate,
+    vehicle_speed,
+)
 from tierod.proving_ground.chassis import TwoTrack
 from tierod.proving_ground.courses import Start
 from tierod.proving_ground.driving import HumanDriver
-from tierod.proving_ground.integration import rosenbrock
+from tierod.proving_ground.integration import rosenbrock, steering_inverse
 from tierod.proving_ground.parts import (
     Chassis,
     Demand,
@@ -29,10 +36,10 @@ from tierod.proving_ground.parts import (
     Steering,
     Wheels,
     Wind,
+    pass_through,
+    ports_type,
 )
-from tierod.proving_ground.ports import pass_through, ports_type
 from tierod.proving_ground.powertrain import Powertrain
-from tierod.proving_ground.steering.implicit import steering_inverse
 
 
 class Motion(NamedTuple):

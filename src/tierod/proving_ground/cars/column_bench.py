@@ -10,11 +10,10 @@ from tierod.core.graph.maths import where
 from tierod.physics.gear import gear_coupling_torque
 from tierod.physics.steering_ratio import torsion_bar_torque
 from tierod.proving_ground.integration import runge_kutta
-from tierod.proving_ground.parts import Port
-from tierod.proving_ground.ports import pass_through
+from tierod.proving_ground.parts import Port, pass_through
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl
-from tierod.proving_ground.steering.motor import Ripple, rippled
+from tierod.proving_ground.steering.shaft import Ripple, rippled
 
 
 class ColumnMotion(NamedTuple):

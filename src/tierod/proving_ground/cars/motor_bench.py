@@ -10,7 +10,7 @@ from tierod.core.graph.maths import limit
 from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
 from tierod.proving_ground.motor import AFS_MOTOR, DriveState, PmMotor
 from tierod.proving_ground.motor.pm_motor import IN_LOOP, DriveSignals, Senses
-from tierod.proving_ground.ports import pass_through, ports_type
+from tierod.proving_ground.parts import pass_through, ports_type
 
 PORTS = ports_type((*IN_LOOP, "motor_torque"))
 """Where faults reach the loops: what the current control reads, and the torque that is asked of the drive."""

@@ -8,9 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.core.fields import POSITIVE
 from tierod.proving_ground.cars.car import Car, Observed
-from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
-from tierod.proving_ground.control.feel import Feel
-from tierod.proving_ground.control.variable_ratio import VariableRatio
+from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory, Feel, VariableRatio
 from tierod.proving_ground.steering.steer_by_wire import SteerByWire
 
 

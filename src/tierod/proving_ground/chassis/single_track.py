@@ -20,9 +20,8 @@ from tierod.physics.tyre import (
     relaxation_speed,
     twist_rate,
 )
-from tierod.proving_ground.chassis.air import air_on
-from tierod.proving_ground.chassis.two_axles import OnTwoAxles
-from tierod.proving_ground.chassis.wheel import LEAST_ADHESION, TREAD_LAG, hub
+from tierod.proving_ground.chassis.suspension import OnTwoAxles
+from tierod.proving_ground.chassis.tyres import LEAST_ADHESION, TREAD_LAG, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 
 
@@ -116,7 +115,7 @@ class SingleTrack(OnTwoAxles):
         """Forces, accelerations and kingpin torques in a state of motion."""
         adhesion = self.adhesion * maximum(0.5 * (road.adhesion_left + road.adhesion_right), LEAST_ADHESION)
         sine, rates, tyres = self._tyres(motion, steer, road, adhesion)
-        air = air_on(self, motion, road, wind)
+        air = self.air(motion, road, wind)
         scrub = road.support * self._parking_torque(adhesion) * motion.twist / self.twist_angle
         weight = weight_torque(road.support * self.front_load, self.weight_lever, sine)
         kingpin = 0.5 * (tyres.self_aligning_torque + scrub + weight)

@@ -11,9 +11,8 @@ from tierod.physics.load_transfer import lateral_load_transfer, longitudinal_loa
 from tierod.physics.resistances import AirForces, holding_friction, rolling_resistance
 from tierod.physics.single_track import yaw_moment
 from tierod.physics.tyre import parking_torque, twist_rate
-from tierod.proving_ground.chassis.air import air_on
-from tierod.proving_ground.chassis.two_track_parameters import TwoTrackParameters
-from tierod.proving_ground.chassis.wheel import contact, hub
+from tierod.proving_ground.chassis.suspension import Axle, Kingpins, TwoTrackParameters
+from tierod.proving_ground.chassis.tyres import Tyre, contact, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 
 STOPPING_TIME = 0.004
@@ -93,7 +92,7 @@ class TwoTrack(TwoTrackParameters):
         contacts = self.contacts(motion, loads, hubs, road)
         scrub = self.scrub(motion, steer, loads, hubs, contacts)
         sums = self.sums(hubs, contacts, scrub)
-        air = air_on(self, motion, road, wind)
+        air = self.air(motion, road, wind)
         rates = self._rates(motion, sums, air, road)._replace(
             longitudinal=Wheels(*(each.longitudinal_rate for each in contacts)),
             lateral=Wheels(*(each.lateral_rate for each in contacts)),
@@ -240,3 +239,29 @@ class TwoTrack(TwoTrackParameters):
 
     def _wheel_speeds(self, motion: TwoTrackMotion) -> Wheels:
         return Wheels(*(spin * axle.tyre.radius for axle, spin in zip(self.axles, motion.spins, strict=True)))
+
+
+def demonstrator() -> TwoTrack:
+    """The light electric demonstrator of Li, Frey and Gauterin, a car at a scale of 1 to 1.5.
+
+    Source: Table A1 of the paper for mass, yaw inertia, distances, track and wheel radius. The cornering stiffness is
+    35 kN/rad an axle, as usual for these loads; the printed 322 kN/rad would be some ten times that. Everything about
+    roll, and the scrub radius, is assumed.
+    """
+    tyre = Tyre(
+        radius=0.243, nominal_load=1000.0, cornering_stiffness=26.0, lateral_relaxation=0.3, trail=0.018, pressure=2.0e5
+    )
+    return TwoTrack(
+        mass=403.2,
+        yaw_inertia=548.3,
+        front_distance=0.904,
+        rear_distance=1.166,
+        centre_height=0.35,
+        roll_inertia=70.0,
+        drag_area=0.5,
+        side_area=2.5,
+        side_force_lead=0.3,
+        front=Axle(1.084, 0.03, 14e3, 700.0, 0.0, 0.45, tyre),
+        rear=Axle(1.084, 0.05, 11e3, 600.0, 0.0, 0.40, tyre),
+        kingpins=Kingpins(mechanical_trail=0.02, scrub_radius=0.05, inclination=0.1),
+    ).with_axle_stiffness(35e3, 35e3)

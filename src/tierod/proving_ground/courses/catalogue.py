@@ -10,11 +10,8 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.core.files import expanded
 from tierod.core.toml import Document, build
 from tierod.proving_ground.courses.base import Described
-from tierod.proving_ground.courses.bench import BenchMultisine, BenchRamps, BenchSteps, BenchSweep
-from tierod.proving_ground.courses.bench_hands import BenchHands
-from tierod.proving_ground.courses.circuit import Circuit
-from tierod.proving_ground.courses.csv_table import read_table
-from tierod.proving_ground.courses.drawn_round import DrawnRound
+from tierod.proving_ground.courses.bench import BenchHands, BenchMultisine, BenchRamps, BenchSteps, BenchSweep
+from tierod.proving_ground.courses.circuit import Circuit, DrawnRound
 from tierod.proving_ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane
 from tierod.proving_ground.courses.natural import NaturalDrive
 from tierod.proving_ground.courses.open_loop import (
@@ -25,7 +22,7 @@ from tierod.proving_ground.courses.open_loop import (
     SteadyAngle,
     StepSteer,
 )
-from tierod.proving_ground.courses.table import TimeTable, WayTable
+from tierod.proving_ground.courses.table import TimeTable, WayTable, read_table
 
 AnyCourse = (
     Circuit

@@ -12,8 +12,7 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.courses.base import WayCourse, require_rise, require_some
-from tierod.proving_ground.courses.plan import TICK, Plan
-from tierod.proving_ground.courses.way import STEP, Way, across
+from tierod.proving_ground.courses.way import STEP, TICK, Plan, Way, across
 
 _POINT = 0.05
 """Spacing of the points by which a line is given [m]."""

@@ -12,8 +12,7 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.proving_ground.courses.base import TimeCourse, require_rise, require_some
-from tierod.proving_ground.courses.chance import band_limited
-from tierod.proving_ground.courses.course import Columns, combine
+from tierod.proving_ground.courses.course import Columns, band_limited, combine
 
 
 @dataclass(frozen=True)

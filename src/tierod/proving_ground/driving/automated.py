@@ -9,8 +9,7 @@ from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import arctan, limit, maximum, where
 from tierod.physics.planar_motion import pursuit_curvature
 from tierod.physics.single_track import steady_road_wheel_angle
-from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
-from tierod.proving_ground.control.speed_control import SpeedControl
+from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory, SpeedControl
 from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
 
 

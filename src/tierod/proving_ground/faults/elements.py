@@ -13,8 +13,7 @@ from tierod.core.graph.trace import trace
 from tierod.core.signals import SIGNALS
 from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING, Behaviour
-from tierod.proving_ground.faults.behaviours import BEHAVIOURS
-from tierod.proving_ground.faults.changes import Sluggish
+from tierod.proving_ground.faults.behaviours import BEHAVIOURS, Sluggish
 from tierod.proving_ground.parts import Demand, Road, Wind
 from tierod.proving_ground.recorder import channel_names, declared_units
 from tierod.proving_ground.sensors import SensorSet

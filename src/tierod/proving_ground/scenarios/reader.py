@@ -1,8 +1,9 @@
-"""Reads a scenario file; all slips and contradictions are told before anything is driven."""
+"""Reads a scenario file and refuses every slip and contradiction before anything is driven."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,15 +12,41 @@ from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.plugins import FileRegistry
 from tierod.core.toml import Document, build
+from tierod.core.user_files import MOST_DATA_BYTES, read_bytes, read_text, toml
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.faults import fault_of
 from tierod.proving_ground.run import Outcome
 from tierod.proving_ground.scatter import Scatter
-from tierod.proving_ground.scenarios.check import require_sound
-from tierod.proving_ground.scenarios.files import named_files
-from tierod.proving_ground.scenarios.scenario import Scenario, lengthened, require_duration
+from tierod.proving_ground.scenarios.scenario import Scenario, lengthened, require_duration, require_sound
 from tierod.proving_ground.sensors import SensorSet
+
+
+def named_files(document: Document) -> dict[str, str]:
+    """SHA-256 of every file that a document names, and of those that these name; by the name as written."""
+    found: dict[str, str] = {}
+    _collect(document.content, document.path.parent, found)
+    return found
+
+
+def _collect(content: Any, folder: Path, found: dict[str, str]) -> None:
+    for text in _texts(content):
+        path = folder / text
+        if text in found or path.suffix.lower() not in (".toml", ".csv") or not path.is_file():
+            continue
+        whole = read_bytes(path, "the file", ParameterError, most=MOST_DATA_BYTES)
+        found[text] = hashlib.sha256(whole).hexdigest()
+        if path.suffix.lower() == ".toml":
+            _collect(toml(read_text(path, "the file", ParameterError), path, ParameterError), path.parent, found)
+
+
+def _texts(content: Any) -> Iterator[str]:
+    if isinstance(content, str):
+        yield content
+    elif isinstance(content, Mapping | list):
+        for part in content.values() if isinstance(content, Mapping) else content:
+            yield from _texts(part)
+
 
 SCENARIOS = FileRegistry("tierod.scenarios", "scenario", Path(__file__).parent)
 """The scenario files that tierod ships, and those of installed packages."""

@@ -11,8 +11,7 @@ from tierod.physics.friction import viscous
 from tierod.physics.gear import superposed_angle
 from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.column_eps import ColumnEps, ColumnMemory, ColumnMotion
-from tierod.proving_ground.steering.motor import Motor
-from tierod.proving_ground.steering.torsion_bar import Wheel
+from tierod.proving_ground.steering.shaft import Motor, Wheel
 
 
 class ActiveFrontMotion(NamedTuple):

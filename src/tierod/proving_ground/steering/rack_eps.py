@@ -11,10 +11,16 @@ from tierod.physics.gear import lash_torque
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.linkage import Linkage, Resistance
-from tierod.proving_ground.steering.motor import Motor, assist_motor
-from tierod.proving_ground.steering.observed import Dry, Rack, Shaft, SteeringSignals, steering_signals
-from tierod.proving_ground.steering.torsion_bar import TorsionBar, Wheel
+from tierod.proving_ground.steering.linkage import (
+    Dry,
+    Linkage,
+    Rack,
+    Resistance,
+    Shaft,
+    SteeringSignals,
+    steering_signals,
+)
+from tierod.proving_ground.steering.shaft import Motor, TorsionBar, Wheel, assist_motor
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl
 from tierod.proving_ground.steering.linkage import Linkage, Resistance
-from tierod.proving_ground.steering.motor import Motor
+from tierod.proving_ground.steering.shaft import Motor
 
 
 class HandWheelMotion(NamedTuple):

@@ -1,14 +1,34 @@
-"""The electric motor of a steering, with its current control as a lag."""
+"""What sits on a steering's shaft: the torsion bar below the steering wheel, and the electric motor."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit
 from tierod.physics.motor_torque import driving_limit, torque_ripple
+from tierod.physics.steering_ratio import torsion_bar_torque
+
+
+class Wheel(NamedTuple):
+    """Motion of the steering wheel, where a torsion bar parts it from the column."""
+
+    angle: Any
+    rate: Any
+
+
+@dataclass(frozen=True)
+class TorsionBar:
+    """An elastic bar below the steering wheel; 140 N*m/rad is 2.4 N*m per degree."""
+
+    stiffness: Annotated[float, "N*m/rad", POSITIVE] = 140.0
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.05
+
+    def torque(self, wheel: Wheel, angle: Any, rate: Any) -> Any:
+        """Torque on the column [N*m]."""
+        return torsion_bar_torque(wheel.angle, angle, self.stiffness, wheel.rate, rate, self.damping)
 
 
 @dataclass(frozen=True)
