@@ -38,7 +38,7 @@ class FrictionCourse:
     times: tuple[float, ...]
     levels: tuple[float, ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.times or len(self.times) != len(self.levels):
             raise ParameterError(
                 f"a friction course has {len(self.times)} times and {len(self.levels)} levels; give one level per time"
@@ -197,4 +197,5 @@ def _stretches(course: Course) -> list[tuple[float, str]] | None:
 
 def with_friction(car: EpsCar, level: float) -> EpsCar:
     """The car with another level of dry friction at the column [N*m]."""
-    return override(car, {LEVEL: float(level)})
+    changed: EpsCar = override(car, {LEVEL: float(level)})
+    return changed

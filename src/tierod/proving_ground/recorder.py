@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Collection, Mapping
-from typing import Any, get_type_hints
+from typing import get_type_hints
 
 import numpy as np
 
-from tierod.core.block import Block, units
+from tierod.core.block import Block, Tree, units
 from tierod.core.graph.trace import trace
 from tierod.core.recording import Channel
 from tierod.core.signals import SIGNALS
@@ -97,11 +97,11 @@ def _interpolated(series: np.ndarray, place: np.ndarray) -> np.ndarray:
     at = np.rint(place).astype(int)
     exact = np.abs(place - at) < SAME_INSTANT
     if exact.all():
-        return series[at]
+        return np.asarray(series[at])
     below = np.minimum(place.astype(int), max(len(series) - 2, 0))
     after = np.minimum(below + 1, len(series) - 1)
     between = series[below] + (place - below) * (series[after] - series[below])
-    return np.where(exact, series[at], between)
+    return np.asarray(np.where(exact, series[at], between))
 
 
 def channel(name: str, time: np.ndarray, values: np.ndarray, described: Mapping[str, str]) -> Channel:
@@ -111,7 +111,7 @@ def channel(name: str, time: np.ndarray, values: np.ndarray, described: Mapping[
     return Channel(name, time, values, unit, "virtual car")
 
 
-def declared_units(output: Any) -> dict[str, str]:
+def declared_units(output: Tree) -> dict[str, str]:
     """Unit of every channel of a block's output, from the annotations of its NamedTuples."""
     found: dict[str, str] = {}
     stack = [output]

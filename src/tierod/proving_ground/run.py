@@ -13,13 +13,15 @@ import numpy as np
 
 from tierod.core.block import tuning
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.fields import check_ranges
+from tierod.core.fields import check_ranges, replaced
 from tierod.core.graph.kernel import kernel
+from tierod.core.graph.maths import Number
 from tierod.core.graph.trace import initial_memory
 from tierod.core.recording import Channel, Recording
 from tierod.proving_ground.courses import Course
 from tierod.proving_ground.courses.course import FACTORS
 from tierod.proving_ground.faults import Fault, Schedule
+from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.recorder import Readings, Recorder, channel_names, declared_units, generator, true_channels
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import Sensor, SensorSet
@@ -64,7 +66,7 @@ class Foresight:
         distance, speed = self._at(time)
         return distance + wrong[0] * left, speed + wrong[1] * left
 
-    def _at(self, time: Any) -> tuple[Any, Any]:
+    def _at(self, time: Number) -> tuple[Number, Number]:
         distance = self._distance + (self._speed + 0.5 * self._acceleration * time) * time
         return distance, self._speed + self._acceleration * time
 
@@ -97,7 +99,7 @@ class Outcome:
 
 
 def run(
-    car: Any,
+    car: Plant,
     course: Course,
     seconds: float | None = None,
     seed: int = 0,
@@ -131,9 +133,9 @@ def run(
     if scatter is not None:
         car, sensors = scatter.draw(car, sensors, generator(seed, _SCATTER))
     if hasattr(car, "start"):
-        car = replace(car, start=course.start)
+        car = replaced(car, {"start": course.start})
     schedule = Schedule(faults, car, sensors, seed, seconds)
-    drive = _Drive(car, course, schedule)
+    drive = _Run(car, course, schedule)
     columns = channel_names(drive.block)
     readings = Readings({name: sensor for name, sensor in sensors.items() if name in columns}, seconds, seed)
     recorder = Recorder(columns, readings.instants, car.step_time, seconds)
@@ -150,7 +152,7 @@ def run(
     return Outcome(recording, diverged_at, schedule.windows)
 
 
-def _provenance(car: Any, sensors: Mapping[str, Sensor], schedule: Schedule) -> dict[str, Any]:
+def _provenance(car: Plant, sensors: Mapping[str, Sensor], schedule: Schedule) -> dict[str, Any]:
     return {
         "source": "tierod virtual test vehicle",
         "car": type(car).__name__,
@@ -160,7 +162,7 @@ def _provenance(car: Any, sensors: Mapping[str, Sensor], schedule: Schedule) -> 
     }
 
 
-def _require_sound(car: Any, seconds: float) -> None:
+def _require_sound(car: Plant, seconds: float) -> None:
     if not car.step_time <= seconds < math.inf:
         raise ParameterError(
             f"a run needs a positive, finite duration of at least {car.step_time:g} s, not {seconds} s"
@@ -174,10 +176,10 @@ def _require_sound(car: Any, seconds: float) -> None:
             )
 
 
-class _Drive:
+class _Run:
     """A car on its way: kernel, memory, and what acts on the car in the next piece."""
 
-    def __init__(self, car: Any, course: Course, schedule: Schedule):
+    def __init__(self, car: Plant, course: Course, schedule: Schedule):
         self.block = Varied(car, schedule.parameters) if schedule.parameters else car
         self.kernel, self.memory = kernel(self.block), initial_memory(self.block)
         self.course, self.schedule = course, schedule
@@ -203,7 +205,7 @@ class _Drive:
             good = self._good(outputs)
             recorder.add(outputs[:good])
             if good < size:
-                return max(done + good - 1, 0) * self.step_time
+                return float(max(done + good - 1, 0) * self.step_time)
             if self.schedule.pending:
                 seen = {name: outputs[:, column] for name, column in self.outputs.items()}
                 self.schedule.observe(time, seen)
@@ -225,7 +227,7 @@ class _Drive:
         self.kernel.scan(self.memory, samples, outputs, done)
         return outputs
 
-    def _set(self, samples: np.ndarray, columns: Mapping[str, Any], whose: str) -> None:
+    def _set(self, samples: np.ndarray, columns: Mapping[str, np.ndarray], whose: str) -> None:
         for name, values in columns.items():
             samples[:, self._column(name, whose)] = values
 

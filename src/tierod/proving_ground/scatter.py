@@ -16,6 +16,7 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import NOT_NEGATIVE, Number, check_ranges, numbers, replaced
 from tierod.core.signals import SIGNALS
 from tierod.core.toml import Document, Location, build
+from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.sensors import Sensor, SensorSet
 
 SENSORS = "sensors."
@@ -65,7 +66,7 @@ class UsualScatter:
     mass: Annotated[float, "", NOT_NEGATIVE] = 0.0
     torque_delay: Annotated[float, "s", NOT_NEGATIVE] = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
     def usual(self, known: Mapping[str, Number], generator: np.random.Generator) -> Iterator[tuple[str, float]]:
@@ -123,7 +124,7 @@ class Spread:
     kind: Literal["log-normal", "normal"] = "log-normal"
     also: tuple[str, ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
 
@@ -168,7 +169,7 @@ class Scatter(UsualScatter):
             spreads[path] = build(Spread, spread, document, (*place, "parameters", path))
         return cls(**vars(own), parameters=spreads, origin=(document, place))
 
-    def draw(self, car: Any, sensors: SensorSet, generator: np.random.Generator) -> tuple[Any, SensorSet]:
+    def draw(self, car: Plant, sensors: SensorSet, generator: np.random.Generator) -> tuple[Plant, SensorSet]:
         """A car and its sensors, drawn around the given ones.
 
         Args:
@@ -192,7 +193,7 @@ class Scatter(UsualScatter):
         of_car = {path: value for path, value in changes.items() if path not in of_sensors}
         return replaced(car, of_car), replaced(sensors, of_sensors)
 
-    def fitted(self, car: Any, sensors: SensorSet) -> dict[str, Spread]:
+    def fitted(self, car: Plant, sensors: SensorSet) -> dict[str, Spread]:
         """The spreads of `parameters`, in the units of what they are about.
 
         Raises:
@@ -238,7 +239,7 @@ class Scatter(UsualScatter):
         raise self._error(paths[0], message)
 
 
-def _known(car: Any, sensors: SensorSet) -> dict[str, Number]:
+def _known(car: Plant, sensors: SensorSet) -> dict[str, Number]:
     """Every float field of a car and its sensors, by path."""
     of_sensors = (
         (f"{SENSORS}{name}.{field}", number)

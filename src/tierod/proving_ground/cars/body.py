@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import arctan, arctan2, cos, maximum, sin, where
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.single_track import lateral_acceleration_at
@@ -23,14 +24,14 @@ class InertialUnit:
     left: Annotated[float, "m"] = 0.0
     up: Annotated[float, "m"] = -0.15
 
-    def lateral_acceleration(self, reaction: Reaction) -> Any:
+    def lateral_acceleration(self, reaction: Reaction) -> Scalar:
         """Specific force across the body [m/s**2], with lever arm, bank and the lean of the body."""
         at_place = lateral_acceleration_at(
             reaction.lateral_acceleration, reaction.yaw_acceleration, reaction.yaw_rate, self.forward, self.left
         )
         return at_place - self.up * reaction.roll_acceleration + GRAVITY * reaction.roll_angle
 
-    def longitudinal_acceleration(self, reaction: Reaction) -> Any:
+    def longitudinal_acceleration(self, reaction: Reaction) -> Scalar:
         """Specific force along the body [m/s**2], with lever arm and grade."""
         turning = reaction.yaw_rate * reaction.yaw_rate * self.forward + reaction.yaw_acceleration * self.left
         return reaction.longitudinal_acceleration - turning
@@ -50,16 +51,16 @@ class Path(NamedTuple):
         heading: of the car over ground [rad]
     """
 
-    distance: Any
-    lateral_offset: Any
-    heading_error: Any
-    heading: Any
+    distance: Scalar
+    lateral_offset: Scalar
+    heading_error: Scalar
+    heading: Scalar
 
 
 START = Path(0.0, 0.0, 0.0, 0.0)
 
 
-def path_rate(path: Path, reaction: Reaction, curvature: Any) -> Path:
+def path_rate(path: Path, reaction: Reaction, curvature: Scalar) -> Path:
     """Rate of change.
 
     Args:
@@ -76,7 +77,7 @@ def path_rate(path: Path, reaction: Reaction, curvature: Any) -> Path:
     return Path(distance_rate, sideways, reaction.yaw_rate - curvature * distance_rate, reaction.yaw_rate)
 
 
-def moved(position: tuple[Any, Any], reaction: Reaction, heading: Any, step: Any) -> tuple[Any, Any]:
+def moved(position: tuple[Scalar, Scalar], reaction: Reaction, heading: Scalar, step: Scalar) -> tuple[Scalar, Scalar]:
     """Coordinates over ground [m] after a step.
 
     Args:
@@ -102,45 +103,45 @@ ROLLING = 0.5
 class Body(NamedTuple):
     """Signals of body and wheels before sensors, and what no sensor sees (`truth_`)."""
 
-    yaw_rate: Annotated[Any, "rad/s"]
-    lateral_acceleration: Annotated[Any, "m/s**2"]
-    longitudinal_acceleration: Annotated[Any, "m/s**2"]
-    roll_rate: Annotated[Any, "rad/s"]
-    vehicle_speed: Annotated[Any, "m/s"]
-    wheel_speed_front_left: Annotated[Any, "m/s"]
-    wheel_speed_front_right: Annotated[Any, "m/s"]
-    wheel_speed_rear_left: Annotated[Any, "m/s"]
-    wheel_speed_rear_right: Annotated[Any, "m/s"]
-    truth_speed: Annotated[Any, "m/s"]
-    truth_lateral_speed: Annotated[Any, "m/s"]
-    truth_sideslip_angle: Annotated[Any, "rad"]
-    truth_centre_lateral_acceleration: Annotated[Any, "m/s**2"]
-    truth_yaw_acceleration: Annotated[Any, "rad/s**2"]
-    truth_roll_angle: Annotated[Any, "rad"]
-    truth_front_lateral_force: Annotated[Any, "N"]
-    truth_rear_lateral_force: Annotated[Any, "N"]
-    truth_front_slip_angle: Annotated[Any, "rad"]
-    truth_load_front_left: Annotated[Any, "N"]
-    truth_load_front_right: Annotated[Any, "N"]
-    truth_load_rear_left: Annotated[Any, "N"]
-    truth_load_rear_right: Annotated[Any, "N"]
-    truth_self_aligning_torque: Annotated[Any, "N*m"]
-    truth_scrub_torque: Annotated[Any, "N*m"]
-    truth_kingpin_torque: Annotated[Any, "N*m"]
-    truth_hand_torque: Annotated[Any, "N*m"]
-    truth_drive_force: Annotated[Any, "N"]
-    truth_distance: Annotated[Any, "m"]
-    truth_lateral_offset: Annotated[Any, "m"]
-    truth_heading_error: Annotated[Any, "rad"]
-    truth_heading: Annotated[Any, "rad"]
-    truth_position_x: Annotated[Any, "m"]
-    truth_position_y: Annotated[Any, "m"]
-    truth_bank_angle: Annotated[Any, "rad"]
-    truth_grade_angle: Annotated[Any, "rad"]
-    truth_road_friction: Annotated[Any, ""]
+    yaw_rate: Annotated[Scalar, "rad/s"]
+    lateral_acceleration: Annotated[Scalar, "m/s**2"]
+    longitudinal_acceleration: Annotated[Scalar, "m/s**2"]
+    roll_rate: Annotated[Scalar, "rad/s"]
+    vehicle_speed: Annotated[Scalar, "m/s"]
+    wheel_speed_front_left: Annotated[Scalar, "m/s"]
+    wheel_speed_front_right: Annotated[Scalar, "m/s"]
+    wheel_speed_rear_left: Annotated[Scalar, "m/s"]
+    wheel_speed_rear_right: Annotated[Scalar, "m/s"]
+    truth_speed: Annotated[Scalar, "m/s"]
+    truth_lateral_speed: Annotated[Scalar, "m/s"]
+    truth_sideslip_angle: Annotated[Scalar, "rad"]
+    truth_centre_lateral_acceleration: Annotated[Scalar, "m/s**2"]
+    truth_yaw_acceleration: Annotated[Scalar, "rad/s**2"]
+    truth_roll_angle: Annotated[Scalar, "rad"]
+    truth_front_lateral_force: Annotated[Scalar, "N"]
+    truth_rear_lateral_force: Annotated[Scalar, "N"]
+    truth_front_slip_angle: Annotated[Scalar, "rad"]
+    truth_load_front_left: Annotated[Scalar, "N"]
+    truth_load_front_right: Annotated[Scalar, "N"]
+    truth_load_rear_left: Annotated[Scalar, "N"]
+    truth_load_rear_right: Annotated[Scalar, "N"]
+    truth_self_aligning_torque: Annotated[Scalar, "N*m"]
+    truth_scrub_torque: Annotated[Scalar, "N*m"]
+    truth_kingpin_torque: Annotated[Scalar, "N*m"]
+    truth_hand_torque: Annotated[Scalar, "N*m"]
+    truth_drive_force: Annotated[Scalar, "N"]
+    truth_distance: Annotated[Scalar, "m"]
+    truth_lateral_offset: Annotated[Scalar, "m"]
+    truth_heading_error: Annotated[Scalar, "rad"]
+    truth_heading: Annotated[Scalar, "rad"]
+    truth_position_x: Annotated[Scalar, "m"]
+    truth_position_y: Annotated[Scalar, "m"]
+    truth_bank_angle: Annotated[Scalar, "rad"]
+    truth_grade_angle: Annotated[Scalar, "rad"]
+    truth_road_friction: Annotated[Scalar, ""]
 
 
-def vehicle_speed(reaction: Reaction) -> Any:
+def vehicle_speed(reaction: Reaction) -> Scalar:
     """Speed [m/s] as the control unit of the brakes tells it on the bus: mean of the rear wheels."""
     return 0.5 * (reaction.wheel_speeds.rear_left + reaction.wheel_speeds.rear_right)
 
@@ -149,10 +150,10 @@ def body_signals(
     reaction: Reaction,
     unit: InertialUnit,
     path: Path,
-    position: tuple[Any, Any],
+    position: tuple[Scalar, Scalar],
     road: Road,
-    hand_torque: Any,
-    drive_force: Any,
+    hand_torque: Scalar,
+    drive_force: Scalar,
 ) -> Body:
     """The signals at one instant.
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.proving_ground.cars.car import Car, Observed
+from tierod.core.block import Scalar
+from tierod.proving_ground.cars.car import Car, Controlled, Observed, Read
 from tierod.proving_ground.control.assist import AssistUnit
 from tierod.proving_ground.motor import EPS_MOTOR, DriveState, PmMotor, Rotor
-from tierod.proving_ground.motor.pm_motor import IN_LOOP, Senses
-from tierod.proving_ground.parts import Steering
+from tierod.proving_ground.motor.pm_motor import IN_LOOP, Fine, Senses
+from tierod.proving_ground.parts import Memory, Steering
 from tierod.proving_ground.steering.column_eps import ColumnEps
 from tierod.proving_ground.steering.shaft import Motor
 
@@ -18,7 +18,7 @@ from tierod.proving_ground.steering.shaft import Motor
 class Assisted(NamedTuple):
     """Signals of the assist unit."""
 
-    motor_target_torque: Annotated[Any, "N*m"]
+    motor_target_torque: Annotated[Scalar, "N*m"]
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,11 @@ class EpsCar(Car):
             *self.steering.actuators,
         )
 
-    def reset(self) -> Any:
+    def reset(self) -> Memory:
         """Memory of the assist unit."""
         return self.assist.remembered()
 
-    def control(self, memory: Any, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
+    def control(self, memory: Memory, seen: Observed, read: Read) -> Controlled:
         """The assist unit's step."""
         memory, torque = self.assist.decide(
             memory,
@@ -59,27 +59,27 @@ class EpsCar(Car):
         return memory, (torque,), Assisted(torque)
 
 
-class Driven(NamedTuple):
+class AssistedByDrive(NamedTuple):
     """Signals of assist unit and drive; torque, angle and speed of the shaft are those of the steering."""
 
-    motor_target_torque: Annotated[Any, "N*m"]
-    motor_current_alpha: Annotated[Any, "A"]
-    motor_current_beta: Annotated[Any, "A"]
-    motor_voltage_alpha: Annotated[Any, "V"]
-    motor_voltage_beta: Annotated[Any, "V"]
-    motor_target_voltage_alpha: Annotated[Any, "V"]
-    motor_target_voltage_beta: Annotated[Any, "V"]
-    motor_temperature: Annotated[Any, "K"]
-    supply_voltage: Annotated[Any, "V"]
-    supply_current: Annotated[Any, "A"]
-    truth_motor_resistance: Annotated[Any, "ohm"]
-    truth_motor_flux: Annotated[Any, "V*s"]
+    motor_target_torque: Annotated[Scalar, "N*m"]
+    motor_current_alpha: Annotated[Fine, "A"]
+    motor_current_beta: Annotated[Fine, "A"]
+    motor_voltage_alpha: Annotated[Fine, "V"]
+    motor_voltage_beta: Annotated[Fine, "V"]
+    motor_target_voltage_alpha: Annotated[Fine, "V"]
+    motor_target_voltage_beta: Annotated[Fine, "V"]
+    motor_temperature: Annotated[Scalar, "K"]
+    supply_voltage: Annotated[Scalar, "V"]
+    supply_current: Annotated[Scalar, "A"]
+    truth_motor_resistance: Annotated[Scalar, "ohm"]
+    truth_motor_flux: Annotated[Scalar, "V*s"]
 
 
 class Units(NamedTuple):
     """Memory of the assist unit, and the motor between two steps."""
 
-    assist: Any
+    assist: Memory
     motor: DriveState
 
 
@@ -108,7 +108,7 @@ class PmEpsCar(EpsCar):
         """Assist unit at rest, motor cold."""
         return Units(super().reset(), self.motor.init())
 
-    def control(self, memory: Units, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
+    def control(self, memory: Units, seen: Observed, read: Read) -> Controlled:
         """The assist unit's step, and the drive over the step that follows."""
         assist, (request,), _ = super().control(memory.assist, seen, read)
         motor, signals, torque = self.motor.torque(
@@ -118,7 +118,7 @@ class PmEpsCar(EpsCar):
             self.step_time,
             Senses.through(read),
         )
-        shown = Driven(
+        shown = AssistedByDrive(
             request,
             *signals.fine[:6],
             signals.motor_temperature,

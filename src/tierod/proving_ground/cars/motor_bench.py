@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit
 from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
@@ -41,14 +42,14 @@ class MotorBenchState(NamedTuple):
 
     motor: DriveState
     angle: AngleMemory
-    held: Any
+    held: Tree
 
 
 class MotorBenchSignals(NamedTuple):
     """Signals of control and motor."""
 
-    target_motor_angle_mechanical: Annotated[Any, "rad"]
-    motor_target_torque: Annotated[Any, "N*m"]
+    target_motor_angle_mechanical: Annotated[Scalar, "rad"]
+    motor_target_torque: Annotated[Scalar, "N*m"]
     motor: DriveSignals
 
 
@@ -89,11 +90,11 @@ class MotorBench:
         """One step on; the output belongs to the instant of the sample, fine signals to the step that follows."""
         kept = state.held._asdict()
 
-        def read(name: str, value: Any) -> Any:
+        def read(name: str, value: Scalar) -> Scalar:
             kept[name], passed = pass_through(getattr(sample.ports, name), kept[name], value)
             return passed
 
-        def load(angle: Any, speed: Any, elapsed: Any) -> Any:
+        def load(angle: Scalar, speed: Scalar, elapsed: Scalar) -> Scalar:
             spring = limit(self.load_stiffness * angle, -self.load_limit, self.load_limit)
             return sample.load_torque + spring + self.load_damping * speed
 

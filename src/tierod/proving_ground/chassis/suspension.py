@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, Protocol, Self
+from typing import Annotated, Protocol, Self
 
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
@@ -11,7 +11,7 @@ from tierod.physics import single_track
 from tierod.physics.kingpin import scrub_radius_torque, weight_lever, weight_torque
 from tierod.physics.resistances import AirForces, air_forces
 from tierod.physics.single_track import front_axle_load
-from tierod.proving_ground.chassis.tyres import Contact, Tyre
+from tierod.proving_ground.chassis.tyres import Contact, Hub, Tyre
 from tierod.proving_ground.parts import Road, Wheels, Wind
 
 
@@ -110,11 +110,13 @@ class Kingpins:
     scrub_radius: Annotated[float, "m"] = 0.008
     inclination: Annotated[float, "rad"] = 0.20
 
-    def aligning(self, patch: Contact) -> Any:
+    def aligning(self, patch: Contact) -> Scalar:
         """Torque of the lateral force about a kingpin [N*m]."""
         return (self.mechanical_trail + patch.trail) * patch.lateral_force
 
-    def geometry(self, loads: Wheels, hubs: Wheels, contacts: Wheels, wheel_radius: Any) -> tuple[Any, Any]:
+    def geometry(
+        self, loads: Wheels, hubs: Wheels[Hub], contacts: Wheels[Contact], wheel_radius: Scalar
+    ) -> tuple[Scalar, Scalar]:
         """Torques about the left and the right kingpin from weight, and from forces along the wheels [N*m].
 
         Args:

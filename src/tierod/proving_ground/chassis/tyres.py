@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range
 from tierod.core.graph.maths import limit, maximum, sin, sqrt
 from tierod.physics.magic_formula import combined_forces, friction_at_load, stiffness_per_load, trail
@@ -136,17 +137,17 @@ REVERSING = 0.1
 class Hub(NamedTuple):
     """Steer of a wheel, and the velocity of its contact point along and across it."""
 
-    sine: Any
-    cosine: Any
-    along: Any
-    across: Any
+    sine: Scalar
+    cosine: Scalar
+    along: Scalar
+    across: Scalar
 
-    def to_body(self, along: Any, across: Any) -> tuple[Any, Any]:
+    def to_body(self, along: Scalar, across: Scalar) -> tuple[Scalar, Scalar]:
         """A force in the directions of the wheel, in those of the body."""
         return self.cosine * along - self.sine * across, self.sine * along + self.cosine * across
 
 
-def hub(angle: Any, along_body: Any, across_body: Any) -> Hub:
+def hub(angle: Scalar, along_body: Scalar, across_body: Scalar) -> Hub:
     """The hub of a wheel.
 
     Args:
@@ -164,17 +165,23 @@ class Contact(NamedTuple):
     `slip` is the tangent of the slip angle that acts, `friction` the greatest lateral force over load.
     """
 
-    longitudinal_force: Any
-    lateral_force: Any
-    trail: Any
-    longitudinal_rate: Any
-    lateral_rate: Any
-    slip: Any
-    friction: Any
+    longitudinal_force: Scalar
+    lateral_force: Scalar
+    trail: Scalar
+    longitudinal_rate: Scalar
+    lateral_rate: Scalar
+    slip: Scalar
+    friction: Scalar
 
 
 def contact(
-    tyre: Tyre, load: Any, adhesion: Any, hub: Hub, rolling_speed: Any, longitudinal_deflection: Any, deflection: Any
+    tyre: Tyre,
+    load: Scalar,
+    adhesion: Scalar,
+    hub: Hub,
+    rolling_speed: Scalar,
+    longitudinal_deflection: Scalar,
+    deflection: Scalar,
 ) -> Contact:
     """What the contact patch of a tyre does.
 

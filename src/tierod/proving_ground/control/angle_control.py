@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import exp, limit, where
 from tierod.physics.gear import variable_gain
@@ -19,11 +20,11 @@ class AngleMemory(NamedTuple):
         integral: torque that lasting resistance has taught [N*m]
     """
 
-    angle: Any
-    target: Any
-    rate: Any
-    target_rate: Any
-    integral: Any
+    angle: Scalar
+    target: Scalar
+    rate: Scalar
+    target_rate: Scalar
+    integral: Scalar
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class AngleControl:
         """At rest, straight ahead."""
         return AngleMemory(0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def decide(self, memory: AngleMemory, target: Any, angle: Any) -> tuple[AngleMemory, Any]:
+    def decide(self, memory: AngleMemory, target: Scalar, angle: Scalar) -> tuple[AngleMemory, Scalar]:
         """Requested torque [N*m], once a step.
 
         Args:
@@ -97,7 +98,7 @@ class SpeedControl:
         """Nothing learnt yet [m/s**2]."""
         return 0.0
 
-    def decide(self, memory: Any, target: Any, planned: Any, speed: Any) -> tuple[Any, Any]:
+    def decide(self, memory: Scalar, target: Scalar, planned: Scalar, speed: Scalar) -> tuple[Scalar, Scalar]:
         """Memory, and the acceleration that is asked for [m/s**2], once a step.
 
         Args:
@@ -128,7 +129,7 @@ class VariableRatio:
     fast: Annotated[float, "", POSITIVE] = 0.78
     middle_speed: Annotated[float, "m/s", POSITIVE] = 18.0
 
-    def gain(self, speed: Any) -> Any:
+    def gain(self, speed: Scalar) -> Scalar:
         """Gain [-] at a speed [m/s]."""
         return variable_gain(speed, self.standing, self.fast, self.middle_speed)
 
@@ -149,7 +150,7 @@ class Feel:
     load_share: Annotated[float, "", NOT_NEGATIVE] = 30.0
     torque_limit: Annotated[float, "N*m", POSITIVE] = 8.0
 
-    def torque(self, angle: Any, rate: Any, actuator_torque: Any) -> Any:
+    def torque(self, angle: Scalar, rate: Scalar, actuator_torque: Scalar) -> Scalar:
         """Request for the feedback motor [N*m], against the hands.
 
         Args:

@@ -36,7 +36,7 @@ class BenchTorque(Described):
     wheel: Literal["free", "locked", "held"] = "free"
     gear_torque: Annotated[float, "N*m"] = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.settle < self.time:
             raise ParameterError(
                 f"a test of {self.time:g} s ends before it has settled for {self.settle:g} s; give it more time"
@@ -82,7 +82,7 @@ class BenchSweep(BenchTorque):
     lowest: Annotated[float, "Hz", POSITIVE] = 0.2
     highest: Annotated[float, "Hz", POSITIVE] = 30.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if not self.lowest < self.highest:
             raise ParameterError(
@@ -126,7 +126,7 @@ class BenchSteps(BenchTorque):
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
         """Left, nothing, right, nothing, and so on."""
-        return self.amplitude * np.array([1.0, 0.0, -1.0, 0.0])[np.floor(since / self.hold).astype(int) % 4]
+        return np.asarray(self.amplitude * np.array([1.0, 0.0, -1.0, 0.0])[np.floor(since / self.hold).astype(int) % 4])
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ class BenchMultisine(BenchTorque):
         frequency = np.geomspace(self.lowest, self.highest, self.count)
         phase = 2.0 * math.pi * _GOLDEN * number**2
         sines = np.sin(2.0 * math.pi * np.outer(since, frequency) + phase)
-        return self.amplitude * math.sqrt(1.0 / self.count) * sines.sum(axis=1)
+        return np.asarray(self.amplitude * math.sqrt(1.0 / self.count) * sines.sum(axis=1))
 
 
 STRETCH = (20.0, 60.0)
@@ -185,7 +185,7 @@ class BenchHands(Described):
     lane_torque: Annotated[float, "N*m", NOT_NEGATIVE] = 0.2
     sweep_torque: Annotated[float, "N*m", NOT_NEGATIVE] = 0.6
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for low, high in (("shortest", "longest"), ("lightest", "firmest"), ("quickest", "slowest")):
             if not getattr(self, low) <= getattr(self, high):
                 raise ParameterError(
@@ -269,7 +269,8 @@ class BenchHands(Described):
         since = time - starts[place]
         fade = np.clip(since, 0.0, 1.0)
         sine = self.sweep_torque * amplitude * np.sin(2.0 * math.pi * frequency * since)
-        return fade * np.choose(kind[place], [np.zeros(len(time)), self.lane_torque * self._lane_torque.at(time), sine])
+        lane = self.lane_torque * self._lane_torque.at(time)
+        return np.asarray(fade * np.choose(kind[place], [np.zeros(len(time)), lane, sine]))
 
 
 def _drawn(generator: np.random.Generator, shortest: float, longest: float, time: float) -> np.ndarray:

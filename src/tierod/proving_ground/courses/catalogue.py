@@ -92,7 +92,7 @@ def from_document(document: Document) -> AnyCourse:
     table = dict(document.content)
     if isinstance(table.get("file"), str):
         table["file"] = str(document.path.parent / table["file"])
-    course = build(AnyCourse, table, document)
+    course: AnyCourse = build(AnyCourse, table, document)
     return course if course.name else replace(course, name=document.path.stem)
 
 

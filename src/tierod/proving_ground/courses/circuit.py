@@ -96,7 +96,7 @@ class Circuit(WayCourse):
     wait: Annotated[float, "s", NOT_NEGATIVE] = 2.0
     halts: tuple[Halt, ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.sections:
             raise ParameterError("a circuit needs sections; give straights and bends")
         places = [0.0, *(halt.place for halt in self.halts), self.length]
@@ -130,14 +130,14 @@ class Circuit(WayCourse):
 
         def heading(where: np.ndarray) -> np.ndarray:
             laps = np.floor(where / self.length)
-            return laps * headings[-1] + np.interp(where - laps * self.length, corners, headings)
+            return np.asarray(laps * headings[-1] + np.interp(where - laps * self.length, corners, headings))
 
         half = 0.5 * self.transition
-        return (heading(place + half) - heading(place - half)) / self.transition
+        return np.asarray((heading(place + half) - heading(place - half)) / self.transition)
 
     def _limits(self, place: np.ndarray, ends: np.ndarray) -> np.ndarray:
         section = np.minimum(np.searchsorted(ends, place, side="right"), len(ends) - 1)
-        return np.minimum(np.array([each.speed for each in self.sections])[section], self.speed)
+        return np.asarray(np.minimum(np.array([each.speed for each in self.sections])[section], self.speed))
 
     @cached_property
     def way(self) -> Way:

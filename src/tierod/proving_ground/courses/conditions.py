@@ -29,7 +29,7 @@ class During:
     ramp: Annotated[float, "s", NOT_NEGATIVE] = 0.0
     every: Annotated[float, "s", POSITIVE] = math.inf
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _in_order(self.start, self.end, "s")
 
     def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
@@ -52,7 +52,7 @@ class Along:
     ramp: Annotated[float, "m", NOT_NEGATIVE] = 0.0
     every: Annotated[float, "m", POSITIVE] = math.inf
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _in_order(self.start, self.end, "m")
 
     def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
@@ -269,7 +269,7 @@ class Tremor(_Random):
         cosine = Repeated(self.deviation * smooth_noise(generator, 0.3, 1.0, step), step)
 
         def torque(time: np.ndarray, distance: np.ndarray) -> np.ndarray:
-            return sine.at(time) * np.sin(rate * time) + cosine.at(time) * np.cos(rate * time)
+            return np.asarray(sine.at(time) * np.sin(rate * time) + cosine.at(time) * np.cos(rate * time))
 
         return self._within("demand.hand_torque", torque)
 

@@ -110,7 +110,7 @@ def smooth_noise(
     share = (place - knots[before]) / (knots[before + 1] - knots[before])
     share *= share * (3.0 - 2.0 * share)
     following = np.roll(values, -1)
-    return values[before] + share * (following[before] - values[before])
+    return np.asarray(values[before] + share * (following[before] - values[before]))
 
 
 class Repeated:
@@ -124,7 +124,7 @@ class Repeated:
         position = place * self._rate
         before = np.floor(position).astype(np.intp)
         lower = self._values.take(before, mode="wrap")
-        return lower + (position - before) * (self._values.take(before + 1, mode="wrap") - lower)
+        return np.asarray(lower + (position - before) * (self._values.take(before + 1, mode="wrap") - lower))
 
 
 def band_limited(

@@ -66,7 +66,7 @@ class Slalom(AtWill):
     swing: Annotated[float, "m", POSITIVE] = 1.2
     approach: Annotated[float, "m", POSITIVE] = 60.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_some("cones", self.cones)
 
     @cached_property
@@ -140,7 +140,7 @@ class SteadyCircle(AtWill):
     hold: Annotated[float, "s", NOT_NEGATIVE] = 5.0
     entry: Annotated[float, "m", POSITIVE] = 30.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_rise(self.first_speed, self.last_speed)
         if self.radius == 0.0:
             raise ParameterError("a circle of radius 0 cannot be driven; give a radius, positive to the left")

@@ -42,7 +42,7 @@ class Bends:
     share: Annotated[float, "", POSITIVE] = 1.0
     returns: bool = False
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _in_order("radius of bends", self.radius)
         _in_order("turn of bends", self.turn)
 
@@ -71,7 +71,7 @@ class Roundabouts:
     deflection: Annotated[Pair, "rad", POSITIVE] = (math.radians(30.0), math.radians(45.0))
     share: Annotated[float, "", POSITIVE] = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _in_order("radius of roundabouts", self.radius)
         _in_order("entry radius of roundabouts", self.entry_radius)
         _in_order("deflection of roundabouts", self.deflection)
@@ -118,7 +118,7 @@ class RoadKind:
     grade: Annotated[float, "rad", NOT_NEGATIVE] = 0.015
     hills: Annotated[Pair, "m", POSITIVE] = (150.0, 400.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("speed", "gap", "halt", "hills"):
             _in_order(f"{name} of a road", getattr(self, name))
         if not self.bends:
@@ -205,7 +205,7 @@ class NaturalDrive(WayCourse):
     cycle: Annotated[float, "s", POSITIVE] = 780.0
     wait: Annotated[float, "s", NOT_NEGATIVE] = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.roads:
             raise ParameterError("a drive needs at least one kind of road; give city, country or motorway")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -15,7 +16,7 @@ import numpy as np
 from tierod.core.block import units
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
-from tierod.core.units import scale
+from tierod.core.units import Scale, scale
 from tierod.core.user_files import MOST_DATA_BYTES, read_text
 from tierod.proving_ground.courses.base import TimeCourse, WayCourse, require_some
 from tierod.proving_ground.courses.course import Columns, combine
@@ -68,9 +69,10 @@ def read_table(path: str | Path) -> tuple[str, dict[str, np.ndarray]]:
     return " ".join(remarks), columns
 
 
-def _heading(header: str, where: str) -> tuple[list[str], list]:
+def _heading(header: str, where: str) -> tuple[list[str], list[Scale]]:
     known = PLACES | {name: unit for name, (_, unit) in known_columns().items()}
-    names, scales = [], []
+    names: list[str] = []
+    scales: list[Scale] = []
     for text in next(csv.reader([header])):
         match = _HEADING.fullmatch(text)
         if match is None or match[1] not in known:
@@ -98,6 +100,9 @@ def _numbers(text: str, count: int, where: str) -> list[float]:
         raise ParameterError(f"{where}: a value is not finite; give a number in every row")
     return values
 
+
+Curve = Callable[[np.ndarray], np.ndarray]
+"""Curvature [1/m] as a function of distance [m]."""
 
 SHORTEST = 1.0
 """Way that can be planned [m]."""
@@ -133,7 +138,9 @@ class TimeTable(TimeCourse):
     def angle_at(self, time: np.ndarray) -> np.ndarray:
         """As the rows say; straight on where they do not."""
         table = self._table
-        return np.interp(time, table["time"], table.get("steering_wheel_angle", np.zeros(len(table["time"]))))
+        return np.asarray(
+            np.interp(time, table["time"], table.get("steering_wheel_angle", np.zeros(len(table["time"]))))
+        )
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants, see `Course.columns`."""
@@ -164,7 +171,7 @@ class WayTable(WayCourse):
     wait: Annotated[float, "s", NOT_NEGATIVE] = 0.0
     laps: int = 1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_some("laps", self.laps)
 
     @cached_property
@@ -196,7 +203,7 @@ def _read(file: str, wanted: str) -> dict[str, np.ndarray]:
     return table
 
 
-def _line(table: dict[str, np.ndarray], file: str):
+def _line(table: dict[str, np.ndarray], file: str) -> tuple[np.ndarray, Curve]:
     """Distance [m] of every row, and curvature [1/m] as a function of distance."""
     if "distance" in table:
         if "curvature" not in table:
@@ -210,7 +217,7 @@ def _line(table: dict[str, np.ndarray], file: str):
     return _through(table["x"], table["y"])
 
 
-def _through(forward: np.ndarray, left: np.ndarray):
+def _through(forward: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, Curve]:
     """The smooth line through points; closed where the last point is the first."""
     from scipy.interpolate import CubicSpline
 

@@ -52,7 +52,7 @@ def bump(arc: float, ramps: float, step: float = STEP) -> np.ndarray:
     length = arc / (1.0 - 0.5 * ramps)
     place = (np.arange(max(int(length / step), 2)) + 0.5) * step / length
     rise = np.minimum(np.minimum(place, 1.0 - place) / (0.5 * ramps), 1.0)
-    return 0.5 - 0.5 * np.cos(math.pi * np.clip(rise, 0.0, 1.0))
+    return np.asarray(0.5 - 0.5 * np.cos(math.pi * np.clip(rise, 0.0, 1.0)))
 
 
 def across(forward: np.ndarray, left: np.ndarray, step: float = STEP) -> np.ndarray:
@@ -64,7 +64,7 @@ def across(forward: np.ndarray, left: np.ndarray, step: float = STEP) -> np.ndar
     """
     heading = np.unwrap(np.arctan2(np.gradient(left), np.gradient(forward)))
     gone = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(forward), np.diff(left)))])
-    return np.interp(np.arange(0.0, gone[-1], step), gone, np.gradient(heading, gone))
+    return np.asarray(np.interp(np.arange(0.0, gone[-1], step), gone, np.gradient(heading, gone)))
 
 
 def drawn(curvature: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -143,7 +143,7 @@ def reachable(limit: np.ndarray, step: float, acceleration: float, braking: floa
     squared = np.minimum.accumulate(limit**2 - 2.0 * acceleration * distance) + 2.0 * acceleration * distance
     reach = squared + 2.0 * braking * distance
     squared = np.minimum.accumulate(reach[::-1])[::-1] - 2.0 * braking * distance
-    return np.sqrt(np.maximum(squared, 0.0))
+    return np.asarray(np.sqrt(np.maximum(squared, 0.0)))
 
 
 def _averaged(distance: np.ndarray, count: int) -> np.ndarray:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import Ring
+from tierod.core.block import Ring, Scalar
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import absolute, arctan, both, limit, maximum, minimum, where
 from tierod.physics.planar_motion import pursuit_curvature
@@ -25,9 +25,9 @@ class Foot(NamedTuple):
         resting: least braking of a halting car, which grows until it stands
     """
 
-    learnt: Any
-    pressed: Any
-    resting: Any
+    learnt: Scalar
+    pressed: Scalar
+    resting: Scalar
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,9 @@ class Pedals:
         """At ease."""
         return Foot(0.0, 0.0, 0.0)
 
-    def press(self, foot: Foot, speed: Any, wanted_speed: Any, planned: Any, step: Any) -> tuple[Foot, Any]:
+    def press(
+        self, foot: Foot, speed: Scalar, wanted_speed: Scalar, planned: Scalar, step: Scalar
+    ) -> tuple[Foot, Scalar]:
         """Once a step: the foot afterwards, and the acceleration [m/s**2] that it asks of the car.
 
         Args:
@@ -88,12 +90,12 @@ class Pedals:
         pressed = foot.pressed + step / self.foot_time * (wanted - foot.pressed)
         return Foot(learnt, pressed, resting), pressed
 
-    def _eased(self, acceleration: Any, speed: Any) -> Any:
+    def _eased(self, acceleration: Scalar, speed: Scalar) -> Scalar:
         """Braking at walking pace becomes lighter; anything else stays [m/s**2]."""
         share = self.last_share + (1.0 - self.last_share) * limit(speed / self.easing_speed, 0.0, 1.0)
         return where(acceleration < 0.0, share * acceleration, acceleration)
 
-    def _resting(self, foot: Foot, speed: Any, step: Any) -> Any:
+    def _resting(self, foot: Foot, speed: Scalar, step: Scalar) -> Scalar:
         """Weight of the foot on the brake [m/s**2]: all of it at rest, growing until then."""
         growing = minimum(foot.resting + step * self.resting_rate, self.holding)
         return where(speed < STANDING, self.holding, growing)
@@ -102,16 +104,16 @@ class Pedals:
 class Muscles(NamedTuple):
     """What the arms' differential equations carry on: angle of the muscles, its rate, and patience [rad], ..."""
 
-    angle: Any
-    rate: Any
-    persistent_angle: Any
+    angle: Scalar
+    rate: Scalar
+    persistent_angle: Scalar
 
 
 class Mind(NamedTuple):
     """What a driver remembers: offsets not yet reacted to, curvature that is being steered, and the foot."""
 
     offset_ahead: Ring
-    curvature: Any
+    curvature: Scalar
     foot: Foot
 
 
@@ -197,12 +199,12 @@ class HumanDriver:
         noticed = memory.offset_ahead.push(near + self.preview_time * seen.offset_rate)
         return Mind(noticed, ahead, foot), Intent(wanted, self.mass * acceleration)
 
-    def _correcting(self, offset_ahead: Any, speed: Any) -> Any:
+    def _correcting(self, offset_ahead: Scalar, speed: Scalar) -> Scalar:
         """Curvature [1/m] that would lead back to the path over the preview distance."""
         reach = self.preview_time * maximum(speed, self.slowest_correction)
         return self.correction * pursuit_curvature(offset_ahead, reach)
 
-    def hand_torque(self, motion: Muscles, hand: Hand, demand: Demand) -> Any:
+    def hand_torque(self, motion: Muscles, hand: Hand, demand: Demand) -> Scalar:
         """Torque of the hands on the steering wheel [N*m].
 
         Args:

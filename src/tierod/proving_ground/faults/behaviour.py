@@ -6,7 +6,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from tierod.core.fields import check_ranges
 from tierod.proving_ground.sensors import Sensor
 
 _BLOCK = 1024
+
+
+Drawn = TypeVar("Drawn")
 
 
 class Chance:
@@ -77,7 +80,7 @@ class Chance:
             mean_on, mean_off: mean durations [s]
         """
         edges = self._remembered(("on", mean_on, mean_off), lambda: self._drawn_edges(mean_on, mean_off))
-        return np.searchsorted(edges, since, side="right") % 2 == 0
+        return np.asarray(np.searchsorted(edges, since, side="right") % 2 == 0)
 
     def _drawn_edges(self, mean_on: float, mean_off: float) -> np.ndarray:
         generator = self.generator("on and off")
@@ -89,10 +92,11 @@ class Chance:
             end = float(pieces[-1][-1])
         return np.concatenate(pieces)
 
-    def _remembered(self, key: tuple[Any, ...], draw: Callable[[], Any]) -> Any:
+    def _remembered(self, key: tuple[Any, ...], draw: Callable[[], Drawn]) -> Drawn:
         if key not in self._known:
             self._known[key] = draw()
-        return self._known[key]
+        known: Drawn = self._known[key]
+        return known
 
 
 Amount = float | str
@@ -103,12 +107,15 @@ SIGNAL, LOOP, ACTUATOR, PARAMETER, SURROUNDING = "signal", "loop", "actuator", "
 car, or something around it."""
 
 
+Values = float | np.ndarray
+
+
 class Change(NamedTuple):
     """What becomes of a value: held at the one before the fault where `held` is true, then gain * value + offset."""
 
-    gain: Any = 1.0
-    offset: Any = 0.0
-    held: Any = False
+    gain: Values = 1.0
+    offset: Values = 0.0
+    held: bool | np.ndarray = False
 
 
 def si(amount: Amount) -> float:
@@ -134,7 +141,7 @@ class Behaviour:
     main: ClassVar[str | None] = None
     usual_duration: ClassVar[float | None] = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
     @property

@@ -136,7 +136,7 @@ class Course(Behaviour):
     values: Annotated[tuple[Amount, ...], SIGNAL_UNIT]
     fits: ClassVar[frozenset[str]] = _PARAMETERS
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if not self.times or len(self.times) != len(self.values) or (np.diff(self.times) <= 0.0).any():
             raise ParameterError(
@@ -190,7 +190,7 @@ class Intermittent(Behaviour):
     mean_off: Annotated[float, "s", POSITIVE] = 1.0
     main: ClassVar[str | None] = "behaviour"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if isinstance(self.behaviour, Intermittent):
             raise ParameterError("what comes and goes cannot itself be intermittent; give mean_on and mean_off once")

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from tierod.core.errors import ParameterError
-from tierod.core.fields import POSITIVE, check_ranges
+from tierod.core.fields import POSITIVE, check_ranges, replaced
 from tierod.core.toml import Document, build
 from tierod.core.toml_builder import kind_name
-from tierod.proving_ground.faults.behaviour import Behaviour
+from tierod.proving_ground.faults.behaviour import Amount, Behaviour
 from tierod.proving_ground.faults.behaviours import AnyBehaviour
 from tierod.proving_ground.faults.triggers import Always, AnyTrigger
 
@@ -67,7 +67,7 @@ class Fault:
     also: tuple[Effect, ...] = ()
     origin: Origin | None = field(default=None, compare=False, repr=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
     @property
@@ -80,7 +80,7 @@ class Fault:
         """All that it does."""
         return (Effect(self.element, self.behaviour, self.origin), *self.also)
 
-    def with_size(self, size: Any) -> Fault:
+    def with_size(self, size: Amount) -> Fault:
         """The fault in another size: the main field of its behaviour, see `Behaviour.main`.
 
         Raises:
@@ -102,14 +102,14 @@ class Fault:
         return origin.error(part, message)
 
 
-def _sized(behaviour: Any, size: Any) -> Any:
+def _sized(behaviour: Behaviour, size: Amount) -> Any:
     if behaviour.main is None:
         raise ParameterError(f"'{kind_name(type(behaviour))}' has no size; leave it out")
     inner = getattr(behaviour, behaviour.main)
-    return replace(behaviour, **{behaviour.main: _sized(inner, size) if isinstance(inner, Behaviour) else size})
+    return replaced(behaviour, {behaviour.main: _sized(inner, size) if isinstance(inner, Behaviour) else size})
 
 
-def resolved(fault: Fault, effect: Effect, unit: str | None) -> Any:
+def resolved(fault: Fault, effect: Effect, unit: str | None) -> AnyBehaviour:
     """The behaviour of an effect with all amounts in the unit of what it is about.
 
     Raises:
@@ -121,12 +121,15 @@ def resolved(fault: Fault, effect: Effect, unit: str | None) -> Any:
         return behaviour
     document = Document({}, "", Path(fault.label))
     try:
-        return build(type(behaviour), texts, document, base=behaviour, signal="" if unit is None else unit)
+        known: AnyBehaviour = build(
+            type(behaviour), texts, document, base=behaviour, signal="" if unit is None else unit
+        )
     except ParameterError as error:
         raise fault.error("size", str(error).removeprefix(f"{document.path}: "), effect) from None
+    return known
 
 
-def _texts(behaviour: Any) -> dict[str, Any]:
+def _texts(behaviour: Behaviour) -> dict[str, Any]:
     """Amounts that are texts still, by field."""
     found: dict[str, Any] = {}
     for each in dataclasses.fields(behaviour):

@@ -17,6 +17,7 @@ from tierod.proving_ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SI
 from tierod.proving_ground.faults.behaviours import described
 from tierod.proving_ground.faults.elements import Reach, Target
 from tierod.proving_ground.faults.fault import Fault
+from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.sensors import SensorSet
 
 
@@ -101,7 +102,7 @@ class Schedule:
     def __init__(
         self,
         faults: Iterable[Fault],
-        car: Any,
+        car: Plant | None,
         sensors: SensorSet,
         seed: int,
         seconds: float,

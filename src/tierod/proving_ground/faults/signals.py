@@ -199,7 +199,7 @@ class BitFlip(Behaviour):
     fits: ClassVar[frozenset[str]] = frozenset({SIGNAL})
     main: ClassVar[str | None] = "bit"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if self.bit >= self.bits:
             raise ParameterError(f"bit {self.bit} does not exist among {self.bits} bits; the last is {self.bits - 1}")

@@ -18,7 +18,7 @@ def of_effect(effect: Effect) -> str:
     return _of_behaviour(effect.behaviour, unit_without_car(effect.element))
 
 
-def _of_behaviour(behaviour: Any, unit: str | None) -> str:
+def _of_behaviour(behaviour: Behaviour, unit: str | None) -> str:
     parts = []
     kind: Any = type(behaviour)
     known = hints(kind)
@@ -40,7 +40,7 @@ def _of_behaviour(behaviour: Any, unit: str | None) -> str:
     return f"{name}: {', '.join(parts)}" if parts else name
 
 
-def _unit(annotation: Any, signal: str | None) -> str:
+def _unit(annotation: object, signal: str | None) -> str:
     """The unit of a field; "" where it depends on a signal that is not known."""
     unit = next((means.unit for means in members(meaning(annotation)) if means.unit), "")
     if unit == SIGNAL_UNIT or signal is None:
@@ -48,7 +48,7 @@ def _unit(annotation: Any, signal: str | None) -> str:
     return unit.format(signal=signal or "1")
 
 
-def _amount(value: Any, unit: str) -> str:
+def _amount(value: float | str, unit: str) -> str:
     return value if isinstance(value, str) else f"{value:.6g} {unit}".strip()
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import exp, limit
 from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, inverse_park, park, turned
@@ -23,8 +24,8 @@ class ControlMemory(NamedTuple):
     """
 
     integral: RotorVector
-    angle: Any
-    speed: Any
+    angle: Scalar
+    speed: Scalar
     command: StatorVector
 
 
@@ -54,19 +55,19 @@ class CurrentControl:
         """At rest, no voltage."""
         return ControlMemory(RotorVector(0.0, 0.0), 0.0, 0.0, StatorVector(0.0, 0.0))
 
-    def wanted_current(self, torque: Any, pole_pairs: int) -> Any:
+    def wanted_current(self, torque: Scalar, pole_pairs: int) -> Scalar:
         """Current across the flux [A] for a torque at the shaft [N*m], within the limit; none along the flux."""
         return limit(torque / torque_constant(pole_pairs, self.flux), -self.current_limit, self.current_limit)
 
     def step(
         self,
         memory: ControlMemory,
-        wanted: Any,
+        wanted: Scalar,
         current: StatorVector,
-        angle: Any,
+        angle: Scalar,
         rotor: Direction,
-        longest: Any,
-        period: Any,
+        longest: Scalar,
+        period: Scalar,
         pole_pairs: int,
     ) -> ControlMemory:
         """One sample; the new command is in the memory.
@@ -99,6 +100,6 @@ class CurrentControl:
         ahead = turned(rotor, 1.5 * period * electrical_speed)
         return ControlMemory(integral, angle, speed, inverse_park(made, ahead))
 
-    def _speed(self, memory: ControlMemory, angle: Any, period: Any) -> Any:
+    def _speed(self, memory: ControlMemory, angle: Scalar, period: Scalar) -> Scalar:
         keep = exp(-period / (self.speed_time + 1e-9 * period))
         return keep * memory.speed + (1.0 - keep) / period * (angle - memory.angle)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, turned
 from tierod.physics.friction import dahl_update
@@ -69,7 +70,7 @@ class Inverter:
     modulation: Annotated[float, "", SHARE] = 0.97
 
     @property
-    def longest_voltage(self) -> Any:
+    def longest_voltage(self) -> Scalar:
         """Of the vectors that are used [V]."""
         return self.modulation * longest_voltage(self.supply_voltage)
 
@@ -77,8 +78,8 @@ class Inverter:
 class Warmth(NamedTuple):
     """Temperatures of winding and housing [K]; the magnets are as warm as the housing."""
 
-    winding: Any
-    housing: Any
+    winding: Scalar
+    housing: Scalar
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ class Warming:
         """As warm as the air."""
         return Warmth(self.ambient_temperature, self.ambient_temperature)
 
-    def after(self, warmth: Warmth, heat: Any, step: Any) -> Warmth:
+    def after(self, warmth: Warmth, heat: Scalar, step: Scalar) -> Warmth:
         """Temperatures after a step.
 
         Args:
@@ -119,22 +120,22 @@ class Warming:
         )
 
 
-Load = Callable[[Any, Any, Any], Any]
+Load = Callable[[Scalar, Scalar, Scalar], Scalar]
 """(angle [rad], speed [rad/s], time since the start of the step [s]) -> torque that opposes the rotor [N*m]."""
 
 
 class Rotor(NamedTuple):
     """The shaft: mechanical angle [rad] and speed [rad/s]."""
 
-    angle: Any
-    speed: Any
+    angle: Scalar
+    speed: Scalar
 
 
 class Winding(NamedTuple):
     """Resistance of a phase [ohm] and flux linkage of the magnets [V*s], as warm as they are."""
 
-    resistance: Any
-    flux: Any
+    resistance: Scalar
+    flux: Scalar
 
 
 class Instant(NamedTuple):
@@ -150,7 +151,7 @@ class Instant(NamedTuple):
 
     rotor: Rotor
     linkage: StatorVector
-    dry: Any
+    dry: Scalar
     current: StatorVector
     at: Direction
 
@@ -158,11 +159,11 @@ class Instant(NamedTuple):
 class Mean(NamedTuple):
     """What a period gave: torque on the shaft without dry friction [N*m], heat in the winding [W]."""
 
-    torque: Any
-    heat: Any
+    torque: Scalar
+    heat: Scalar
 
 
-def begin(machine: Machine, rotor: Rotor, linkage: StatorVector, dry: Any, winding: Winding) -> Instant:
+def begin(machine: Machine, rotor: Rotor, linkage: StatorVector, dry: Scalar, winding: Winding) -> Instant:
     """The machine at the start of a step, its direction from sine and cosine of the library."""
     at = direction(electrical_angle(rotor.angle, machine.pole_pairs))
     return Instant(rotor, linkage, dry, _current(machine, linkage, at, winding), at)
@@ -173,10 +174,10 @@ def advance(
     now: Instant,
     voltage: StatorVector,
     winding: Winding,
-    period: Any,
-    elapsed: Any,
+    period: Scalar,
+    elapsed: Scalar,
     load: Load | None,
-    free: Any,
+    free: Scalar,
 ) -> tuple[Instant, Mean]:
     """One period on, by the explicit midpoint rule.
 
@@ -206,13 +207,13 @@ def advance(
     return after, Mean(shaft_torque(machine, middle), copper_loss(middle.current, winding.resistance))
 
 
-def shaft_torque(machine: Machine, now: Instant) -> Any:
+def shaft_torque(machine: Machine, now: Instant) -> Scalar:
     """Torque of current and slots on the shaft [N*m]."""
     torque = torque_of_flux(now.linkage, now.current, machine.pole_pairs)
     return torque + cogging_torque(now.at, machine.cogging)
 
 
-def _acceleration(machine: Machine, now: Instant, rotor: Rotor, load: Load | None, elapsed: Any) -> Any:
+def _acceleration(machine: Machine, now: Instant, rotor: Rotor, load: Load | None, elapsed: Scalar) -> Scalar:
     if load is None:
         return 0.0
     opposing = load(rotor.angle, rotor.speed, elapsed) + machine.friction * now.dry
@@ -223,5 +224,5 @@ def _current(machine: Machine, linkage: StatorVector, at: Direction, winding: Wi
     return current_of_flux(linkage, at, winding.flux, machine.inductance_d, machine.inductance_q)
 
 
-def _moved(vector: StatorVector, rate: StatorVector, time: Any) -> StatorVector:
+def _moved(vector: StatorVector, rate: StatorVector, time: Scalar) -> StatorVector:
     return StatorVector(vector.alpha + time * rate.alpha, vector.beta + time * rate.beta)

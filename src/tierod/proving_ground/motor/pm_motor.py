@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple, TypeAlias
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import COUNT, POSITIVE
 from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, turned
 from tierod.physics.inverter import lost_voltage
@@ -26,7 +27,7 @@ from tierod.proving_ground.motor.machine import (
 )
 
 
-def _true(value: Any) -> Any:
+def _true(value: Scalar) -> Scalar:
     return value
 
 
@@ -38,12 +39,12 @@ class Senses(NamedTuple):
         alpha, beta: currents in the stator's axes [A]
     """
 
-    angle: Callable[[Any], Any] = _true
-    alpha: Callable[[Any], Any] = _true
-    beta: Callable[[Any], Any] = _true
+    angle: Callable[[Scalar], Scalar] = _true
+    alpha: Callable[[Scalar], Scalar] = _true
+    beta: Callable[[Scalar], Scalar] = _true
 
     @classmethod
-    def through(cls, read: Callable[[str, Any], Any]) -> Senses:
+    def through(cls, read: Callable[[str, Scalar], Scalar]) -> Senses:
         """Of a car that passes a signal of a name through its port."""
         return cls(*(partial(read, name) for name in IN_LOOP))
 
@@ -70,11 +71,15 @@ class DriveState(NamedTuple):
 
     rotor: Rotor
     linkage: StatorVector
-    dry: Any
+    dry: Scalar
     control: ControlMemory
     voltage: StatorVector
     told: StatorVector
     warmth: Warmth
+
+
+Fine: TypeAlias = Tree
+"""A tuple of one number per sub-sample."""
 
 
 class FineSignals(NamedTuple):
@@ -83,30 +88,30 @@ class FineSignals(NamedTuple):
     Voltages are means over the period that ends at the instant; the target is what the inverter was told to make.
     """
 
-    motor_current_alpha: Annotated[Any, "A"]
-    motor_current_beta: Annotated[Any, "A"]
-    motor_voltage_alpha: Annotated[Any, "V"]
-    motor_voltage_beta: Annotated[Any, "V"]
-    motor_target_voltage_alpha: Annotated[Any, "V"]
-    motor_target_voltage_beta: Annotated[Any, "V"]
-    motor_angle_mechanical: Annotated[Any, "rad"]
-    motor_speed: Annotated[Any, "rad/s"]
-    resolver_cosine: Annotated[Any, "V"]
-    resolver_sine: Annotated[Any, "V"]
+    motor_current_alpha: Annotated[Fine, "A"]
+    motor_current_beta: Annotated[Fine, "A"]
+    motor_voltage_alpha: Annotated[Fine, "V"]
+    motor_voltage_beta: Annotated[Fine, "V"]
+    motor_target_voltage_alpha: Annotated[Fine, "V"]
+    motor_target_voltage_beta: Annotated[Fine, "V"]
+    motor_angle_mechanical: Annotated[Fine, "rad"]
+    motor_speed: Annotated[Fine, "rad/s"]
+    resolver_cosine: Annotated[Fine, "V"]
+    resolver_sine: Annotated[Fine, "V"]
 
 
 class DriveSignals(NamedTuple):
     """What can be seen of a motor at the instant of a step, and its fine signals over the step that follows."""
 
     fine: FineSignals
-    motor_torque: Annotated[Any, "N*m"]
-    motor_temperature: Annotated[Any, "K"]
-    supply_voltage: Annotated[Any, "V"]
-    supply_current: Annotated[Any, "A"]
-    truth_load_torque: Annotated[Any, "N*m"]
-    truth_motor_friction_torque: Annotated[Any, "N*m"]
-    truth_motor_resistance: Annotated[Any, "ohm"]
-    truth_motor_flux: Annotated[Any, "V*s"]
+    motor_torque: Annotated[Scalar, "N*m"]
+    motor_temperature: Annotated[Scalar, "K"]
+    supply_voltage: Annotated[Scalar, "V"]
+    supply_current: Annotated[Scalar, "A"]
+    truth_load_torque: Annotated[Scalar, "N*m"]
+    truth_motor_friction_torque: Annotated[Scalar, "N*m"]
+    truth_motor_resistance: Annotated[Scalar, "ohm"]
+    truth_motor_flux: Annotated[Scalar, "V*s"]
 
 
 @dataclass(frozen=True)
@@ -139,7 +144,7 @@ class PmMotor:
         return DriveState(Rotor(0.0, 0.0), linkage, 0.0, self.control.remembered(), none, none, warmth)
 
     def turn(
-        self, state: DriveState, request: Any, step: Any, load: Load, senses: Senses = SOUND, locked: Any = 0.0
+        self, state: DriveState, request: Scalar, step: Scalar, load: Load, senses: Senses = SOUND, locked: Scalar = 0.0
     ) -> tuple[DriveState, DriveSignals]:
         """One step of the car with a rotor that turns by itself.
 
@@ -155,8 +160,8 @@ class PmMotor:
         return after, signals
 
     def torque(
-        self, state: DriveState, rotor: Rotor, request: Any, step: Any, senses: Senses = SOUND
-    ) -> tuple[DriveState, DriveSignals, Any]:
+        self, state: DriveState, rotor: Rotor, request: Scalar, step: Scalar, senses: Senses = SOUND
+    ) -> tuple[DriveState, DriveSignals, Scalar]:
         """One step of the car with a rotor that is carried by a steering, at the same speed over the step.
 
         Args:
@@ -172,8 +177,8 @@ class PmMotor:
         return self._run(state._replace(rotor=rotor), request, step, senses, None, 1.0)
 
     def _run(
-        self, state: DriveState, request: Any, step: Any, senses: Senses, load: Load | None, free: Any
-    ) -> tuple[DriveState, DriveSignals, Any]:
+        self, state: DriveState, request: Scalar, step: Scalar, senses: Senses, load: Load | None, free: Scalar
+    ) -> tuple[DriveState, DriveSignals, Scalar]:
         machine, pole_pairs, period = self.machine, self.machine.pole_pairs, step / self.substeps
         winding = self._winding(state.warmth)
         now = first = begin(machine, state.rotor, state.linkage, state.dry, winding)
@@ -203,7 +208,7 @@ class PmMotor:
         machine = self.machine
         return Winding(resistance_at(warmth.winding, machine.resistance), flux_at(warmth.housing, machine.flux))
 
-    def _made(self, told: StatorVector, current: StatorVector, period: Any) -> StatorVector:
+    def _made(self, told: StatorVector, current: StatorVector, period: Scalar) -> StatorVector:
         inverter = self.inverter
         lost = lost_voltage(
             current,
@@ -216,7 +221,7 @@ class PmMotor:
         return StatorVector(told.alpha - lost.alpha, told.beta - lost.beta)
 
     def _signals(
-        self, state: DriveState, first: Instant, seen: list[tuple], winding: Winding, load: Load | None
+        self, state: DriveState, first: Instant, seen: Sequence[tuple[Scalar, ...]], winding: Winding, load: Load | None
     ) -> DriveSignals:
         machine = self.machine
         return DriveSignals(

@@ -10,8 +10,10 @@ from tierod.core.fields import hints, meaning, numbers
 from tierod.core.toml_builder import SIGNAL_UNIT, kind_name
 from tierod.proving_ground.cars.catalogue import VirtualCar, flat
 from tierod.proving_ground.cars.kinds import parts_of
+from tierod.proving_ground.courses import AnyCourse
 from tierod.proving_ground.faults import AtDistance, AtTime, Fault, When, Within
 from tierod.proving_ground.faults.elements import unit_without_car
+from tierod.proving_ground.faults.triggers import AnyTrigger
 from tierod.proving_ground.scenarios.scenario import Scenario
 
 
@@ -62,7 +64,7 @@ def _amount(fault: Fault) -> str:
     return f" {size:.4g} {unit}".rstrip() if isinstance(size, float) else f" {size}"
 
 
-def _when(trigger: Any) -> str:
+def _when(trigger: AnyTrigger) -> str:
     if isinstance(trigger, AtTime):
         return f"from {trigger.time:g} s on"
     if isinstance(trigger, AtDistance):
@@ -101,7 +103,7 @@ def car_document(car: VirtualCar) -> dict[str, Any]:
     return told | {"vehicle": car.vehicle or None, "parts": parts_of(car.block), "parameters": parameters}
 
 
-def course_document(course: Any) -> dict[str, Any]:
+def course_document(course: AnyCourse) -> dict[str, Any]:
     """A course as plain data."""
     return {
         "name": course.name,

@@ -15,7 +15,9 @@ from tierod.core.toml import Document, build
 from tierod.core.user_files import MOST_DATA_BYTES, read_bytes, read_text, toml
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue
+from tierod.proving_ground.courses import AnyCourse
 from tierod.proving_ground.faults import fault_of
+from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.run import Outcome
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.scenarios.scenario import Scenario, lengthened, require_duration, require_sound
@@ -29,7 +31,7 @@ def named_files(document: Document) -> dict[str, str]:
     return found
 
 
-def _collect(content: Any, folder: Path, found: dict[str, str]) -> None:
+def _collect(content: object, folder: Path, found: dict[str, str]) -> None:
     for text in _texts(content):
         path = folder / text
         if text in found or path.suffix.lower() not in (".toml", ".csv") or not path.is_file():
@@ -40,7 +42,7 @@ def _collect(content: Any, folder: Path, found: dict[str, str]) -> None:
             _collect(toml(read_text(path, "the file", ParameterError), path, ParameterError), path.parent, found)
 
 
-def _texts(content: Any) -> Iterator[str]:
+def _texts(content: object) -> Iterator[str]:
     if isinstance(content, str):
         yield content
     elif isinstance(content, Mapping | list):
@@ -157,7 +159,7 @@ def from_document(document: Document) -> Scenario:
     return scenario
 
 
-def _lasting(course: Any, seconds: float | None, step_time: float, document: Document) -> tuple[Any, float]:
+def _lasting(course: AnyCourse, seconds: float | None, step_time: float, document: Document) -> tuple[AnyCourse, float]:
     """The course, made longer where it has to be and can be, and the duration of the run [s]."""
     try:
         if seconds is not None:
@@ -170,7 +172,7 @@ def _lasting(course: Any, seconds: float | None, step_time: float, document: Doc
     return course, duration
 
 
-def _car(given: CarTable | str, document: Document) -> tuple[Any, str]:
+def _car(given: CarTable | str, document: Document) -> tuple[Plant, str]:
     """The car as the scenario has it, and the vehicle file with which it is judged."""
     table = CarTable(name=given) if isinstance(given, str) else given
     if not table.name:
@@ -183,7 +185,7 @@ def _car(given: CarTable | str, document: Document) -> tuple[Any, str]:
     return car.varied(table, document, ("car",)), car.vehicle
 
 
-def _course(given: Any, document: Document) -> tuple[Any, int | None]:
+def _course(given: object, document: Document) -> tuple[AnyCourse, int | None]:
     """The course, and its own seed where the table says one."""
     table = {"name": given} if isinstance(given, str) else given
     if not isinstance(table, Mapping):
@@ -192,7 +194,7 @@ def _course(given: Any, document: Document) -> tuple[Any, int | None]:
     if isinstance(changes.get("file"), str):
         changes["file"] = str(document.path.parent / changes["file"])
     if "kind" in changes:
-        course = build(courses.AnyCourse, changes, document, ("course",))
+        course = build(AnyCourse, changes, document, ("course",))
         return course if course.name else replace(course, name=str(changes["kind"])), changes.get("seed")
     known = courses.shipped()
     name = changes.pop("name", "")
@@ -203,7 +205,7 @@ def _course(given: Any, document: Document) -> tuple[Any, int | None]:
     return build(type(base), changes, document, ("course",), base=base), changes.get("seed")
 
 
-def _named(name: str, document: Document, location: tuple[str, ...]) -> Any:
+def _named(name: str, document: Document, location: tuple[str, ...]) -> AnyCourse:
     path: str | Path = name
     if name not in courses.shipped() and name.lower().endswith((".toml", ".csv")):
         path = document.path.parent / name

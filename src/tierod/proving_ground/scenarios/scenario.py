@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.fields import numbers
+from tierod.core.fields import numbers, replaced
 from tierod.core.graph.trace import trace
 from tierod.core.toml import Document
 from tierod.proving_ground.courses import AnyCourse
 from tierod.proving_ground.faults import AtTime, Fault, Schedule, Within
+from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.recorder import channel_names
 from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.scatter import Scatter
@@ -51,7 +52,7 @@ class Scenario:
 
     name: str
     description: str
-    car: Any
+    car: Plant
     car_name: str
     course: AnyCourse
     duration: float
@@ -150,7 +151,7 @@ def require_duration(seconds: float, step_time: float) -> None:
         )
 
 
-def lengthened(course: Any, seconds: float) -> Any:
+def lengthened(course: AnyCourse, seconds: float) -> AnyCourse:
     """A course that lasts at least so long [s].
 
     Raises:
@@ -162,7 +163,8 @@ def lengthened(course: Any, seconds: float) -> Any:
         raise ParameterError(
             f"the course '{course.name}' ends after {course.duration:.6g} s; a run of {seconds:g} s is too long for it"
         )
-    return replace(course, time=course.time + seconds - course.duration)
+    longer: AnyCourse = replaced(course, {"time": getattr(course, "time") + seconds - course.duration})  # noqa: B009
+    return longer
 
 
 def require_sound(scenario: Scenario) -> None:

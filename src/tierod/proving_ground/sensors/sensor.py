@@ -28,7 +28,7 @@ def gauss_markov(count: int, correlation: float, generator: np.random.Generator)
     kept = math.exp(-1.0 / correlation)
     driving = generator.standard_normal(count)
     driving[1:] *= math.sqrt(1.0 - kept * kept)
-    return lfilter([1.0], [1.0, -kept], driving)
+    return np.asarray(lfilter([1.0], [1.0, -kept], driving))
 
 
 def random_walk(count: int, step_time: float, generator: np.random.Generator) -> np.ndarray:
@@ -118,7 +118,7 @@ class Sensor:
     wrap: Annotated[tuple[float, float], SIGNAL_UNIT] | None = None
     saturation: Annotated[tuple[float, float], SIGNAL_UNIT] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         for name in ("wrap", "saturation"):
             limits = getattr(self, name)

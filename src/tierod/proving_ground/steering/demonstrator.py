@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.friction import DryFriction
@@ -49,8 +50,8 @@ class DemonstratorMotion(NamedTuple):
     """Column and rack, and the torques of both motors at their shafts [N*m]."""
 
     rack: RackMotion
-    torque_1: Any
-    torque_2: Any
+    torque_1: Scalar
+    torque_2: Scalar
 
 
 class DemonstratorSignals(NamedTuple):
@@ -59,23 +60,23 @@ class DemonstratorSignals(NamedTuple):
     The drive torques are those that have acted over the step before. Friction is that of `SteeringSignals`.
     """
 
-    steering_wheel_angle: Annotated[Any, "rad"]
-    steering_wheel_rate: Annotated[Any, "rad/s"]
-    steering_shaft_torque: Annotated[Any, "N*m"]
-    tie_rod_force: Annotated[Any, "N"]
-    tie_rod_force_left: Annotated[Any, "N"]
-    tie_rod_force_right: Annotated[Any, "N"]
-    steering_motor_1_torque: Annotated[Any, "N*m"]
-    steering_motor_2_torque: Annotated[Any, "N*m"]
-    drive_torque_left: Annotated[Any, "N*m"]
-    drive_torque_right: Annotated[Any, "N*m"]
-    rack_position: Annotated[Any, "m"]
-    rack_speed: Annotated[Any, "m/s"]
-    road_wheel_angle_left: Annotated[Any, "rad"]
-    road_wheel_angle_right: Annotated[Any, "rad"]
-    truth_steering_wheel_acceleration: Annotated[Any, "rad/s**2"]
-    truth_friction_torque: Annotated[Any, "N*m"]
-    truth_friction_resistance: Annotated[Any, "N*m"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    steering_shaft_torque: Annotated[Scalar, "N*m"]
+    tie_rod_force: Annotated[Scalar, "N"]
+    tie_rod_force_left: Annotated[Scalar, "N"]
+    tie_rod_force_right: Annotated[Scalar, "N"]
+    steering_motor_1_torque: Annotated[Scalar, "N*m"]
+    steering_motor_2_torque: Annotated[Scalar, "N*m"]
+    drive_torque_left: Annotated[Scalar, "N*m"]
+    drive_torque_right: Annotated[Scalar, "N*m"]
+    rack_position: Annotated[Scalar, "m"]
+    rack_speed: Annotated[Scalar, "m/s"]
+    road_wheel_angle_left: Annotated[Scalar, "rad"]
+    road_wheel_angle_right: Annotated[Scalar, "rad"]
+    truth_steering_wheel_acceleration: Annotated[Scalar, "rad/s**2"]
+    truth_friction_torque: Annotated[Scalar, "N*m"]
+    truth_friction_resistance: Annotated[Scalar, "N*m"]
 
 
 def steering_motor() -> Motor:
@@ -117,7 +118,7 @@ class Demonstrator:
         """At rest, with teeth in contact."""
         return DemonstratorMotion(self.rack.stiff(), 0.0, 0.0)
 
-    def sticking(self, motion: DemonstratorMotion, memory: RackMemory) -> dict[tuple[str, str], Any]:
+    def sticking(self, motion: DemonstratorMotion, memory: RackMemory) -> dict[tuple[str, str], Scalar]:
         """What dry friction adds to the Jacobian, see `Steering.sticking`."""
         entries = self.rack.sticking(motion.rack, memory)
         return {(f"rack.{rate}", f"rack.{angle}"): entry for (rate, angle), entry in entries.items()}
