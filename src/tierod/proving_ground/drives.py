@@ -23,7 +23,7 @@ from tierod.proving_ground.faults import Course as LevelCourse
 from tierod.proving_ground.faults import Fault
 from tierod.proving_ground.run import run
 from tierod.proving_ground.scatter import Scatter
-from tierod.proving_ground.sensors import SensorNoise, SensorSet
+from tierod.proving_ground.sensors import SensorSet
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def drive(
     friction: FrictionCourse | float | None = None,
     seed: int = 0,
     scatter: bool | Scatter = False,
-    sensors: SensorSet | SensorNoise | None = None,
+    sensors: SensorSet | None = None,
     roads: Sequence[AnyRoad] = (City(), Country(), Motorway()),
     conditions: Sequence[AnyCondition] = (Restlessness(),),
 ) -> Recording:
@@ -137,7 +137,7 @@ def lock_to_lock(
     rate: float = 1.0,
     lock_angle: float = math.radians(570.0),
     seed: int = 0,
-    sensors: SensorSet | SensorNoise | None = None,
+    sensors: SensorSet | None = None,
 ) -> Recording:
     """The slow turn of the standing car from the middle to the right lock, to the left one, and back.
 
@@ -170,14 +170,14 @@ def _recorded(
     friction: FrictionCourse | float | None,
     seed: int,
     scatter: Scatter | None,
-    sensors: SensorSet | SensorNoise | None,
+    sensors: SensorSet | None,
     metadata: dict[str, Any] | None = None,
 ) -> Recording:
     level = dict(tuning(car))[LEVEL] if friction is None else friction
     levels = level if isinstance(level, FrictionCourse) else FrictionCourse.constant(float(level))
     car = with_friction(car, levels.levels[0])
     faults = () if len(set(levels.levels)) == 1 else (Fault(element=LEVEL, behaviour=levels.behaviour()),)
-    measured = SensorSet.production().only(CHANNELS) if sensors is None else SensorSet(dict(sensors.items()))
+    measured = SensorSet.production().only(CHANNELS) if sensors is None else sensors
     said = {"friction": dataclasses.asdict(levels), "stretches": _stretches(course)} | (metadata or {})
     outcome = run(car, course, None, seed, measured, faults, scatter, said)
     if outcome.diverged_at is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated, Protocol
+from typing import Annotated, ClassVar, Protocol
 
 import numpy as np
 
@@ -230,7 +230,26 @@ class _Random:
 
 
 @dataclass(frozen=True)
-class Restlessness(_Random):
+class _Wandering(_Random):
+    """One column that wanders over time, or over distance, between knots at random spacings."""
+
+    deviation: float = 0.0
+    shortest: float = 0.0
+    longest: float = 0.0
+
+    _column: ClassVar[str]
+    _step: ClassVar[float]
+    _over_distance: ClassVar[bool] = False
+
+    def acting(self, generator: np.random.Generator) -> Acting:
+        """The condition with its chance drawn."""
+        noise = smooth_noise(generator, self.shortest, self.longest, self._step)
+        curve = Repeated(self.deviation * noise, self._step)
+        return self._within(self._column, lambda time, distance: curve.at(distance if self._over_distance else time))
+
+
+@dataclass(frozen=True)
+class Restlessness(_Wandering):
     """Small needless steering corrections, as a person makes all the time.
 
     Args:
@@ -243,10 +262,7 @@ class Restlessness(_Random):
     shortest: Annotated[float, "s", POSITIVE] = 0.4
     longest: Annotated[float, "s", POSITIVE] = 1.0
 
-    def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition with its chance drawn."""
-        curve = Repeated(self.deviation * smooth_noise(generator, self.shortest, self.longest, 0.02), 0.02)
-        return self._within("demand.steering_wheel_angle", lambda time, distance: curve.at(time))
+    _column, _step = "demand.steering_wheel_angle", 0.02
 
 
 @dataclass(frozen=True)
@@ -275,7 +291,7 @@ class Tremor(_Random):
 
 
 @dataclass(frozen=True)
-class Gusts(_Random):
+class Gusts(_Wandering):
     """Wind across the road that comes and goes.
 
     Args:
@@ -288,14 +304,11 @@ class Gusts(_Random):
     shortest: Annotated[float, "s", POSITIVE] = 0.7
     longest: Annotated[float, "s", POSITIVE] = 4.0
 
-    def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition with its chance drawn."""
-        curve = Repeated(self.deviation * smooth_noise(generator, self.shortest, self.longest, 0.05), 0.05)
-        return self._within("wind.crosswind_speed", lambda time, distance: curve.at(time))
+    _column, _step = "wind.crosswind_speed", 0.05
 
 
 @dataclass(frozen=True)
-class Unevenness(_Random):
+class Unevenness(_Wandering):
     """Waves and ruts: the crossfall of the road wanders over a few metres.
 
     Args:
@@ -308,10 +321,8 @@ class Unevenness(_Random):
     shortest: Annotated[float, "m", POSITIVE] = 3.0
     longest: Annotated[float, "m", POSITIVE] = 15.0
 
-    def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition with its chance drawn."""
-        curve = Repeated(self.deviation * smooth_noise(generator, self.shortest, self.longest, 0.5), 0.5)
-        return self._within("road.bank_angle", lambda time, distance: curve.at(distance))
+    _column, _step = "road.bank_angle", 0.5
+    _over_distance = True
 
 
 AnyCondition = Adhesion | Slope | Breeze | HandTorque | Grip | Attention | Restlessness | Tremor | Gusts | Unevenness

@@ -67,15 +67,6 @@ def across(forward: np.ndarray, left: np.ndarray, step: float = STEP) -> np.ndar
     return np.asarray(np.interp(np.arange(0.0, gone[-1], step), gone, np.gradient(heading, gone)))
 
 
-def drawn(curvature: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coordinates [m] and heading [rad] of every point of a line of known curvature [1/m], from the origin ahead."""
-    heading = np.concatenate([[0.0], np.cumsum(0.5 * (curvature[1:] + curvature[:-1]) * step)])
-    middle = 0.5 * (heading[1:] + heading[:-1])
-    forward = np.concatenate([[0.0], np.cumsum(np.cos(middle) * step)])
-    left = np.concatenate([[0.0], np.cumsum(np.sin(middle) * step)])
-    return forward, left, heading
-
-
 TICK = 0.02
 """Spacing of a plan in time [s]."""
 

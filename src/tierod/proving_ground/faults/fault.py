@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
 from tierod.core.errors import ParameterError
-from tierod.core.fields import POSITIVE, check_ranges, replaced
+from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.toml import Document, build
 from tierod.core.toml_builder import kind_name
-from tierod.proving_ground.faults.behaviour import Amount, Behaviour
+from tierod.proving_ground.faults.behaviour import Behaviour
 from tierod.proving_ground.faults.behaviours import AnyBehaviour
 from tierod.proving_ground.faults.triggers import Always, AnyTrigger
 
@@ -80,14 +80,6 @@ class Fault:
         """All that it does."""
         return (Effect(self.element, self.behaviour, self.origin), *self.also)
 
-    def with_size(self, size: Amount) -> Fault:
-        """The fault in another size: the main field of its behaviour, see `Behaviour.main`.
-
-        Raises:
-            ParameterError: it has no size
-        """
-        return replace(self, behaviour=_sized(self.behaviour, size))
-
     def error(self, part: str, message: str, effect: Effect | None = None) -> ParameterError:
         """An error that names the fault's line, or the fault.
 
@@ -100,13 +92,6 @@ class Fault:
         if origin is None:
             return ParameterError(f"fault '{self.label}': {message}")
         return origin.error(part, message)
-
-
-def _sized(behaviour: Behaviour, size: Amount) -> Any:
-    if behaviour.main is None:
-        raise ParameterError(f"'{kind_name(type(behaviour))}' has no size; leave it out")
-    inner = getattr(behaviour, behaviour.main)
-    return replaced(behaviour, {behaviour.main: _sized(inner, size) if isinstance(inner, Behaviour) else size})
 
 
 def resolved(fault: Fault, effect: Effect, unit: str | None) -> AnyBehaviour:

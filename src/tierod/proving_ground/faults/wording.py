@@ -10,7 +10,7 @@ from tierod.core.toml_builder import SIGNAL_UNIT, kind_name
 from tierod.proving_ground.faults.behaviour import Behaviour
 from tierod.proving_ground.faults.elements import unit_without_car
 from tierod.proving_ground.faults.fault import Effect, Fault
-from tierod.proving_ground.faults.triggers import Always, AtDistance, AtTime, When, Within
+from tierod.proving_ground.faults.triggers import Always, AnyTrigger, AtDistance, AtTime, When, Within
 
 
 def of_effect(effect: Effect) -> str:
@@ -84,3 +84,33 @@ def of_fields(kind: type[Behaviour]) -> str:
         text = f"{field.name} [{unit}]" if unit else field.name
         parts.append(text if needed else f"({text})")
     return ", ".join(parts)
+
+
+def fault_in_words(fault: Fault) -> str:
+    """What a fault does, when and for how long."""
+    what = "; ".join(f"{effect.element} {kind_name(type(effect.behaviour))}" for effect in fault.effects)
+    lasts = fault.duration or fault.behaviour.usual_duration
+    name = f"{fault.name}: " if fault.name else ""
+    return f"{name}{what}{_main(fault)}, {_when(fault.trigger)}{'' if lasts is None else f', for {lasts:g} s'}"
+
+
+def _main(fault: Fault) -> str:
+    """The size of a fault with its unit, as far as its name tells one."""
+    behaviour: Any = fault.behaviour.core
+    if behaviour.main is None:
+        return ""
+    size = getattr(behaviour, behaviour.main)
+    unit = _unit(hints(behaviour.__class__)[behaviour.main], unit_without_car(fault.element))
+    return f" {size:.4g} {unit}".rstrip() if isinstance(size, float) else f" {size}"
+
+
+def _when(trigger: AnyTrigger) -> str:
+    if isinstance(trigger, AtTime):
+        return f"from {trigger.time:g} s on"
+    if isinstance(trigger, AtDistance):
+        return f"from {trigger.distance:g} m on"
+    if isinstance(trigger, Within):
+        return f"from a time between {trigger.earliest:g} s and {trigger.latest:g} s on"
+    if isinstance(trigger, When):
+        return f"when {trigger.condition}" + (f" for {trigger.hold:g} s" if trigger.hold else "")
+    return "all the time"
