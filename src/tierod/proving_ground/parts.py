@@ -73,7 +73,7 @@ class Port(NamedTuple):
     held: Annotated[float, ""]
 
 
-SOUND = Port(1.0, 0.0, 0.0)
+NO_FAULT = Port(1.0, 0.0, 0.0)
 
 
 Each = TypeVar("Each", default=Scalar)
@@ -308,7 +308,7 @@ def pass_through(port: Port, held: Scalar, value: Scalar) -> tuple[Scalar, Scala
     """What comes out of a port, as (value to hold from now on, output).
 
     Args:
-        port: the fault, `SOUND` for none
+        port: the fault, `NO_FAULT` for none
         held: value of the step before
         value: what goes in
     """

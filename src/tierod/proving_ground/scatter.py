@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 
@@ -107,6 +107,8 @@ class UsualScatter:
                 yield path, value * known[path].value if name.endswith(".gain") else value
 
 
+Drawn = TypeVar("Drawn", bound=Plant)
+
 _TRIES = 1000
 
 
@@ -169,7 +171,7 @@ class Scatter(UsualScatter):
             spreads[path] = build(Spread, spread, document, (*place, "parameters", path))
         return cls(**vars(own), parameters=spreads, origin=(document, place))
 
-    def draw(self, car: Plant, sensors: SensorSet, generator: np.random.Generator) -> tuple[Plant, SensorSet]:
+    def draw(self, car: Drawn, sensors: SensorSet, generator: np.random.Generator) -> tuple[Drawn, SensorSet]:
         """A car and its sensors, drawn around the given ones.
 
         Args:

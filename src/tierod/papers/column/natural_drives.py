@@ -168,7 +168,7 @@ def _shown(recording: Recording, variant: str, vehicle: Vehicle, rate: float) ->
 
 def _car(seed: int) -> Tree:
     """The car with another wheel and torsion bar."""
-    car = load_car(CAR).block
+    car: Tree = load_car(CAR).block
     ways = np.random.default_rng([seed, 9]).choice([-1.0, 1.0], 3)
     one, two, three = 1.0 + SCATTER * ways
     steering = car.steering

@@ -142,7 +142,7 @@ class Body(NamedTuple):
 
 
 def vehicle_speed(reaction: Reaction) -> Scalar:
-    """Speed [m/s] as the control unit of the brakes tells it on the bus: mean of the rear wheels."""
+    """Speed [m/s] as the control unit of the brakes sends it: mean of the rear wheels."""
     return 0.5 * (reaction.wheel_speeds.rear_left + reaction.wheel_speeds.rear_right)
 
 

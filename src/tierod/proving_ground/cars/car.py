@@ -20,8 +20,8 @@ from tierod.proving_ground.cars.body import (
     vehicle_speed,
 )
 from tierod.proving_ground.chassis import TwoTrack
+from tierod.proving_ground.control.driver import HumanDriver
 from tierod.proving_ground.courses import Start
-from tierod.proving_ground.driving import HumanDriver
 from tierod.proving_ground.integration import rosenbrock, steering_inverse
 from tierod.proving_ground.parts import (
     Chassis,

@@ -46,8 +46,8 @@ class Acting(NamedTuple):
     """What acts on the bench from outside.
 
     Args:
-        motor_torque: that the motor is told to give, at its shaft
-        motor_disturbance: that nobody knows of, at its shaft
+        motor_torque: that is asked of the motor, at its shaft
+        motor_disturbance: unknown to the control, at its shaft
         gear_torque: on the output of the gear, as from a road
         hand_torque: on the wheel, besides what the arms do of themselves
         grip: 1 is hands that hold the wheel with their inertia, damping and stiffness, 0 hands off

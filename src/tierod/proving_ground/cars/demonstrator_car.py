@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar
 from tierod.proving_ground.cars.car import Car, Controlled, Observed, Read, Torques
 from tierod.proving_ground.chassis import demonstrator
-from tierod.proving_ground.driving.automated import AutomatedDriver, Command, Sensed
+from tierod.proving_ground.control.automated import AutomatedDriver, Command, Sensed
 from tierod.proving_ground.parts import Chassis, Intent, Reaction, Wheels
 from tierod.proving_ground.powertrain import WheelMotors
 from tierod.proving_ground.steering.demonstrator import Demonstrator
@@ -82,7 +82,7 @@ class DemonstratorCar(Car):
         return units, (first, second, units.left, units.right), signals
 
     def drives(self, intent: Intent, reaction: Reaction, torques: Torques) -> tuple[Wheels, Wheels]:
-        """The wheel motors drive and brake; friction brakes are for emergencies that nobody drives here."""
+        """The wheel motors drive and brake; friction brakes, for emergencies, stay open."""
         return self.powertrain.wheels(torques[2], torques[3], 0.0)
 
     def drive_force(self, intent: Intent, torques: Torques) -> Scalar:

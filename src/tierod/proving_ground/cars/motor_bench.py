@@ -21,7 +21,7 @@ class Acting(NamedTuple):
     """What acts on the bench from outside.
 
     Args:
-        target_motor_angle: that the angle control is told
+        target_motor_angle: of the angle control
         control: share of the angle control's torque that is asked of the drive; 0 leaves it out
         motor_torque: asked of the drive besides
         load_torque: on the shaft, opposing, besides the spring

@@ -82,8 +82,8 @@ class AssistUnit:
         maximum_torque: limit of the request, at the column
         torque_rate: limit of the request's rate of change, at the column; with a tenth of it a wheel let go under full
             assist would swing on and on
-        bar_stiffness: of the torsion bar, as the unit believes
-        motor_ratio: turns of the motor per turn of the column, as the unit believes
+        bar_stiffness: of the torsion bar, as the unit assumes
+        motor_ratio: turns of the motor per turn of the column, as the unit assumes
         step_time: of the unit
     """
 

@@ -70,7 +70,7 @@ def load(name: str | Path) -> AnyCourse:
         name: of a shipped course, or the path of a file
 
     Raises:
-        ParameterError: there is none, or what it says is wrong; file, line and nearest name are told
+        ParameterError: there is none, or what it says is wrong; with file, line and nearest name
     """
     path = find(name)
     return _from_table(path) if path.suffix.lower() == ".csv" else from_document(Document.read(path, "course"))

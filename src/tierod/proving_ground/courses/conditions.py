@@ -16,7 +16,7 @@ from tierod.proving_ground.courses.course import Columns, Repeated, smooth_noise
 
 @dataclass(frozen=True)
 class During:
-    """From one instant to another, fading in and out smoothly; always, unless told otherwise.
+    """From one instant to another, fading in and out smoothly; always, where nothing else is said.
 
     Args:
         start, end: of the whole, fading included

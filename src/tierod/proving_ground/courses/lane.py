@@ -20,7 +20,7 @@ _POINT = 0.05
 
 @dataclass(frozen=True)
 class AtWill(WayCourse):
-    """Base of the tests whose speed is given over time: nobody hurries to be somewhere in time."""
+    """Base of the tests whose speed is given over time: no car hurries to be somewhere in time."""
 
     catching_up: ClassVar[float] = 0.0
 

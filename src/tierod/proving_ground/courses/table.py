@@ -46,7 +46,7 @@ def read_table(path: str | Path) -> tuple[str, dict[str, np.ndarray]]:
         path: of the file
 
     Raises:
-        ParameterError: it cannot be read; an unknown column or unit, a value that is no number; the line is told
+        ParameterError: it cannot be read; an unknown column or unit, a value that is no number; with the line
     """
     path = Path(path)
     text = read_text(path, "the course file", ParameterError, "give a CSV file", MOST_DATA_BYTES)

@@ -15,7 +15,7 @@ from tierod.proving_ground.faults.fault import Effect, Fault, resolved
 from tierod.proving_ground.faults.triggers import AtDistance, AtTime, Comparison, When, Within
 
 DISTANCE = "truth_distance"
-"""Channel that tells how far the car has gone."""
+"""Channel of the distance that the car has gone."""
 
 
 class Watch:
@@ -196,7 +196,7 @@ def _out_of_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: f
         since = np.union1d(since, [time for time in core.times if 0.0 <= time <= since[-1]])
     change = core.change(since, Chance((0,), 0.0, 0.0))
     gain, offset = np.broadcast_arrays(change.gain, change.offset)
-    # Only the run tells what is around the car: there, values that do not depend on it can be judged.
+    # What is around the car is known in the run only: here, values that do not depend on it can be judged.
     values = offset[gain == 0.0] if target.usual is None else np.ravel(gain * target.usual + offset)
     wrong = next((value for value in values if not target.limits.holds(value)), None)
     if wrong is None:

@@ -52,7 +52,7 @@ class Target(NamedTuple):
         role: SIGNAL, LOOP, ACTUATOR, PARAMETER or SURROUNDING
         name: channel, port, dotted path of a parameter, or input of the car
         unit: of its values; None where nothing says
-        usual: value without fault, of a parameter; None where only the run tells
+        usual: value without fault, of a parameter; None where it is known in the run only
         limits: of a parameter, or of what is around the car
     """
 
@@ -70,7 +70,7 @@ def split(element: str) -> tuple[str, str]:
 
 
 def unit_without_car(element: str) -> str | None:
-    """The unit of an element whose name tells it; None where it takes a car."""
+    """The unit of an element whose name gives it; None where it takes a car."""
     _, name = split(element.split("|")[0].strip())
     if name in SIGNALS:
         return SIGNALS[name].unit

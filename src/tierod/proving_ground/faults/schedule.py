@@ -152,7 +152,7 @@ class Schedule:
                 active.begin(float(time[-1]) + step, self.seconds)
 
     def inputs(self, time: np.ndarray, usual: Usual | None = None) -> dict[str, np.ndarray]:
-        """What faults give the car at the steps of the next piece; only what differs from a sound car.
+        """What faults give the car at the steps of the next piece; only what differs from a fault-free car.
 
         To be asked for one piece after the other, since what is held goes over from one to the next.
 

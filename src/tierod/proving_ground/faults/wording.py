@@ -95,7 +95,7 @@ def fault_in_words(fault: Fault) -> str:
 
 
 def _main(fault: Fault) -> str:
-    """The size of a fault with its unit, as far as its name tells one."""
+    """The magnitude of a fault with its unit, as far as its name gives one."""
     behaviour: Any = fault.behaviour.core
     if behaviour.main is None:
         return ""

@@ -34,10 +34,10 @@ class CurrentControl:
     """Proportional-integral control in the rotor's axes with feed-forward of the voltages that the turning induces.
 
     The command of a sample is made in the next period, as in every digital drive; it is turned ahead by the angle that
-    the rotor turns until then. What the unit believes of the motor are numbers of its own.
+    the rotor turns until then. The motor's parameters that the unit assumes are numbers of its own.
 
     Args:
-        resistance, inductance_d, inductance_q, flux: believed
+        resistance, inductance_d, inductance_q, flux: assumed
         lag: time constant of the closed current loop; 1/3 ms leaves room for one and a half periods of delay at 10 kHz
         current_limit: longest current vector
         speed_time: of the low-pass on the sensed speed; 0 is none

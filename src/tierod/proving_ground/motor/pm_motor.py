@@ -52,7 +52,7 @@ class Senses(NamedTuple):
 IN_LOOP = ("motor_angle_mechanical", "motor_current_alpha", "motor_current_beta")
 """What the current control reads, by canonical name."""
 
-SOUND = Senses()
+TRUE_VALUES = Senses()
 """Sensors that read what is there."""
 
 
@@ -65,7 +65,7 @@ class DriveState(NamedTuple):
         dry: dry friction of the rotor over its level [-]
         control: of the current
         voltage: mean over the period that has just ended [V]
-        told: what the inverter was told to make in that period [V]
+        command: what the inverter was commanded to make in that period [V]
         warmth: of winding and housing
     """
 
@@ -74,7 +74,7 @@ class DriveState(NamedTuple):
     dry: Scalar
     control: ControlMemory
     voltage: StatorVector
-    told: StatorVector
+    command: StatorVector
     warmth: Warmth
 
 
@@ -85,7 +85,7 @@ Fine: TypeAlias = Tree
 class FineSignals(NamedTuple):
     """Signals at the motor's own rate: a tuple of sub-samples per step each, the first at the step's instant.
 
-    Voltages are means over the period that ends at the instant; the target is what the inverter was told to make.
+    Voltages are means over the period that ends at the instant; the target is the inverter's command.
     """
 
     motor_current_alpha: Annotated[Fine, "A"]
@@ -144,7 +144,13 @@ class PmMotor:
         return DriveState(Rotor(0.0, 0.0), linkage, 0.0, self.control.remembered(), none, none, warmth)
 
     def turn(
-        self, state: DriveState, request: Scalar, step: Scalar, load: Load, senses: Senses = SOUND, locked: Scalar = 0.0
+        self,
+        state: DriveState,
+        request: Scalar,
+        step: Scalar,
+        load: Load,
+        senses: Senses = TRUE_VALUES,
+        locked: Scalar = 0.0,
     ) -> tuple[DriveState, DriveSignals]:
         """One step of the car with a rotor that turns by itself.
 
@@ -160,7 +166,7 @@ class PmMotor:
         return after, signals
 
     def torque(
-        self, state: DriveState, rotor: Rotor, request: Scalar, step: Scalar, senses: Senses = SOUND
+        self, state: DriveState, rotor: Rotor, request: Scalar, step: Scalar, senses: Senses = TRUE_VALUES
     ) -> tuple[DriveState, DriveSignals, Scalar]:
         """One step of the car with a rotor that is carried by a steering, at the same speed over the step.
 
@@ -183,17 +189,17 @@ class PmMotor:
         winding = self._winding(state.warmth)
         now = first = begin(machine, state.rotor, state.linkage, state.dry, winding)
         wanted, longest = self.control.wanted_current(request, pole_pairs), self.inverter.longest_voltage
-        control, voltage, told = state.control, state.voltage, state.told
+        control, voltage, command = state.control, state.voltage, state.command
         angle = senses.angle(now.rotor.angle)
         electrical = electrical_angle(angle, pole_pairs)
         sensed_at = direction(electrical)
         seen, means = [], []
         for count in range(self.substeps):
             resolver = (self.resolver_amplitude * now.at.cosine, self.resolver_amplitude * now.at.sine)
-            seen.append((*now.current, *voltage, *told, *now.rotor, *resolver))
-            told, current = control.command, StatorVector(senses.alpha(now.current[0]), senses.beta(now.current[1]))
+            seen.append((*now.current, *voltage, *command, *now.rotor, *resolver))
+            command, current = control.command, StatorVector(senses.alpha(now.current[0]), senses.beta(now.current[1]))
             control = self.control.step(control, wanted, current, angle, sensed_at, longest, period, pole_pairs)
-            voltage = self._made(told, now.current, period)
+            voltage = self._made(command, now.current, period)
             now, mean = advance(machine, now, voltage, winding, period, count * period, load, free)
             means.append(mean)
             angle = senses.angle(now.rotor.angle)
@@ -201,14 +207,14 @@ class PmMotor:
             sensed_at = turned(sensed_at, electrical - before)
         torque, heat = (sum(values[1:], values[0]) / self.substeps for values in zip(*means, strict=True))
         warmth = self.warming.after(state.warmth, heat, step)
-        after = DriveState(now.rotor, now.linkage, now.dry, control, voltage, told, warmth)
+        after = DriveState(now.rotor, now.linkage, now.dry, control, voltage, command, warmth)
         return after, self._signals(state, first, seen, winding, load), torque
 
     def _winding(self, warmth: Warmth) -> Winding:
         machine = self.machine
         return Winding(resistance_at(warmth.winding, machine.resistance), flux_at(warmth.housing, machine.flux))
 
-    def _made(self, told: StatorVector, current: StatorVector, period: Scalar) -> StatorVector:
+    def _made(self, command: StatorVector, current: StatorVector, period: Scalar) -> StatorVector:
         inverter = self.inverter
         lost = lost_voltage(
             current,
@@ -218,7 +224,7 @@ class PmMotor:
             inverter.forward_drop,
             inverter.knee_current,
         )
-        return StatorVector(told.alpha - lost.alpha, told.beta - lost.beta)
+        return StatorVector(command.alpha - lost.alpha, command.beta - lost.beta)
 
     def _signals(
         self, state: DriveState, first: Instant, seen: Sequence[tuple[Scalar, ...]], winding: Winding, load: Load | None
@@ -229,7 +235,7 @@ class PmMotor:
             torque_of_flux(first.linkage, first.current, machine.pole_pairs),
             state.warmth.winding,
             self.inverter.supply_voltage,
-            electric_power(state.told, first.current) / self.inverter.supply_voltage,
+            electric_power(state.command, first.current) / self.inverter.supply_voltage,
             0.0 if load is None else load(*first.rotor, 0.0),
             machine.friction * first.dry,
             *winding,

@@ -61,12 +61,12 @@ def scenario_document(scenario: Scenario) -> dict[str, Any]:
 
 def car_document(car: VirtualCar) -> dict[str, Any]:
     """A virtual car as plain data, with every parameter."""
-    told = {name: value for name, value in asdict(car.file).items() if name not in ("parameters", "parts")}
+    file = {name: value for name, value in asdict(car.file).items() if name not in ("parameters", "parts")}
     parameters = [
         {"name": path, "value": each.value, "unit": each.unit, "source": car.source_of(path) or "default of its part"}
         for path, each in numbers(car.block).items()
     ]
-    return told | {"vehicle": car.vehicle or None, "parts": parts_of(car.block), "parameters": parameters}
+    return file | {"vehicle": car.vehicle or None, "parts": parts_of(car.block), "parameters": parameters}
 
 
 def course_document(course: AnyCourse) -> dict[str, Any]:

@@ -102,7 +102,7 @@ def load(name_or_path: str | Path) -> Scenario:
         name_or_path: a name in `SCENARIOS`, or the path of a scenario file (.toml)
 
     Raises:
-        ParameterError: no such scenario, or one with a slip or a contradiction; file, line and nearest name are told
+        ParameterError: no such scenario, or one with a slip or a contradiction; with file, line and nearest name
     """
     return from_document(Document.read(SCENARIOS.find(str(name_or_path)), "scenario"))
 

@@ -126,11 +126,11 @@ class HumanDriver:
     (2008). The person knows a car by four numbers of their own, which need not be those of the car.
 
     Args:
-        mass: believed, of the car
-        wheelbase: believed
-        understeer_gradient: believed, extra road-wheel angle per lateral acceleration
-        rear_distance: believed, from the centre of gravity to the rear axle; a car's middle turns in before its rear
-        steering_ratio: believed, road-wheel angle per steering-wheel angle
+        mass: assumed, of the car
+        wheelbase: assumed
+        understeer_gradient: assumed, extra road-wheel angle per lateral acceleration
+        rear_distance: assumed, from the centre of gravity to the rear axle; a car's middle turns in before its rear
+        steering_ratio: assumed, road-wheel angle per steering-wheel angle
         arm_stiffness: torque per angle between muscles and wheel
         arm_damping: torque per rate between muscles and wheel
         muscle_time: time constant of the muscles, twice in a row
@@ -139,8 +139,8 @@ class HumanDriver:
         anticipation: how early the road's curvature is steered, makes up for muscles and vehicle
         correction: share of the offset correction that the person makes with full attention
         greatest_offset: an offset beyond it is corrected no faster
-        expected_effort: believed torque at the steering wheel per lateral acceleration, which the arms press in advance
-        persistence: integral gain on the remaining angle error, for a person told to reach an angle (no attention to
+        expected_effort: assumed torque at the steering wheel per lateral acceleration, which the arms press in advance
+        persistence: integral gain on the remaining angle error, for a person who has to reach an angle (no attention to
             a lane, hands on the wheel)
         slowest_correction: speed below which the offset is corrected the less, not at all at rest
         pedals: speed keeping
@@ -225,8 +225,8 @@ class HumanDriver:
             demand: of the course: grip and attention
         """
         wanted, lag = intent.steering_wheel_angle + motion.persistent_angle, self.muscle_time
-        told = demand.grip * (1.0 - demand.attention)
-        remaining = told * (intent.steering_wheel_angle - hand.angle) - (1.0 - told) * motion.persistent_angle
+        open_loop = demand.grip * (1.0 - demand.attention)
+        remaining = open_loop * (intent.steering_wheel_angle - hand.angle) - (1.0 - open_loop) * motion.persistent_angle
         return Muscles(
             angle=motion.rate,
             rate=((wanted - motion.angle) / lag - 2.0 * motion.rate) / lag,

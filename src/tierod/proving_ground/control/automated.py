@@ -15,7 +15,7 @@ from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
 
 
 class Sensed(NamedTuple):
-    """What sensors tell: speed [m/s], yaw rate [rad/s], steering-wheel angle [rad]."""
+    """Sensor readings: speed [m/s], yaw rate [rad/s], steering-wheel angle [rad]."""
 
     speed: Scalar
     yaw_rate: Scalar
@@ -56,7 +56,7 @@ class Split:
 
     Args:
         share: of the first motor, in the mean
-        swing: by which the share swings about its mean, so that a loss of one motor can be told from that of the other
+        swing: by which the share swings about its mean, so that a loss of one motor differs from that of the other
         period: of the swing
     """
 
@@ -73,11 +73,11 @@ class Split:
 class AutomatedDriver:
     """Pure pursuit with the path's curvature ahead, an angle control for two steering motors, and a speed control.
 
-    Localisation (offset and course against the path) is sound; speed, yaw rate and steering-wheel angle are what
+    Localisation (offset and course against the path) is exact; speed, yaw rate and steering-wheel angle are what
     sensors say. The driver knows the car by numbers of its own.
 
     Args:
-        mass, wheelbase, understeer_gradient, steering_ratio: believed; the ratio is road wheel per steering wheel
+        mass, wheelbase, understeer_gradient, steering_ratio: assumed; the ratio is road wheel per steering wheel
         anticipation: how far ahead in time the curvature is read: the lag of steering and tyres
         preview_time: how far ahead the offset is judged
         least_preview: distance below which the preview does not shrink
@@ -124,7 +124,7 @@ class AutomatedDriver:
         return (), Intent(0.0, 0.0)
 
     def hand_torque(self, motion: tuple[()], hand: Hand, demand: Demand) -> Scalar:
-        """Nobody's hands; what a course adds by hand torque acts all the same [N*m]."""
+        """No hands; what a course adds by hand torque acts all the same [N*m]."""
         return demand.hand_torque
 
     def derivative(self, motion: tuple[()], intent: Intent, hand: Hand, demand: Demand) -> tuple[()]:

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from tierod.physics.single_track import steady_road_wheel_angle
-from tierod.proving_ground.driving.automated import AutomatedDriver, Sensed, Split
+from tierod.proving_ground.control.automated import AutomatedDriver, Sensed, Split
 from tierod.proving_ground.parts import Demand, Hand, Seen
 
 DRIVER = AutomatedDriver(target_rate=1e6)
