@@ -129,7 +129,7 @@ def declared_units(output: Tree) -> dict[str, str]:
 def _own_units(kind: type) -> list[str | None]:
     hints = get_type_hints(kind, include_extras=True)
     result: list[str | None] = []
-    for name in kind._fields:  # type: ignore[attr-defined]
+    for name in kind._fields:  # type: ignore[attr-defined]  # a NamedTuple
         listed = units(hints[name])
         result.append(listed[0] if listed and len(set(listed)) == 1 else None)
     return result

@@ -62,7 +62,7 @@ def path_of(name: str) -> str:
 @cache
 def _sample(own: type, paths: tuple[str, ...]) -> type:
     hints = get_type_hints(own, include_extras=True)
-    fields = [(name, hints[name]) for name in own._fields]  # type: ignore[attr-defined]
+    fields = [(name, hints[name]) for name in own._fields]  # type: ignore[attr-defined]  # a NamedTuple
     return named_tuple("Sample", [*fields, ("parameters", _branch("Parameters", paths))])
 
 

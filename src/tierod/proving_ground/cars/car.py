@@ -140,7 +140,7 @@ class Car:
     """
 
     chassis: Chassis = field(default_factory=TwoTrack)
-    steering: Steering = None  # type: ignore[assignment]
+    steering: Steering = None  # type: ignore[assignment]  # every car gives its own
     driver: Driver = field(default_factory=HumanDriver)
     powertrain: Powertrain = field(default_factory=Powertrain)
     inertial_unit: InertialUnit = field(default_factory=InertialUnit)

@@ -45,7 +45,7 @@ class DemonstratorCar(Car):
     chassis: Chassis = field(default_factory=demonstrator)
     steering: Demonstrator = field(default_factory=Demonstrator)
     driver: AutomatedDriver = field(default_factory=AutomatedDriver)
-    powertrain: WheelMotors = field(default_factory=WheelMotors)  # type: ignore[assignment]
+    powertrain: WheelMotors = field(default_factory=WheelMotors)  # type: ignore[assignment]  # used by this car alone
 
     @property
     def ports(self) -> tuple[str, ...]:

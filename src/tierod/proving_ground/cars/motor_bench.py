@@ -34,7 +34,7 @@ class Acting(NamedTuple):
     motor_torque: Annotated[float, "N*m"]
     load_torque: Annotated[float, "N*m"]
     locked: Annotated[float, ""]
-    ports: PORTS  # type: ignore[valid-type]
+    ports: PORTS  # type: ignore[valid-type]  # a class made at run time
 
 
 class MotorBenchState(NamedTuple):

@@ -9,7 +9,6 @@ from pathlib import Path
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.files import expanded
 from tierod.core.toml import Document, build
-from tierod.proving_ground.courses.base import Described
 from tierod.proving_ground.courses.bench import BenchHands, BenchMultisine, BenchRamps, BenchSteps, BenchSweep
 from tierod.proving_ground.courses.circuit import Circuit, DrawnRound
 from tierod.proving_ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane
@@ -98,8 +97,8 @@ def from_document(document: Document) -> AnyCourse:
 
 def _from_table(path: Path) -> AnyCourse:
     description, table = read_table(path)
-    kind: type[Described] = TimeTable if "time" in table else WayTable
-    return kind(name=path.stem, description=description, file=str(path))  # type: ignore[call-arg, return-value]
+    kind: type[TimeTable | WayTable] = TimeTable if "time" in table else WayTable
+    return kind(name=path.stem, description=description, file=str(path))
 
 
 def _data() -> dict[str, Path]:

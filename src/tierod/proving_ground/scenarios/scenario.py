@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 from collections.abc import Callable, Mapping
@@ -159,11 +158,12 @@ def lengthened(course: AnyCourse, seconds: float) -> AnyCourse:
     """
     if seconds <= course.duration * (1.0 + 1e-9):
         return course
-    if "time" not in {field.name for field in dataclasses.fields(course)}:
+    time: float | None = getattr(course, "time", None)
+    if time is None:
         raise ParameterError(
             f"the course '{course.name}' ends after {course.duration:.6g} s; a run of {seconds:g} s is too long for it"
         )
-    longer: AnyCourse = replaced(course, {"time": getattr(course, "time") + seconds - course.duration})  # noqa: B009
+    longer: AnyCourse = replaced(course, {"time": time + seconds - course.duration})
     return longer
 
 
