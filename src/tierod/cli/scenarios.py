@@ -77,7 +77,7 @@ def _path(kind: str, name: str) -> Path:
 def _to_begin_with(kind: str, name: str) -> str:
     """The file's text; files that it names beside itself are named by their whole path, so that a copy finds them."""
     from tierod.core.toml import Document
-    from tierod.proving_ground.scenarios.files import named_files
+    from tierod.proving_ground.scenarios.reader import named_files
 
     document = Document.read(_path(kind, name), kind.removesuffix("s"))
     text, folder = document.text, document.path.parent.resolve()

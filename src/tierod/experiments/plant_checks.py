@@ -13,7 +13,7 @@ from tierod.proving_ground.chassis import SingleTrack, TwoTrack
 from tierod.proving_ground.chassis.energy import Powers, powers
 from tierod.proving_ground.integration import rosenbrock
 from tierod.proving_ground.parts import Road, Steer, Wheels, Wind
-from tierod.proving_ground.replay import Driven, Replay
+from tierod.proving_ground.replay import ChassisResponse, Replay
 
 STEP = 1e-3
 SMALL_STEER = 1e-4
@@ -34,7 +34,7 @@ def courses(steer: Any, speed: Any, bank: Any = 0.0, grade: Any = 0.0) -> np.nda
     return np.column_stack(np.broadcast_arrays(steer, rate, speed, bank, grade))
 
 
-def steady_turn(chassis: Body, speed: float, steer: float, seconds: float = 8.0) -> Driven:
+def steady_turn(chassis: Body, speed: float, steer: float, seconds: float = 8.0) -> ChassisResponse:
     """What a chassis does after some seconds at a speed [m/s] with its road wheels at an angle [rad]."""
     inputs = courses(np.full(round(seconds / STEP), steer), speed)
     return scan(Replay(chassis, start_speed=speed), inputs).at(-1)

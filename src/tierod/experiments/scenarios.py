@@ -16,7 +16,7 @@ from tierod.experiments.matrix import Level, Point, with_changes
 from tierod.proving_ground import scenarios
 from tierod.proving_ground.faults import Fault
 from tierod.proving_ground.scenarios import Scenario
-from tierod.proving_ground.scenarios.check import require_sound
+from tierod.proving_ground.scenarios.scenario import require_sound
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 

@@ -2,12 +2,11 @@
 
 from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
-from tierod.proving_ground.courses.roads import Bends, City, Country, Motorway
-from tierod.proving_ground.drives import drive, lock_to_lock, with_friction
-from tierod.proving_ground.friction_course import FrictionCourse
+from tierod.proving_ground.courses.natural import Bends, City, Country, Motorway
+from tierod.proving_ground.drives import FrictionCourse, drive, lock_to_lock, with_friction
 from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.scatter import Scatter
-from tierod.proving_ground.sensors import Sensor, SensorNoise, SensorSet
+from tierod.proving_ground.sensors import Sensor, SensorSet
 from tierod.proving_ground.steering.column_eps import ColumnEps
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.rack_eps import RackEps
@@ -25,7 +24,6 @@ __all__ = [
     "RackEps",
     "Scatter",
     "Sensor",
-    "SensorNoise",
     "SensorSet",
     "SingleTrack",
     "TwoTrack",

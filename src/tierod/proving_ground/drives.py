@@ -1,11 +1,14 @@
-"""Drives for studies and tests: a car, a road, a friction course and sensors become a recording."""
+"""Drives for studies and tests: a car, a road, a friction over time and sensors become a recording."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from tierod.core.block import tuning
 from tierod.core.errors import ParameterError
@@ -14,14 +17,63 @@ from tierod.core.toml import override
 from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.courses import Course
 from tierod.proving_ground.courses.conditions import AnyCondition, Restlessness
-from tierod.proving_ground.courses.natural import NaturalDrive
+from tierod.proving_ground.courses.natural import AnyRoad, City, Country, Motorway, NaturalDrive
 from tierod.proving_ground.courses.open_loop import LockToLock
-from tierod.proving_ground.courses.roads import AnyRoad, City, Country, Motorway
+from tierod.proving_ground.faults import Course as LevelCourse
 from tierod.proving_ground.faults import Fault
-from tierod.proving_ground.friction_course import FrictionCourse
 from tierod.proving_ground.run import run
 from tierod.proving_ground.scatter import Scatter
-from tierod.proving_ground.sensors import SensorNoise, SensorSet
+from tierod.proving_ground.sensors import SensorSet
+
+
+@dataclass(frozen=True)
+class FrictionCourse:
+    """Level of dry friction over time: straight between corners, constant before the first and after the last.
+
+    Args:
+        times: instants of the corners [s], not decreasing; two equal ones make a step
+        levels: friction torque at the column at the corners [N*m], not negative
+    """
+
+    times: tuple[float, ...]
+    levels: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not self.times or len(self.times) != len(self.levels):
+            raise ParameterError(
+                f"a friction course has {len(self.times)} times and {len(self.levels)} levels; give one level per time"
+            )
+        if any(later < earlier for earlier, later in zip(self.times, self.times[1:], strict=False)):
+            raise ParameterError(f"the times of a friction course run backwards: {self.times}; put them in order")
+        if any(first == last for first, last in zip(self.times, self.times[2:], strict=False)):
+            raise ParameterError(
+                f"a friction course has three corners at one instant: {self.times}; leave the middle out"
+            )
+        if not all(0.0 <= level < float("inf") for level in self.levels):
+            raise ParameterError(f"friction levels must be finite and not negative, not {self.levels} N*m")
+
+    @classmethod
+    def constant(cls, level: float) -> FrictionCourse:
+        """The same level [N*m] all the time."""
+        return cls((0.0,), (level,))
+
+    @classmethod
+    def step(cls, before: float, after: float, at: float) -> FrictionCourse:
+        """A jump from one level [N*m] to another at an instant [s]."""
+        return cls((at, at), (before, after))
+
+    @classmethod
+    def ramp(cls, before: float, after: float, start: float, stop: float) -> FrictionCourse:
+        """A straight rise from one level [N*m] to another between two instants [s]."""
+        return cls((start, stop), (before, after))
+
+    def behaviour(self) -> LevelCourse:
+        """The course as the behaviour of a fault that acts from the beginning on; a step takes no sample's time."""
+        times = np.array(self.times)
+        step = np.flatnonzero(np.diff(times) == 0.0)
+        times[step] -= 1e-9
+        return LevelCourse(tuple(times.tolist()), self.levels)
+
 
 LEVEL = "steering.friction.level"
 """The parameter of a car that a friction fault changes."""
@@ -44,7 +96,7 @@ def drive(
     friction: FrictionCourse | float | None = None,
     seed: int = 0,
     scatter: bool | Scatter = False,
-    sensors: SensorSet | SensorNoise | None = None,
+    sensors: SensorSet | None = None,
     roads: Sequence[AnyRoad] = (City(), Country(), Motorway()),
     conditions: Sequence[AnyCondition] = (Restlessness(),),
 ) -> Recording:
@@ -85,7 +137,7 @@ def lock_to_lock(
     rate: float = 1.0,
     lock_angle: float = math.radians(570.0),
     seed: int = 0,
-    sensors: SensorSet | SensorNoise | None = None,
+    sensors: SensorSet | None = None,
 ) -> Recording:
     """The slow turn of the standing car from the middle to the right lock, to the left one, and back.
 
@@ -118,14 +170,14 @@ def _recorded(
     friction: FrictionCourse | float | None,
     seed: int,
     scatter: Scatter | None,
-    sensors: SensorSet | SensorNoise | None,
+    sensors: SensorSet | None,
     metadata: dict[str, Any] | None = None,
 ) -> Recording:
     level = dict(tuning(car))[LEVEL] if friction is None else friction
     levels = level if isinstance(level, FrictionCourse) else FrictionCourse.constant(float(level))
     car = with_friction(car, levels.levels[0])
     faults = () if len(set(levels.levels)) == 1 else (Fault(element=LEVEL, behaviour=levels.behaviour()),)
-    measured = SensorSet.production().only(CHANNELS) if sensors is None else SensorSet(dict(sensors.items()))
+    measured = SensorSet.production().only(CHANNELS) if sensors is None else sensors
     said = {"friction": dataclasses.asdict(levels), "stretches": _stretches(course)} | (metadata or {})
     outcome = run(car, course, None, seed, measured, faults, scatter, said)
     if outcome.diverged_at is not None:
@@ -145,4 +197,5 @@ def _stretches(course: Course) -> list[tuple[float, str]] | None:
 
 def with_friction(car: EpsCar, level: float) -> EpsCar:
     """The car with another level of dry friction at the column [N*m]."""
-    return override(car, {LEVEL: float(level)})
+    changed: EpsCar = override(car, {LEVEL: float(level)})
+    return changed

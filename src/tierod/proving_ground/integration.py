@@ -1,17 +1,18 @@
-"""Fixed-step integration of a plant's equations."""
+"""Fixed-step integration of a plant's equations, its stiff part by a Rosenbrock method."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
-from tierod.core.block import leaves, rebuild
+from tierod.core.block import Scalar, Tree, leaves, rebuild
 from tierod.core.graph.derivatives import jacobian
+from tierod.proving_ground.parts import Loads, Memory, Motion, Steering
 
-State = TypeVar("State", bound=tuple)
+State = TypeVar("State")
 
 
-def runge_kutta(derivative: Callable[[State], State], state: State, step: Any) -> State:
+def runge_kutta(derivative: Callable[[State], State], state: State, step: Scalar) -> State:
     """The state one step on, by the classical Runge-Kutta method of fourth order.
 
     Args:
@@ -28,15 +29,15 @@ def runge_kutta(derivative: Callable[[State], State], state: State, step: Any) -
     return _ahead(state, rebuild(state, mean), step)
 
 
-def _ahead(state: State, slope: State, step: Any) -> State:
+def _ahead(state: State, slope: State, step: Scalar) -> State:
     return rebuild(state, [x + step * rate for (_, x), (_, rate) in zip(leaves(state), leaves(slope), strict=True)])
 
 
-def _leaf(named: tuple[str, Any]) -> Any:
+def _leaf(named: tuple[str, Scalar]) -> Scalar:
     return named[1]
 
 
-def implicit_inverse(derivative: Callable[[State], State], at: State, step: Any) -> list[list[Any]]:
+def implicit_inverse(derivative: Callable[[State], State], at: State, step: Scalar) -> list[list[Scalar]]:
     """(I - gamma step A)^-1 for `rosenbrock`, A the Jacobian of the stiff part at one of its states.
 
     Args:
@@ -51,7 +52,7 @@ def implicit_inverse(derivative: Callable[[State], State], at: State, step: Any)
     size = len(rows)
     for k in range(size):
         rows[k][k] = 1.0 + rows[k][k]
-    inverse: list[list[Any]] = [[float(i == j) for j in range(size)] for i in range(size)]
+    inverse: list[list[Scalar]] = [[float(i == j) for j in range(size)] for i in range(size)]
     for k in range(size):
         pivot = 1.0 / rows[k][k]
         rows[k] = [entry * pivot for entry in rows[k]]
@@ -64,7 +65,7 @@ def implicit_inverse(derivative: Callable[[State], State], at: State, step: Any)
     return inverse
 
 
-def with_entry(inverse: list[list[Any]], row: int, column: int, entry: Any, step: Any) -> list[list[Any]]:
+def with_entry(inverse: list[list[Scalar]], row: int, column: int, entry: Scalar, step: Scalar) -> list[list[Scalar]]:
     """The inverse of `implicit_inverse` for a Jacobian with one more entry.
 
     Args:
@@ -87,7 +88,7 @@ def with_entry(inverse: list[list[Any]], row: int, column: int, entry: Any, step
 
 
 def rosenbrock(
-    derivative: Callable[[State], State], state: State, step: Any, stiff: str, inverse: list[list[Any]]
+    derivative: Callable[[State], State], state: State, step: Scalar, stiff: str, inverse: list[list[Scalar]]
 ) -> State:
     """The state one step on, by the Rosenbrock method ROS2 with an inexact Jacobian.
 
@@ -104,7 +105,7 @@ def rosenbrock(
     """
     solved = [path == stiff or path.startswith(f"{stiff}.") for path, _ in leaves(state)]
 
-    def implicit(slope: list[Any]) -> list[Any]:
+    def implicit(slope: list[Scalar]) -> list[Scalar]:
         known = iter(_product(inverse, [value for value, own in zip(slope, solved, strict=True) if own]))
         return [next(known) if own else value for value, own in zip(slope, solved, strict=True)]
 
@@ -120,16 +121,37 @@ GAMMA = 1.0 - 0.5**0.5
 """Of ROS2: damps what is too fast for the step."""
 
 
-def _product(matrix: list[list[Any]], vector: list[Any]) -> list[Any]:
+def _product(matrix: list[list[Scalar]], vector: list[Scalar]) -> list[Scalar]:
     return [
         sum((entry * value for entry, value in zip(row, vector, strict=True) if not _is_zero(entry)), start=0.0)
         for row in matrix
     ]
 
 
-def _is_zero(value: Any) -> bool:
+def _is_zero(value: Scalar) -> bool:
     return isinstance(value, float) and value == 0.0
 
 
-def _flat(tree: Any) -> list[Any]:
+def _flat(tree: Tree) -> list[Scalar]:
     return [leaf for _, leaf in leaves(tree)]
+
+
+def steering_inverse(steering: Steering, motion: Motion, memory: Memory, step: Scalar) -> list[list[Scalar]]:
+    """What `rosenbrock` takes for a steering at the start of a step.
+
+    All but dry friction is linearised at one point, of parameters alone: that part is worked out once. Friction is
+    stiff while it sticks and not at all while it slides, so it comes as it is now: taken as stiff throughout, it would
+    brake what slides, and left out, what is light would chatter.
+
+    Args:
+        steering: the part
+        motion, memory: at the start of the step
+        step: [s]
+    """
+    rest, relaxed = steering.stiff(), steering.remembered()
+    idle = Loads(0.0, 0.0, 0.0, (0.0,) * len(steering.actuators), 0.0, 0.0)
+    inverse = implicit_inverse(lambda at: steering.derivative(at, at, relaxed, idle), rest, step)
+    place = [path for path, _ in leaves(rest)].index
+    for (rate, angle), entry in steering.sticking(motion, memory).items():
+        inverse = with_entry(inverse, place(rate), place(angle), entry, step)
+    return inverse

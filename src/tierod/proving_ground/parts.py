@@ -9,14 +9,19 @@ ISO 8855: left is positive; a kingpin torque opposes a turn to the left.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, NamedTuple, Protocol
+from functools import cache
+from typing import Annotated, Generic, NamedTuple, Protocol, TypeAlias
 
+from typing_extensions import TypeVar
+
+from tierod.core.block import Block, Scalar, Tree, named_tuple
 from tierod.core.fields import NOT_NEGATIVE, SHARE, Range
+from tierod.core.graph.maths import where
 
-Motion = Any
+Motion: TypeAlias = Tree
 """Tree of numbers that a part's differential equations carry on."""
 
-Memory = Any
+Memory: TypeAlias = Tree
 """Tree of numbers (and Rings) that a part updates once a step."""
 
 
@@ -68,32 +73,35 @@ class Port(NamedTuple):
     held: Annotated[float, ""]
 
 
-SOUND = Port(1.0, 0.0, 0.0)
+NO_FAULT = Port(1.0, 0.0, 0.0)
+
+
+Each = TypeVar("Each", default=Scalar)
 
 
 class Steer(NamedTuple):
     """Steer of the front road wheels."""
 
-    left: Any
-    right: Any
-    left_rate: Any
-    right_rate: Any
+    left: Scalar
+    right: Scalar
+    left_rate: Scalar
+    right_rate: Scalar
 
 
-class Wheels(NamedTuple):
-    """One number per wheel."""
+class Wheels(NamedTuple, Generic[Each]):
+    """One of a kind per wheel; a number where nothing else is said."""
 
-    front_left: Any
-    front_right: Any
-    rear_left: Any
-    rear_right: Any
+    front_left: Each
+    front_right: Each
+    rear_left: Each
+    rear_right: Each
 
 
 class Hand(NamedTuple):
     """The steering wheel as the hands feel it."""
 
-    angle: Any
-    rate: Any
+    angle: Scalar
+    rate: Scalar
 
 
 class Loads(NamedTuple):
@@ -108,12 +116,12 @@ class Loads(NamedTuple):
         speed: forward speed [m/s]
     """
 
-    kingpin_left: Any
-    kingpin_right: Any
-    hand_torque: Any
-    actuator_torques: tuple[Any, ...]
-    front_load: Any
-    speed: Any
+    kingpin_left: Scalar
+    kingpin_right: Scalar
+    hand_torque: Scalar
+    actuator_torques: tuple[Scalar, ...]
+    front_load: Scalar
+    speed: Scalar
 
 
 class Reaction(NamedTuple):
@@ -135,25 +143,33 @@ class Reaction(NamedTuple):
         private: whatever else the derivative needs
     """
 
-    speed: Any
-    lateral_speed: Any
-    yaw_rate: Any
-    yaw_acceleration: Any
-    longitudinal_acceleration: Any
-    lateral_acceleration: Any
-    roll_angle: Any
-    roll_rate: Any
-    roll_acceleration: Any
-    kingpin_left: Any
-    kingpin_right: Any
-    front_lateral_force: Any
-    rear_lateral_force: Any
-    front_slip_angle: Any
+    speed: Scalar
+    lateral_speed: Scalar
+    yaw_rate: Scalar
+    yaw_acceleration: Scalar
+    longitudinal_acceleration: Scalar
+    lateral_acceleration: Scalar
+    roll_angle: Scalar
+    roll_rate: Scalar
+    roll_acceleration: Scalar
+    kingpin_left: Scalar
+    kingpin_right: Scalar
+    front_lateral_force: Scalar
+    rear_lateral_force: Scalar
+    front_slip_angle: Scalar
     loads: Wheels
     wheel_speeds: Wheels
-    self_aligning_torque: Any
-    scrub_torque: Any
-    private: Any
+    self_aligning_torque: Scalar
+    scrub_torque: Scalar
+    private: Tree
+
+
+class Plant(Block[Tree, Tree, Tree], Protocol):
+    """A car or a bench as a block."""
+
+    @property
+    def step_time(self) -> float:
+        """Between two samples [s]."""
 
 
 class Chassis(Protocol):
@@ -208,14 +224,14 @@ class Steering(Protocol):
     def stiff(self) -> Motion:
         """A motion around which all but dry friction is linearised for the implicit part of the integration."""
 
-    def sticking(self, motion: Motion, memory: Memory) -> Mapping[tuple[str, str], Any]:
+    def sticking(self, motion: Motion, memory: Memory) -> Mapping[tuple[str, str], Scalar]:
         """What dry friction, which holds like a spring while it sticks, adds to the Jacobian of that part.
 
         Returns:
             by (dotted name of a rate, dotted name of an angle) in the motion: growth of the rate's derivative per angle
         """
 
-    def signals(self, motion: Motion, memory: Memory, loads: Loads) -> Any:
+    def signals(self, motion: Motion, memory: Memory, loads: Loads) -> Tree:
         """NamedTuple of what can be seen at one instant: canonical names, and `truth_...` for what no sensor sees."""
 
 
@@ -232,17 +248,17 @@ class Seen(NamedTuple):
         hand: the steering wheel
     """
 
-    speed: Any
-    acceleration: Any
-    lateral_speed: Any
-    yaw_rate: Any
-    lateral_offset: Any
-    heading_error: Any
-    curvature: Any
+    speed: Scalar
+    acceleration: Scalar
+    lateral_speed: Scalar
+    yaw_rate: Scalar
+    lateral_offset: Scalar
+    heading_error: Scalar
+    curvature: Scalar
     hand: Hand
 
     @property
-    def offset_rate(self) -> Any:
+    def offset_rate(self) -> Scalar:
         """At which the lateral offset grows, for small heading errors [m/s]."""
         return self.speed * self.heading_error + self.lateral_speed
 
@@ -255,8 +271,8 @@ class Intent(NamedTuple):
         force: wanted along the road, negative brakes [N]
     """
 
-    steering_wheel_angle: Any
-    force: Any
+    steering_wheel_angle: Scalar
+    force: Scalar
 
 
 class Driver(Protocol):
@@ -275,8 +291,26 @@ class Driver(Protocol):
     def decide(self, memory: Memory, seen: Seen, demand: Demand) -> tuple[Memory, Intent]:
         """Once a step: judge what is seen, after the reaction time."""
 
-    def hand_torque(self, motion: Motion, hand: Hand, demand: Demand) -> Any:
+    def hand_torque(self, motion: Motion, hand: Hand, demand: Demand) -> Scalar:
         """Torque of the hands on the steering wheel [N*m]."""
 
     def derivative(self, motion: Motion, intent: Intent, hand: Hand, demand: Demand) -> Motion:
         """Rate of change of muscles and the like."""
+
+
+@cache
+def ports_type(names: tuple[str, ...]) -> type:
+    """The NamedTuple class with one `Port` per name."""
+    return named_tuple("Ports", [(name, Port) for name in names])
+
+
+def pass_through(port: Port, held: Scalar, value: Scalar) -> tuple[Scalar, Scalar]:
+    """What comes out of a port, as (value to hold from now on, output).
+
+    Args:
+        port: the fault, `NO_FAULT` for none
+        held: value of the step before
+        value: what goes in
+    """
+    kept = where(port.held > 0.5, held, value)
+    return kept, port.gain * kept + port.offset

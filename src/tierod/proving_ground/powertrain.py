@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
+from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import absolute, limit, maximum, minimum
 from tierod.physics.lag import share_reached
@@ -34,7 +35,7 @@ class Powertrain:
     greatest_power: Annotated[float, "W", NOT_NEGATIVE] = 110e3
     greatest_brake_force: Annotated[float, "N", NOT_NEGATIVE] = 18e3
 
-    def torques(self, force: Any, reaction: Reaction) -> tuple[Wheels, Wheels]:
+    def torques(self, force: Scalar, reaction: Reaction) -> tuple[Wheels, Wheels]:
         """Drive torque and greatest brake torque of every wheel [N*m].
 
         Args:
@@ -72,7 +73,7 @@ class WheelMotors:
     left_lag: Annotated[float, "s", POSITIVE] = 0.01
     right_lag: Annotated[float, "s", POSITIVE] = 0.01
 
-    def requests(self, force: Any, difference: Any, reaction: Reaction) -> tuple[Any, Any]:
+    def requests(self, force: Scalar, difference: Scalar, reaction: Reaction) -> tuple[Scalar, Scalar]:
         """Wanted torque of the left and the right motor [N*m], within their limits.
 
         Args:
@@ -85,7 +86,9 @@ class WheelMotors:
         bound = minimum(self.greatest_torque, self.greatest_power / turning)
         return limit(mean - 0.5 * difference, -bound, bound), limit(mean + 0.5 * difference, -bound, bound)
 
-    def lagging(self, left: Any, right: Any, requests: tuple[Any, Any], step: Any) -> tuple[Any, Any]:
+    def lagging(
+        self, left: Scalar, right: Scalar, requests: tuple[Scalar, Scalar], step: Scalar
+    ) -> tuple[Scalar, Scalar]:
         """Torques of the left and the right motor after a step [N*m].
 
         Args:
@@ -98,7 +101,7 @@ class WheelMotors:
             right + share_reached(step / self.right_lag) * (requests[1] - right),
         )
 
-    def wheels(self, left: Any, right: Any, force: Any) -> tuple[Wheels, Wheels]:
+    def wheels(self, left: Scalar, right: Scalar, force: Scalar) -> tuple[Wheels, Wheels]:
         """Drive torque and greatest brake torque of every wheel [N*m]; friction brakes give what the motors lack.
 
         Args:
@@ -110,7 +113,7 @@ class WheelMotors:
         front, rear = self.front_brake_share * brake, (1.0 - self.front_brake_share) * brake
         return Wheels(left, right, 0.0, 0.0), Wheels(front, front, rear, rear)
 
-    def torques(self, force: Any, reaction: Reaction) -> tuple[Wheels, Wheels]:
+    def torques(self, force: Scalar, reaction: Reaction) -> tuple[Wheels, Wheels]:
         """Drive torque and greatest brake torque of every wheel [N*m], both motors alike.
 
         Args:

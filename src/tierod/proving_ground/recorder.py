@@ -1,16 +1,18 @@
-"""Turns what a plant puts out at its own rate into the channels of a recording."""
+"""What a run leaves in a recording: sampled outputs of the plant as measured channels, and the truth beside them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, get_type_hints
+import zlib
+from collections.abc import Callable, Collection, Mapping
+from typing import get_type_hints
 
 import numpy as np
 
-from tierod.core.block import Block, units
+from tierod.core.block import Block, Tree, units
 from tierod.core.graph.trace import trace
 from tierod.core.recording import Channel
 from tierod.core.signals import SIGNALS
+from tierod.proving_ground.sensors import Sensor
 
 TRUTH_RATE = 100.0
 """Rate of the channels prefixed `truth_` [Hz]."""
@@ -95,11 +97,11 @@ def _interpolated(series: np.ndarray, place: np.ndarray) -> np.ndarray:
     at = np.rint(place).astype(int)
     exact = np.abs(place - at) < SAME_INSTANT
     if exact.all():
-        return series[at]
+        return np.asarray(series[at])
     below = np.minimum(place.astype(int), max(len(series) - 2, 0))
     after = np.minimum(below + 1, len(series) - 1)
     between = series[below] + (place - below) * (series[after] - series[below])
-    return np.where(exact, series[at], between)
+    return np.asarray(np.where(exact, series[at], between))
 
 
 def channel(name: str, time: np.ndarray, values: np.ndarray, described: Mapping[str, str]) -> Channel:
@@ -109,7 +111,7 @@ def channel(name: str, time: np.ndarray, values: np.ndarray, described: Mapping[
     return Channel(name, time, values, unit, "virtual car")
 
 
-def declared_units(output: Any) -> dict[str, str]:
+def declared_units(output: Tree) -> dict[str, str]:
     """Unit of every channel of a block's output, from the annotations of its NamedTuples."""
     found: dict[str, str] = {}
     stack = [output]
@@ -127,7 +129,74 @@ def declared_units(output: Any) -> dict[str, str]:
 def _own_units(kind: type) -> list[str | None]:
     hints = get_type_hints(kind, include_extras=True)
     result: list[str | None] = []
-    for name in kind._fields:  # type: ignore[attr-defined]
+    for name in kind._fields:  # type: ignore[attr-defined]  # a NamedTuple
         listed = units(hints[name])
         result.append(listed[0] if listed and len(set(listed)) == 1 else None)
     return result
+
+
+_STREAM = 2
+"""The stream of chance of sensors."""
+
+
+def generator(seed: int, stream: int, part: int = 0) -> np.random.Generator:
+    """A source of chance of its own for every purpose, so that one does not move the other."""
+    return np.random.default_rng([seed, stream, part])
+
+
+Faulty = Callable[[str, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+class Readings:
+    """The sensors of a run: when each takes the truth, what stamps it writes, and what it makes of the truth.
+
+    Args:
+        sensors: by channel
+        seconds: duration of the run [s]
+        seed: of the run; every sensor draws from a stream of its own
+
+    Attributes:
+        instants: by channel, when the truth is taken [s]
+    """
+
+    def __init__(self, sensors: Mapping[str, Sensor], seconds: float, seed: int):
+        self.sensors = sensors
+        self._chance = {name: generator(seed, _STREAM, zlib.crc32(name.encode())) for name in sensors}
+        both = {name: sensor.instants(seconds, self._chance[name]) for name, sensor in sensors.items()}
+        self.instants = {name: taken for name, (taken, _) in both.items()}
+        self._stamps = {name: stamps for name, (_, stamps) in both.items()}
+
+    def channels(
+        self, truths: Mapping[str, np.ndarray], faulty: Faulty, described: Mapping[str, str]
+    ) -> dict[str, Channel]:
+        """The measured channels, with the faults of recorded signals.
+
+        Args:
+            truths: what every sensor saw at its instants
+            faulty: (channel, time stamps, readings) to both with the faults of recorded signals
+            described: units that the plant says
+        """
+        result = {}
+        for name, sensor in self.sensors.items():
+            values = sensor.read(truths[name], self._chance[name])
+            stamps, values = faulty(name, self._stamps[name][: len(values)], values)
+            result[name] = channel(name, stamps, values, described)
+        return result
+
+
+def true_channels(
+    truths: Mapping[str, np.ndarray], measured: Collection[str], described: Mapping[str, str]
+) -> dict[str, Channel]:
+    """The truth of every channel, from zero on at its own rate.
+
+    Args:
+        truths: by channel, those of the measured ones left aside
+        measured: names of the measured channels
+        described: units that the plant says
+    """
+    grids: dict[int, np.ndarray] = {}
+    return {
+        name: channel(name, grids.setdefault(len(v), np.arange(len(v)) / TRUTH_RATE), v, described)
+        for name, v in truths.items()
+        if name not in measured
+    }

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.chassis import TwoTrack
 from tierod.proving_ground.integration import rosenbrock
-from tierod.proving_ground.parts import Chassis, Reaction, Road, Steer, Wheels, Wind
+from tierod.proving_ground.parts import Chassis, Motion, Reaction, Road, Steer, Wheels, Wind
 from tierod.proving_ground.powertrain import Powertrain
 
 
-class Course(NamedTuple):
+class ChassisInput(NamedTuple):
     """What a chassis is driven with at one instant."""
 
     road_wheel_angle: Annotated[float, "rad"]
@@ -22,26 +23,26 @@ class Course(NamedTuple):
     grade_angle: Annotated[float, "rad"] = 0.0
 
 
-class Driven(NamedTuple):
+class ChassisResponse(NamedTuple):
     """What the chassis did, at the instant of its sample."""
 
-    speed: Annotated[Any, "m/s"]
-    lateral_speed: Annotated[Any, "m/s"]
-    yaw_rate: Annotated[Any, "rad/s"]
-    yaw_acceleration: Annotated[Any, "rad/s**2"]
-    longitudinal_acceleration: Annotated[Any, "m/s**2"]
-    lateral_acceleration: Annotated[Any, "m/s**2"]
-    roll_angle: Annotated[Any, "rad"]
-    front_lateral_force: Annotated[Any, "N"]
-    rear_lateral_force: Annotated[Any, "N"]
-    self_aligning_torque: Annotated[Any, "N*m"]
-    kingpin_torque: Annotated[Any, "N*m"]
+    speed: Annotated[Scalar, "m/s"]
+    lateral_speed: Annotated[Scalar, "m/s"]
+    yaw_rate: Annotated[Scalar, "rad/s"]
+    yaw_acceleration: Annotated[Scalar, "rad/s**2"]
+    longitudinal_acceleration: Annotated[Scalar, "m/s**2"]
+    lateral_acceleration: Annotated[Scalar, "m/s**2"]
+    roll_angle: Annotated[Scalar, "rad"]
+    front_lateral_force: Annotated[Scalar, "N"]
+    rear_lateral_force: Annotated[Scalar, "N"]
+    self_aligning_torque: Annotated[Scalar, "N*m"]
+    kingpin_torque: Annotated[Scalar, "N*m"]
     loads: Wheels
     wheel_speeds: Wheels
 
 
 class _Motion(NamedTuple):
-    chassis: Any
+    chassis: Motion
 
 
 @dataclass(frozen=True)
@@ -62,13 +63,13 @@ class Replay:
     speed_gain: Annotated[float, "N*s/m", NOT_NEGATIVE] = 32e3
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
-    Sample = Course
+    Sample = ChassisInput
 
-    def init(self) -> Any:
+    def init(self) -> Motion:
         """Straight ahead at the starting speed."""
         return self.chassis.init(self.start_speed)
 
-    def step(self, state: Any, sample: Course) -> tuple[Any, Driven]:
+    def step(self, state: Motion, sample: ChassisInput) -> tuple[Motion, ChassisResponse]:
         """One step on; the output belongs to the instant of the sample."""
         first = self._reaction(state, sample)
         force = self.speed_gain * (sample.speed - first.speed)
@@ -81,14 +82,14 @@ class Replay:
         after = rosenbrock(slope, _Motion(state), self.step_time, "", [])
         return after.chassis, _driven(first)
 
-    def _reaction(self, motion: Any, sample: Course) -> Reaction:
+    def _reaction(self, motion: Motion, sample: ChassisInput) -> Reaction:
         angle, rate = sample.road_wheel_angle, sample.road_wheel_rate
         road = Road(0.0, sample.bank_angle, sample.grade_angle, 1.0, 1.0, 1.0)
         return self.chassis.reaction(motion, Steer(angle, angle, rate, rate), road, Wind(0.0, 0.0))
 
 
-def _driven(reaction: Reaction) -> Driven:
-    return Driven(
+def _driven(reaction: Reaction) -> ChassisResponse:
+    return ChassisResponse(
         kingpin_torque=reaction.kingpin_left + reaction.kingpin_right,
-        **{name: getattr(reaction, name) for name in Driven._fields if name != "kingpin_torque"},
+        **{name: getattr(reaction, name) for name in ChassisResponse._fields if name != "kingpin_torque"},
     )

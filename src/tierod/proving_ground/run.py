@@ -13,19 +13,63 @@ import numpy as np
 
 from tierod.core.block import tuning
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.fields import check_ranges
+from tierod.core.fields import check_ranges, replaced
 from tierod.core.graph.kernel import kernel
+from tierod.core.graph.maths import Number
 from tierod.core.graph.trace import initial_memory
 from tierod.core.recording import Channel, Recording
 from tierod.proving_ground.courses import Course
 from tierod.proving_ground.courses.course import FACTORS
 from tierod.proving_ground.faults import Fault, Schedule
-from tierod.proving_ground.foresight import Foresight
-from tierod.proving_ground.readings import Readings, generator, true_channels
-from tierod.proving_ground.recorder import Recorder, channel_names, declared_units
+from tierod.proving_ground.parts import Plant
+from tierod.proving_ground.recorder import Readings, Recorder, channel_names, declared_units, generator, true_channels
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import Sensor, SensorSet
 from tierod.proving_ground.varied import Varied, path_of
+
+
+class Foresight:
+    """Distance and speed foreseen from look to look, without a jump where a look corrects them.
+
+    A driver reads the curvature of the path there: a jump of a few centimetres would be one of the steering's target.
+
+    Args:
+        distance: along the path at the beginning [m]
+        speed: at the beginning [m/s]
+    """
+
+    def __init__(self, distance: float, speed: float):
+        self._distance, self._speed, self._acceleration = distance, speed, 0.0
+        self._foreseen = distance, speed
+
+    def look(self, distance: float, speed: float, after: float) -> None:
+        """Where the car really is now.
+
+        Args:
+            distance: along the path [m]
+            speed: [m/s]
+            after: time since the last look [s]
+        """
+        self._acceleration = (speed - self._speed) / after
+        self._distance, self._speed = distance, speed
+
+    def over(self, time: np.ndarray, until: float) -> tuple[np.ndarray, np.ndarray]:
+        """Distance [m] and speed [m/s] at instants after the last look; what was foreseen wrongly fades until the next.
+
+        Args:
+            time: since the last look [s], (n,)
+            until: time of the next look [s]
+        """
+        wrong = [seen - now for seen, now in zip(self._foreseen, (self._distance, self._speed), strict=True)]
+        left = 1.0 - time / until
+        self._foreseen = self._at(until)
+        distance, speed = self._at(time)
+        return distance + wrong[0] * left, speed + wrong[1] * left
+
+    def _at(self, time: Number) -> tuple[Number, Number]:
+        distance = self._distance + (self._speed + 0.5 * self._acceleration * time) * time
+        return distance, self._speed + self._acceleration * time
+
 
 LOOK = 0.2
 """Between two looks at the course [s]; over that time the distance is foreseen to a centimetre."""
@@ -55,7 +99,7 @@ class Outcome:
 
 
 def run(
-    car: Any,
+    car: Plant,
     course: Course,
     seconds: float | None = None,
     seed: int = 0,
@@ -89,16 +133,17 @@ def run(
     if scatter is not None:
         car, sensors = scatter.draw(car, sensors, generator(seed, _SCATTER))
     if hasattr(car, "start"):
-        car = replace(car, start=course.start)
+        car = replaced(car, {"start": course.start})
     schedule = Schedule(faults, car, sensors, seed, seconds)
-    drive = _Drive(car, course, schedule)
+    drive = _Run(car, course, schedule)
     columns = channel_names(drive.block)
     readings = Readings({name: sensor for name, sensor in sensors.items() if name in columns}, seconds, seed)
     recorder = Recorder(columns, readings.instants, car.step_time, seconds)
     diverged_at = drive.to_the_end(seconds, recorder, progress)
     truths = recorder.truths()
     described = declared_units(drive.kernel.graph.output_tree)
-    channels = readings.channels(truths, schedule, described) | true_channels(truths, readings.sensors, described)
+    channels = readings.channels(truths, schedule.on_channel, described)
+    channels |= true_channels(truths, readings.sensors, described)
     if diverged_at is not None:
         channels = {name: _until(each, diverged_at) for name, each in channels.items()}
     provenance = _provenance(car, readings.sensors, schedule)
@@ -107,7 +152,7 @@ def run(
     return Outcome(recording, diverged_at, schedule.windows)
 
 
-def _provenance(car: Any, sensors: Mapping[str, Sensor], schedule: Schedule) -> dict[str, Any]:
+def _provenance(car: Plant, sensors: Mapping[str, Sensor], schedule: Schedule) -> dict[str, Any]:
     return {
         "source": "tierod virtual test vehicle",
         "car": type(car).__name__,
@@ -117,7 +162,7 @@ def _provenance(car: Any, sensors: Mapping[str, Sensor], schedule: Schedule) -> 
     }
 
 
-def _require_sound(car: Any, seconds: float) -> None:
+def _require_sound(car: Plant, seconds: float) -> None:
     if not car.step_time <= seconds < math.inf:
         raise ParameterError(
             f"a run needs a positive, finite duration of at least {car.step_time:g} s, not {seconds} s"
@@ -131,10 +176,10 @@ def _require_sound(car: Any, seconds: float) -> None:
             )
 
 
-class _Drive:
+class _Run:
     """A car on its way: kernel, memory, and what acts on the car in the next piece."""
 
-    def __init__(self, car: Any, course: Course, schedule: Schedule):
+    def __init__(self, car: Plant, course: Course, schedule: Schedule):
         self.block = Varied(car, schedule.parameters) if schedule.parameters else car
         self.kernel, self.memory = kernel(self.block), initial_memory(self.block)
         self.course, self.schedule = course, schedule
@@ -160,7 +205,7 @@ class _Drive:
             good = self._good(outputs)
             recorder.add(outputs[:good])
             if good < size:
-                return max(done + good - 1, 0) * self.step_time
+                return float(max(done + good - 1, 0) * self.step_time)
             if self.schedule.pending:
                 seen = {name: outputs[:, column] for name, column in self.outputs.items()}
                 self.schedule.observe(time, seen)
@@ -182,7 +227,7 @@ class _Drive:
         self.kernel.scan(self.memory, samples, outputs, done)
         return outputs
 
-    def _set(self, samples: np.ndarray, columns: Mapping[str, Any], whose: str) -> None:
+    def _set(self, samples: np.ndarray, columns: Mapping[str, np.ndarray], whose: str) -> None:
         for name, values in columns.items():
             samples[:, self._column(name, whose)] = values
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, get_type_hints
 
-from tierod.core.block import named_tuple, tuning
+from tierod.core.block import Tree, named_tuple, tuning
 from tierod.core.errors import ParameterError, nearest
+from tierod.proving_ground.parts import Plant
 
 
 @dataclass(frozen=True)
@@ -24,10 +25,10 @@ class Varied:
         ParameterError: the block has no such float field
     """
 
-    block: Any
+    block: Plant
     paths: tuple[str, ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         known = [path for path, _ in tuning(self.block)]
         for path in self.paths:
             if path not in known:
@@ -36,16 +37,18 @@ class Varied:
     @property
     def Sample(self) -> type:
         """The block's own sample with a branch `parameters`."""
-        return _sample(self.block.Sample, tuple(sorted(self.paths)))
+        own: type = self.block.Sample
+        return _sample(own, tuple(sorted(self.paths)))
 
-    def init(self) -> Any:
+    def init(self) -> Tree:
         """The block's own state before the first sample."""
         return self.block.init()
 
-    def step(self, state: Any, sample: Any) -> tuple[Any, Any]:
+    def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
         """The block's own step, with the parameters of this sample."""
         *own, parameters = sample
-        return _changed(self.block, parameters).step(state, self.block.Sample(*own))
+        changed: Plant = _changed(self.block, parameters)
+        return changed.step(state, self.block.Sample(*own))
 
 
 _ITEM = "item_"
@@ -59,7 +62,7 @@ def path_of(name: str) -> str:
 @cache
 def _sample(own: type, paths: tuple[str, ...]) -> type:
     hints = get_type_hints(own, include_extras=True)
-    fields = [(name, hints[name]) for name in own._fields]  # type: ignore[attr-defined]
+    fields = [(name, hints[name]) for name in own._fields]  # type: ignore[attr-defined]  # a NamedTuple
     return named_tuple("Sample", [*fields, ("parameters", _branch("Parameters", paths))])
 
 
@@ -82,7 +85,7 @@ def _field(head: str) -> str:
     return head if head.isidentifier() else f"{_ITEM}{head}"
 
 
-def _changed(part: Any, values: Any) -> Any:
+def _changed(part: Any, values: Tree) -> Any:
     """A dataclass or tuple with fields replaced, deep inside; no check of theirs runs, since values may be symbols."""
     fresh = {
         name.removeprefix(_ITEM): _changed(_get(part, name), value) if isinstance(value, tuple) else value

@@ -11,7 +11,7 @@ from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
 from tierod.proving_ground.cars.column_bench import ColumnBench
-from tierod.proving_ground.courses.bench_hands import BenchHands
+from tierod.proving_ground.courses.bench import BenchHands
 from tierod.proving_ground.run import run
 from tierod.proving_ground.scenarios import load as scenario
 from tierod.proving_ground.sensors import SensorSet

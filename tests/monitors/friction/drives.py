@@ -10,7 +10,8 @@ import numpy as np
 
 from tierod.core.recording import Aligned
 from tierod.monitors.friction.signals import FrictionSample
-from tierod.proving_ground import EpsCar, FrictionCourse, SensorNoise, SingleTrack, drive
+from tierod.proving_ground import EpsCar, FrictionCourse, SensorSet, SingleTrack, drive
+from tierod.proving_ground.drives import CHANNELS
 from tierod.proving_ground.steering.friction_laws import Dahl
 
 THIN_AIR = 1e12
@@ -39,8 +40,9 @@ def driven(
     car = paper_car()
     law = Dahl(math.radians(dahl_degrees))
     car = replace(car, steering=replace(car.steering, friction=replace(car.steering.friction, law=law)))
-    sensors = SensorNoise()
-    sensors = replace(sensors, steering_wheel_rate=replace(sensors.steering_wheel_rate, noise=rate_noise))
+    sensors = SensorSet.production().only(CHANNELS)
+    rate = replace(sensors["steering_wheel_rate"], noise=rate_noise)
+    sensors = sensors.with_sensors({"steering_wheel_rate": rate})
     return drive(car, minutes, friction, seed=seed, sensors=sensors, scatter=scatter).align(NAMES, 100.0)
 
 

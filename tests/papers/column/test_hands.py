@@ -10,7 +10,7 @@ from tierod.experiments.effort import Effort
 from tierod.monitors.driver_torque.hands import OFF, HandsMonitor
 from tierod.papers.column import hands, natural_drives
 from tierod.papers.column.handled_bench import STEP, HeldRecord, _score, design_thresholds, drawn, together
-from tierod.proving_ground.courses.bench_hands import BenchHands
+from tierod.proving_ground.courses.bench import BenchHands
 from tierod.vehicles import load
 
 COURSE = BenchHands(time=60.0, seed=8)

@@ -10,7 +10,7 @@ from tierod.core.graph.trace import trace
 from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.cars.car import Start
 from tierod.proving_ground.chassis import SingleTrack
-from tierod.proving_ground.driving import HumanDriver
+from tierod.proving_ground.control.driver import HumanDriver
 from tierod.proving_ground.recorder import channel_names
 
 CAR = ActiveFrontCar(chassis=SingleTrack(), driver=HumanDriver(persistence=0.0), start=Start(15.0))

@@ -14,7 +14,7 @@ from tierod.io.derive import complete
 from tierod.io.readers import read
 from tierod.proving_ground.cars.catalogue import Choice, flat, load, shipped
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
-from tierod.proving_ground.replay import Course, Replay
+from tierod.proving_ground.replay import ChassisInput, Replay
 from tierod.proving_ground.steering.friction_laws import LuGre
 
 FILE = """\
@@ -196,5 +196,5 @@ def test_the_compact_suv_follows_the_recorded_minute_of_one():
     steer = car.steering.linkage.ratio * angle
     inputs = np.column_stack([steer, np.gradient(steer, time), speed, 0.0 * time, 0.0 * time])
     ours = scan(Replay(car.chassis, start_speed=float(speed[0])), inputs)["yaw_rate"]
-    assert Course._fields[:3] == ("road_wheel_angle", "road_wheel_rate", "speed")
+    assert ChassisInput._fields[:3] == ("road_wheel_angle", "road_wheel_rate", "speed")
     assert np.degrees(np.std(ours - yaw)) < 0.3, "the zero of the gyroscope is taken out"

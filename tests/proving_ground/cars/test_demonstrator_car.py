@@ -9,7 +9,7 @@ from tierod.core.graph.trace import trace
 from tierod.proving_ground.cars.car import Start
 from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
 from tierod.proving_ground.chassis import demonstrator
-from tierod.proving_ground.driving.automated import Split
+from tierod.proving_ground.control.automated import Split
 from tierod.proving_ground.recorder import channel_names
 
 CAR = DemonstratorCar(start=Start(6.0))

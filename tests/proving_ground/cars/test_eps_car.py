@@ -12,9 +12,8 @@ from tierod.proving_ground.cars.car import Start
 from tierod.proving_ground.cars.eps_car import EpsCar
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
 from tierod.proving_ground.control.assist import ActiveReturn, AssistUnit, Characteristic
-from tierod.proving_ground.driving import HumanDriver, Pedals
-from tierod.proving_ground.parts import Port
-from tierod.proving_ground.ports import pass_through
+from tierod.proving_ground.control.driver import HumanDriver, Pedals
+from tierod.proving_ground.parts import Port, pass_through
 from tierod.proving_ground.recorder import channel_names
 from tierod.proving_ground.steering.column_eps import ColumnEps
 from tierod.proving_ground.steering.friction import DryFriction

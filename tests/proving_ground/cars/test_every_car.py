@@ -5,9 +5,8 @@ from tierod.core.signals import SIGNALS
 from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
-from tierod.proving_ground.cars.eps_car import EpsCar
+from tierod.proving_ground.cars.eps_car import EpsCar, PmEpsCar
 from tierod.proving_ground.cars.motor_bench import MotorBench
-from tierod.proving_ground.cars.pm_eps_car import PmEpsCar
 from tierod.proving_ground.cars.steer_by_wire_car import SteerByWireCar
 from tierod.proving_ground.chassis import SingleTrack, TwoTrack
 from tierod.proving_ground.faults import Sluggish

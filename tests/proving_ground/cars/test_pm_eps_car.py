@@ -7,8 +7,7 @@ import pytest
 from proving_ground.channels import Run
 from tierod.core.graph.trace import trace
 from tierod.proving_ground.cars.car import Start
-from tierod.proving_ground.cars.eps_car import EpsCar
-from tierod.proving_ground.cars.pm_eps_car import PmEpsCar
+from tierod.proving_ground.cars.eps_car import EpsCar, PmEpsCar
 from tierod.proving_ground.chassis import SingleTrack
 from tierod.proving_ground.motor import EPS_MOTOR, Warming
 from tierod.proving_ground.recorder import channel_names

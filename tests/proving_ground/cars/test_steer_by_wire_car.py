@@ -10,8 +10,8 @@ from tierod.physics import single_track
 from tierod.proving_ground.cars.car import Start
 from tierod.proving_ground.cars.steer_by_wire_car import SteerByWireCar
 from tierod.proving_ground.chassis import SingleTrack
-from tierod.proving_ground.control.feel import Feel
-from tierod.proving_ground.driving import HumanDriver
+from tierod.proving_ground.control.angle_control import Feel
+from tierod.proving_ground.control.driver import HumanDriver
 from tierod.proving_ground.recorder import channel_names
 
 CAR = SteerByWireCar(chassis=SingleTrack(), driver=HumanDriver(persistence=0.0), start=Start(15.0))

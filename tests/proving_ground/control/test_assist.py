@@ -14,7 +14,7 @@ from tierod.proving_ground.steering.column_eps import ColumnEps, WormGear
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Coulomb
 from tierod.proving_ground.steering.rack_eps import RackEps
-from tierod.proving_ground.steering.torsion_bar import Wheel
+from tierod.proving_ground.steering.shaft import Wheel
 
 SMOOTH = DryFriction(level=0.0)
 PLAIN = AssistUnit(active_return=ActiveReturn(gain=0.0), damping=0.0)

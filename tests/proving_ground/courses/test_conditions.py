@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground.courses.chance import Repeated, band_limited, smooth_noise
 from tierod.proving_ground.courses.conditions import (
     Adhesion,
+    Along,
     Attention,
     Breeze,
+    During,
     Grip,
     Gusts,
     HandTorque,
@@ -17,9 +18,8 @@ from tierod.proving_ground.courses.conditions import (
     Tremor,
     Unevenness,
 )
-from tierod.proving_ground.courses.course import combine
+from tierod.proving_ground.courses.course import Repeated, band_limited, combine, smooth_noise
 from tierod.proving_ground.courses.lane import StraightLane
-from tierod.proving_ground.courses.window import Along, During
 
 TIME = np.arange(0.0, 20.0, 0.01)
 PLACE = 10.0 * TIME

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 
 from tierod.proving_ground.courses.base import WayCourse
-from tierod.proving_ground.courses.grid import Grid
-from tierod.proving_ground.courses.plan import TICK, Pace, reachable
-from tierod.proving_ground.courses.way import Way
+from tierod.proving_ground.courses.course import Grid
+from tierod.proving_ground.courses.way import TICK, Pace, Way, reachable
 
 
 def way(speed=20.0, length=600.0, curvature=None, lateral=3.0, **more):

@@ -5,7 +5,7 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.proving_ground.courses import load
-from tierod.proving_ground.courses.csv_table import read_table
+from tierod.proving_ground.courses.table import read_table
 from tierod.proving_ground.courses.way import STEP
 
 

@@ -10,10 +10,8 @@ from tierod.core.errors import ParameterError
 from tierod.proving_ground.courses import load
 from tierod.proving_ground.courses.circuit import Bend, Circuit, Halt, Straight
 from tierod.proving_ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane
-from tierod.proving_ground.courses.natural import NaturalDrive
-from tierod.proving_ground.courses.plan import TICK, Pace
-from tierod.proving_ground.courses.roads import City, Country, Motorway, Roundabouts
-from tierod.proving_ground.courses.way import STEP, bump, drawn
+from tierod.proving_ground.courses.natural import City, Country, Motorway, NaturalDrive, Roundabouts
+from tierod.proving_ground.courses.way import STEP, TICK, Pace, bump
 
 ROUNDS = ("short-round", "long-round", "third-round")
 
@@ -49,6 +47,15 @@ def test_a_round_has_tight_and_fast_parts_and_is_driven_hard(name):
     assert np.percentile(plan.speed[plan.speed > 1.0], 10) < 7.0
     assert course.lateral_acceleration * 0.9 < np.max(np.abs(lateral)) < course.lateral_acceleration * 1.1
     assert plan.acceleration.min() == pytest.approx(-course.pace.braking, rel=0.01)
+
+
+def drawn(curvature: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coordinates [m] and heading [rad] of every point of a line of known curvature [1/m], from the origin ahead."""
+    heading = np.concatenate([[0.0], np.cumsum(0.5 * (curvature[1:] + curvature[:-1]) * step)])
+    middle = 0.5 * (heading[1:] + heading[:-1])
+    forward = np.concatenate([[0.0], np.cumsum(np.cos(middle) * step)])
+    left = np.concatenate([[0.0], np.cumsum(np.sin(middle) * step)])
+    return forward, left, heading
 
 
 def test_a_circuits_joints_keep_the_heading_and_its_laps_repeat():

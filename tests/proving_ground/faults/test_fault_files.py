@@ -296,13 +296,6 @@ def test_the_first_of_several_elements_that_the_car_has():
     assert Schedule([fault], Car(), SENSORS, 0, 10.0).parameters == ("steering.level",)
 
 
-def test_a_size_is_the_main_field():
-    assert Fault("a", Offset(1.0)).with_size("2 deg").behaviour == Offset("2 deg")
-    assert Fault("a", Intermittent(Gain(2.0))).with_size(3.0).behaviour == Intermittent(Gain(3.0))
-    with pytest.raises(ParameterError, match="has no size"):
-        Fault("a", TotalLoss()).with_size(1.0)
-
-
 def test_a_shipped_fault_is_changed_by_what_the_table_says():
     usual = load("friction-step").fault
     changed = one("use = 'friction-step'\nsize = '9 N*m'\nstart = 3\nduration = 2\nname = 'mine'")

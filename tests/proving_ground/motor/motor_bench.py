@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 from tierod.proving_ground.motor import AFS_MOTOR, PmMotor, Rotor
 from tierod.proving_ground.motor.pm_motor import Senses
-from tierod.proving_ground.parts import Port
-from tierod.proving_ground.ports import pass_through
+from tierod.proving_ground.parts import Port, pass_through
 
 
 class Acting(NamedTuple):

@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod.core.errors import ParameterError
-from tierod.proving_ground import Sensor, SensorNoise
-from tierod.proving_ground.sensors.drift import gauss_markov, random_walk
-from tierod.proving_ground.sensors.loss import lost_frames
+from tierod.proving_ground import Sensor, SensorSet
+from tierod.proving_ground.sensors.sensor import gauss_markov, lost_frames, random_walk
 
 
 def chance(seed=0):
@@ -22,7 +21,7 @@ def test_ideal_sensor_reads_the_truth():
     taken, stamps = Sensor(rate=50.0).instants(1.0, chance())
     assert np.array_equal(taken, np.arange(50) / 50.0)
     assert np.array_equal(stamps, taken)
-    assert all(sensor == Sensor(rate=50.0) for _, sensor in SensorNoise.ideal(50.0).items())
+    assert all(sensor == Sensor(rate=50.0) for _, sensor in SensorSet.ideal(50.0).items())
 
 
 def test_gain_bias_and_quantum():

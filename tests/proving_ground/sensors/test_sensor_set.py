@@ -6,7 +6,8 @@ from tierod.core.errors import ParameterError
 from tierod.core.fields import numbers
 from tierod.core.signals import SIGNALS
 from tierod.core.toml import Document, build
-from tierod.proving_ground import Sensor, SensorNoise
+from tierod.proving_ground import Sensor
+from tierod.proving_ground.drives import CHANNELS
 from tierod.proving_ground.sensors import PRESETS, SensorSet
 
 
@@ -16,9 +17,17 @@ def read(text, path="drive.toml"):
 
 
 def test_production_has_the_seven_channels_of_the_friction_monitor():
+    """Noise and offsets are those of the simulations on which the friction monitor was designed."""
     production = SensorSet.production()
-    for name, sensor in SensorNoise().items():
-        assert production[name] == sensor
+    assert {name: production[name] for name in CHANNELS} == {
+        "steering_wheel_angle": Sensor(quantum=math.radians(0.1)),
+        "steering_wheel_rate": Sensor(noise=0.01),
+        "driver_torque": Sensor(noise=0.05, bias=0.05),
+        "motor_torque": Sensor(noise=0.005),
+        "yaw_rate": Sensor(noise=3e-3, bias=2e-3),
+        "lateral_acceleration": Sensor(noise=0.1, bias=0.08),
+        "vehicle_speed": Sensor(noise=0.02),
+    }
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -9,10 +9,9 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.proving_ground.control.assist import AssistUnit
-from tierod.proving_ground.integration import rosenbrock
+from tierod.proving_ground.integration import rosenbrock, steering_inverse
 from tierod.proving_ground.parts import Loads
 from tierod.proving_ground.steering.column_eps import ColumnEps
-from tierod.proving_ground.steering.implicit import steering_inverse
 
 STEP = 1e-3
 

@@ -13,8 +13,7 @@ from tierod.proving_ground.steering.column_eps import ColumnEps, Rotor, WormGear
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck
 from tierod.proving_ground.steering.linkage import Linkage
-from tierod.proving_ground.steering.motor import Motor, Ripple
-from tierod.proving_ground.steering.torsion_bar import TorsionBar, Wheel
+from tierod.proving_ground.steering.shaft import Motor, Ripple, TorsionBar, Wheel
 
 SMOOTH = DryFriction(level=0.0)
 PARALLEL = Linkage(ackermann_gain=0.0)

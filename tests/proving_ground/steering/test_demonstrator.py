@@ -5,9 +5,8 @@ import pytest
 
 from tierod.core.graph.derivatives import jacobian
 from tierod.proving_ground.parts import Loads
-from tierod.proving_ground.steering.demonstrator import Demonstrator
+from tierod.proving_ground.steering.demonstrator import Demonstrator, demonstrator_rack
 from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.rack_presets import demonstrator_rack
 
 SMOOTH = Demonstrator(rack=replace(demonstrator_rack(), friction=DryFriction(level=0.0)))
 IDLE = Loads(0.0, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0), 2000.0, 5.0)

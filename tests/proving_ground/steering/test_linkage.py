@@ -2,9 +2,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tierod.core.block import units
+from tierod.core.signals import SIGNALS
 from tierod.proving_ground.parts import Loads
 from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.linkage import EndStop, Linkage
+from tierod.proving_ground.steering.linkage import EndStop, Linkage, SteeringSignals
 
 GROWING = Linkage(ratio_growth=0.004)
 
@@ -51,3 +53,11 @@ def test_stops_act_beyond_the_lock():
     linkage = Linkage(end_stop=EndStop(5.0, 100.0, 0.0))
     for angle, torque in ((4.9, 0.0), (5.5, 50.0), (-5.5, -50.0)):
         assert linkage.resistance(angle, 0.0, angle, linkage.remembered(), loads()).stop == pytest.approx(torque)
+
+
+FIELDS = list(zip(SteeringSignals._fields, units(SteeringSignals), strict=True))
+
+
+@pytest.mark.parametrize(("name", "unit"), [field for field in FIELDS if not field[0].startswith("truth_")])
+def test_signals_have_canonical_names_and_units(name, unit):
+    assert SIGNALS[name].unit == unit

@@ -9,11 +9,11 @@ from proving_ground.steering.rig import STEP, Rig
 from tierod.core.graph.derivatives import jacobian
 from tierod.proving_ground.parts import Loads
 from tierod.proving_ground.steering.column_eps import ColumnEps
+from tierod.proving_ground.steering.demonstrator import demonstrator_rack
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Coulomb, LuGre
 from tierod.proving_ground.steering.linkage import Linkage
 from tierod.proving_ground.steering.rack_eps import Mesh, RackEps
-from tierod.proving_ground.steering.rack_presets import demonstrator_rack
 
 SMOOTH = DryFriction(level=0.0)
 

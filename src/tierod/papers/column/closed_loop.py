@@ -19,7 +19,7 @@ from tierod.papers.column.control.margins import Reading, read_estimate
 from tierod.papers.column.control.position_control import ObservedColumn, PositionControl
 from tierod.papers.column.control.reference import Reference, Step, Sweep
 from tierod.proving_ground.cars.column_bench import Acting, Arms, BenchPorts, BenchSignals, BenchState, ColumnBench
-from tierod.proving_ground.parts import SOUND
+from tierod.proving_ground.parts import NO_FAULT
 from tierod.vehicles import load
 
 SAMPLE_TIME = 1e-3
@@ -100,7 +100,7 @@ class ClosedLoop:
     def step(self, state: LoopState, sample: Outside) -> tuple[LoopState, LoopSignals]:
         """One sample on; the output belongs to the instant of the sample."""
         held = where(sample.grip > 0.0, state.held, state.plant.motion.wheel_angle)
-        acting = Acting(state.acting, 0.0, 0.0, 0.0, sample.grip, held, 0.0, BenchPorts(SOUND))
+        acting = Acting(state.acting, 0.0, 0.0, 0.0, sample.grip, held, 0.0, BenchPorts(NO_FAULT))
         plant, signals = self.bench.step(state.plant, acting)
         measured = ColumnOutput(*(getattr(signals, name) + noise for name, noise in sample.noise._asdict().items()))
         given = rebuild(skeleton(self.observer.Sample), [state.acted, *measured])

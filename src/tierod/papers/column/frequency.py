@@ -28,7 +28,7 @@ from tierod.papers.column.parameter_sets import SETS
 from tierod.papers.column.swept_bench import NOISE
 from tierod.proving_ground.cars.column_bench import Acting, BenchPorts, ColumnBench
 from tierod.proving_ground.courses.bench import BenchSweep
-from tierod.proving_ground.parts import SOUND
+from tierod.proving_ground.parts import NO_FAULT
 
 BAR = "driver_torque"
 LOWEST, HIGHEST = 1.0, 150.0
@@ -191,9 +191,9 @@ def _swept(bench: ColumnBench, amplitude: float, seconds: float, seed: int) -> R
 
 
 def _run(bench: ColumnBench, torque: np.ndarray, random: np.random.Generator) -> Run:
-    rows = np.zeros((len(torque), len(Acting._fields) - 1 + len(SOUND)))
+    rows = np.zeros((len(torque), len(Acting._fields) - 1 + len(NO_FAULT)))
     rows[:, 0] = torque
-    rows[:, len(Acting._fields) - 1 :] = list(BenchPorts(SOUND).motor_torque)
+    rows[:, len(Acting._fields) - 1 :] = list(BenchPorts(NO_FAULT).motor_torque)
     bar = scan(bench, rows)[BAR]
     return Run(torque, bar + random.normal(0.0, NOISE[BAR], len(bar)))
 

@@ -15,7 +15,7 @@ from tierod.methods.detectors.measured_ratios import RatioDesign, threshold_from
 from tierod.monitors.driver_torque.hands import UNCERTAIN, HandsMonitor
 from tierod.papers.column.parameter_sets import SCATTERED
 from tierod.proving_ground.cars.column_bench import ColumnBench
-from tierod.proving_ground.courses.bench_hands import BenchHands
+from tierod.proving_ground.courses.bench import BenchHands
 
 PIECE = 60.0
 """Seconds at a time: more would not fit into the cache."""

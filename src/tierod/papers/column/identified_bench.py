@@ -16,7 +16,7 @@ from tierod.proving_ground.cars.column_bench import Acting, ColumnBench
 from tierod.proving_ground.courses.bench import BenchMultisine, BenchRamps, BenchSweep, BenchTorque
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl, DahlPower, Law, LuGre, MaxwellSlip, Stribeck
-from tierod.proving_ground.steering.motor import Ripple
+from tierod.proving_ground.steering.shaft import Ripple
 from tierod.vehicles import load
 
 SAMPLE_TIME = 1e-3

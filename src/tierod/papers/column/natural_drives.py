@@ -20,8 +20,7 @@ from tierod.monitors.driver_torque.hands import OFF, UNCERTAIN
 from tierod.proving_ground.cars.catalogue import load as load_car
 from tierod.proving_ground.courses import load as load_course
 from tierod.proving_ground.courses.catalogue import AnyCourse
-from tierod.proving_ground.courses.conditions import Grip, Tremor
-from tierod.proving_ground.courses.window import During
+from tierod.proving_ground.courses.conditions import During, Grip, Tremor
 from tierod.proving_ground.run import run
 from tierod.proving_ground.sensors import SensorSet
 from tierod.vehicles import Vehicle, load
@@ -169,7 +168,7 @@ def _shown(recording: Recording, variant: str, vehicle: Vehicle, rate: float) ->
 
 def _car(seed: int) -> Tree:
     """The car with another wheel and torsion bar."""
-    car = load_car(CAR).block
+    car: Tree = load_car(CAR).block
     ways = np.random.default_rng([seed, 9]).choice([-1.0, 1.0], 3)
     one, two, three = 1.0 + SCATTER * ways
     steering = car.steering

@@ -16,7 +16,7 @@ from tierod.core.graph.maths import limit
 from tierod.experiments.effort import Effort
 from tierod.models.steering_column import ColumnParameters
 from tierod.proving_ground.cars.column_bench import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
-from tierod.proving_ground.parts import SOUND
+from tierod.proving_ground.parts import NO_FAULT
 from tierod.vehicles import load
 
 AMPLITUDE = math.radians(30.0)
@@ -75,7 +75,7 @@ class SweptBench:
         ahead = inertia * sample.acceleration + losses * sample.rate
         wanted = (self.stiffness * lag + self.damping * late + ahead) / ratio
         motor = limit(wanted, -self.highest_torque, self.highest_torque)
-        return self.bench.step(state, Acting(motor, 0.0, 0.0, sample.hand_torque, 0.0, 0.0, 0.0, BenchPorts(SOUND)))
+        return self.bench.step(state, Acting(motor, 0.0, 0.0, sample.hand_torque, 0.0, 0.0, 0.0, BenchPorts(NO_FAULT)))
 
 
 def demands(hands: str, seconds: float, sample_time: float = 1e-3, seed: int = 0, pace: str = "octaves") -> np.ndarray:

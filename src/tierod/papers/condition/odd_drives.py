@@ -15,8 +15,7 @@ from tierod.papers.condition.recorded import as_recorded, recorded
 from tierod.papers.condition.vehicles import LONG, SHORT, vehicle
 from tierod.proving_ground.courses.catalogue import AnyCourse, load
 from tierod.proving_ground.courses.circuit import Circuit, Halt
-from tierod.proving_ground.courses.conditions import Adhesion
-from tierod.proving_ground.courses.window import Along
+from tierod.proving_ground.courses.conditions import Adhesion, Along
 from tierod.proving_ground.run import run
 
 STEERING = ("steering_wheel_angle", "steering_shaft_torque", "tie_rod_force")

@@ -10,10 +10,9 @@ import numpy as np
 
 from tierod.core.fields import numbers, replaced
 from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
+from tierod.proving_ground.control.automated import Split
 from tierod.proving_ground.courses.catalogue import AnyCourse, load
-from tierod.proving_ground.courses.circuit import Circuit
-from tierod.proving_ground.courses.drawn_round import drawn, weather
-from tierod.proving_ground.driving.automated import Split
+from tierod.proving_ground.courses.circuit import Circuit, drawn, weather
 from tierod.proving_ground.sensors import SensorSet
 
 SHORT, LONG, THIRD = "short-round", "long-round", "third-round"

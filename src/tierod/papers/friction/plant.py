@@ -22,7 +22,7 @@ from tierod.experiments.plant_recordings import ferrari_agreement, rav4_agreemen
 from tierod.methods.identification.hysteresis import HysteresisIdentification
 from tierod.papers.friction.fleet import GOAL
 from tierod.proving_ground import ColumnEps, EpsCar, TwoTrack, lock_to_lock, with_friction
-from tierod.proving_ground.cars.car import Start
+from tierod.proving_ground.courses import Start
 
 DATA = "TIEROD_DATA"
 """Environment variable that names the folder of the real recordings; without it ../shared/data is looked into."""

@@ -10,7 +10,7 @@ from typing import Any
 from tierod.proving_ground import EpsCar, Scatter, SensorSet, TwoTrack
 from tierod.proving_ground.chassis.tyres import TYRES as KINDS_OF_TYRES
 from tierod.proving_ground.courses.conditions import AnyCondition, Gusts, Restlessness, Unevenness
-from tierod.proving_ground.courses.roads import AnyRoad, City, Country, Motorway
+from tierod.proving_ground.courses.natural import AnyRoad, City, Country, Motorway
 from tierod.proving_ground.drives import CHANNELS
 from tierod.proving_ground.steering.column_eps import WormGear
 from tierod.proving_ground.steering.friction_laws import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck

@@ -19,13 +19,11 @@ from tierod.monitors.sideslip.combined_estimate import CombinedSample
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning
 from tierod.papers.sideslip.setting import actuator, virtual_car
 from tierod.proving_ground import Sensor, SensorSet, run
-from tierod.proving_ground.courses.conditions import Adhesion, AnyCondition, Breeze, Gusts, Restlessness, Slope
+from tierod.proving_ground.courses.conditions import Adhesion, AnyCondition, Breeze, During, Gusts, Restlessness, Slope
 from tierod.proving_ground.courses.conditions import Unevenness as Uneven
 from tierod.proving_ground.courses.course import Course
-from tierod.proving_ground.courses.natural import NaturalDrive
+from tierod.proving_ground.courses.natural import City, Country, Motorway, NaturalDrive
 from tierod.proving_ground.courses.open_loop import AngleRamp, RandomSteer, SineSteer
-from tierod.proving_ground.courses.roads import City, Country, Motorway
-from tierod.proving_ground.courses.window import During
 from tierod.vehicles import load
 
 RATE = 100.0

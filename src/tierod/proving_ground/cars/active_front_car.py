@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.physics.gear import superposed_target
-from tierod.proving_ground.cars.car import Car, Observed
-from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
+from tierod.proving_ground.cars.car import Car, Controlled, Observed, Read
+from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory, VariableRatio
 from tierod.proving_ground.control.assist import AssistMemory, AssistUnit
-from tierod.proving_ground.control.variable_ratio import VariableRatio
 from tierod.proving_ground.motor import AFS_MOTOR, DriveState, PmMotor
 from tierod.proving_ground.motor.pm_motor import IN_LOOP, DriveSignals, Senses
 from tierod.proving_ground.steering.active_front import ActiveFront
@@ -19,8 +18,8 @@ from tierod.proving_ground.steering.active_front import ActiveFront
 class Superposing(NamedTuple):
     """Signals of the control units, and of the motor at its own rate."""
 
-    target_motor_angle_mechanical: Annotated[Any, "rad"]
-    motor_target_torque: Annotated[Any, "N*m"]
+    target_motor_angle_mechanical: Annotated[Scalar, "rad"]
+    motor_target_torque: Annotated[Scalar, "N*m"]
     motor: DriveSignals
 
 
@@ -43,7 +42,7 @@ class ActiveFrontCar(Car):
         assist: control unit of the assist below the gear
     """
 
-    steering: ActiveFront = field(default_factory=ActiveFront)  # type: ignore[assignment]
+    steering: ActiveFront = field(default_factory=ActiveFront)
     motor: PmMotor = field(default_factory=lambda: AFS_MOTOR)
     ratio: VariableRatio = field(default_factory=VariableRatio)
     angle_control: AngleControl = field(
@@ -74,7 +73,7 @@ class ActiveFrontCar(Car):
         """Control units at rest, motor cold."""
         return Units(self.assist.remembered(), self.angle_control.remembered(), self.motor.init())
 
-    def control(self, memory: Units, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
+    def control(self, memory: Units, seen: Observed, read: Read) -> Controlled:
         """Assist, target of the motor's angle, its control, and the motor over the step that follows."""
         steering, before = seen.steering, memory.motor.rotor
         speed, wheel = read("vehicle_speed", seen.vehicle_speed), read("steering_wheel_angle", seen.hand.angle)

@@ -1,13 +1,100 @@
-"""What body and wheels of a car show."""
+"""What a car's body shows: inertial sensors, the place along the path and over ground, and all signals of the body."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
 
-from tierod.core.graph.maths import arctan, arctan2, where
-from tierod.proving_ground.cars.imu import InertialUnit
-from tierod.proving_ground.cars.path import Path
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import arctan, arctan2, cos, maximum, sin, where
+from tierod.physics.gravity import GRAVITY
+from tierod.physics.single_track import lateral_acceleration_at
 from tierod.proving_ground.parts import Reaction, Road
+
+
+@dataclass(frozen=True)
+class InertialUnit:
+    """Mounting place of the inertial unit on the body; typically on the tunnel, below the centre of gravity.
+
+    Args:
+        forward, left, up: from the centre of gravity of the car, about which its body rolls
+    """
+
+    forward: Annotated[float, "m"] = 0.2
+    left: Annotated[float, "m"] = 0.0
+    up: Annotated[float, "m"] = -0.15
+
+    def lateral_acceleration(self, reaction: Reaction) -> Scalar:
+        """Specific force across the body [m/s**2], with lever arm, bank and the lean of the body."""
+        at_place = lateral_acceleration_at(
+            reaction.lateral_acceleration, reaction.yaw_acceleration, reaction.yaw_rate, self.forward, self.left
+        )
+        return at_place - self.up * reaction.roll_acceleration + GRAVITY * reaction.roll_angle
+
+    def longitudinal_acceleration(self, reaction: Reaction) -> Scalar:
+        """Specific force along the body [m/s**2], with lever arm and grade."""
+        turning = reaction.yaw_rate * reaction.yaw_rate * self.forward + reaction.yaw_acceleration * self.left
+        return reaction.longitudinal_acceleration - turning
+
+
+INSIDE = 0.2
+"""Least share of a bend's radius that a car keeps from its centre, where the path's own frame would turn over [-]."""
+
+
+class Path(NamedTuple):
+    """Motion along a path; the offset is positive to its left, the heading over ground.
+
+    Args:
+        distance: of the foot of the car on the path [m]
+        lateral_offset: of the car from there [m]
+        heading_error: of the car against the path [rad]
+        heading: of the car over ground [rad]
+    """
+
+    distance: Scalar
+    lateral_offset: Scalar
+    heading_error: Scalar
+    heading: Scalar
+
+
+START = Path(0.0, 0.0, 0.0, 0.0)
+
+
+def path_rate(path: Path, reaction: Reaction, curvature: Scalar) -> Path:
+    """Rate of change.
+
+    Args:
+        path: now
+        reaction: of the chassis
+        curvature: of the path [1/m]
+
+    Source: Frenet frame; Rajamani, Vehicle Dynamics and Control (2012), section 2.5, without its small angles.
+    """
+    along, across = cos(path.heading_error), sin(path.heading_error)
+    forward = reaction.speed * along - reaction.lateral_speed * across
+    distance_rate = forward / maximum(1.0 - curvature * path.lateral_offset, INSIDE)
+    sideways = reaction.speed * across + reaction.lateral_speed * along
+    return Path(distance_rate, sideways, reaction.yaw_rate - curvature * distance_rate, reaction.yaw_rate)
+
+
+def moved(position: tuple[Scalar, Scalar], reaction: Reaction, heading: Scalar, step: Scalar) -> tuple[Scalar, Scalar]:
+    """Coordinates over ground [m] after a step.
+
+    Args:
+        position: before, x ahead and y to the left of the first heading [m]
+        reaction: of the chassis at the start of the step
+        heading: at the start of the step [rad]
+        step: [s]
+
+    Once a step, with speeds of its start: what that leaves out adds up to half a step of the change of speed, no more.
+    """
+    middle = heading + 0.5 * step * reaction.yaw_rate
+    along, across = cos(middle), sin(middle)
+    return (
+        position[0] + step * (reaction.speed * along - reaction.lateral_speed * across),
+        position[1] + step * (reaction.speed * across + reaction.lateral_speed * along),
+    )
+
 
 ROLLING = 0.5
 """Speed below which there is no sideslip angle [m/s]."""
@@ -16,46 +103,46 @@ ROLLING = 0.5
 class Body(NamedTuple):
     """Signals of body and wheels before sensors, and what no sensor sees (`truth_`)."""
 
-    yaw_rate: Annotated[Any, "rad/s"]
-    lateral_acceleration: Annotated[Any, "m/s**2"]
-    longitudinal_acceleration: Annotated[Any, "m/s**2"]
-    roll_rate: Annotated[Any, "rad/s"]
-    vehicle_speed: Annotated[Any, "m/s"]
-    wheel_speed_front_left: Annotated[Any, "m/s"]
-    wheel_speed_front_right: Annotated[Any, "m/s"]
-    wheel_speed_rear_left: Annotated[Any, "m/s"]
-    wheel_speed_rear_right: Annotated[Any, "m/s"]
-    truth_speed: Annotated[Any, "m/s"]
-    truth_lateral_speed: Annotated[Any, "m/s"]
-    truth_sideslip_angle: Annotated[Any, "rad"]
-    truth_centre_lateral_acceleration: Annotated[Any, "m/s**2"]
-    truth_yaw_acceleration: Annotated[Any, "rad/s**2"]
-    truth_roll_angle: Annotated[Any, "rad"]
-    truth_front_lateral_force: Annotated[Any, "N"]
-    truth_rear_lateral_force: Annotated[Any, "N"]
-    truth_front_slip_angle: Annotated[Any, "rad"]
-    truth_load_front_left: Annotated[Any, "N"]
-    truth_load_front_right: Annotated[Any, "N"]
-    truth_load_rear_left: Annotated[Any, "N"]
-    truth_load_rear_right: Annotated[Any, "N"]
-    truth_self_aligning_torque: Annotated[Any, "N*m"]
-    truth_scrub_torque: Annotated[Any, "N*m"]
-    truth_kingpin_torque: Annotated[Any, "N*m"]
-    truth_hand_torque: Annotated[Any, "N*m"]
-    truth_drive_force: Annotated[Any, "N"]
-    truth_distance: Annotated[Any, "m"]
-    truth_lateral_offset: Annotated[Any, "m"]
-    truth_heading_error: Annotated[Any, "rad"]
-    truth_heading: Annotated[Any, "rad"]
-    truth_position_x: Annotated[Any, "m"]
-    truth_position_y: Annotated[Any, "m"]
-    truth_bank_angle: Annotated[Any, "rad"]
-    truth_grade_angle: Annotated[Any, "rad"]
-    truth_road_friction: Annotated[Any, ""]
+    yaw_rate: Annotated[Scalar, "rad/s"]
+    lateral_acceleration: Annotated[Scalar, "m/s**2"]
+    longitudinal_acceleration: Annotated[Scalar, "m/s**2"]
+    roll_rate: Annotated[Scalar, "rad/s"]
+    vehicle_speed: Annotated[Scalar, "m/s"]
+    wheel_speed_front_left: Annotated[Scalar, "m/s"]
+    wheel_speed_front_right: Annotated[Scalar, "m/s"]
+    wheel_speed_rear_left: Annotated[Scalar, "m/s"]
+    wheel_speed_rear_right: Annotated[Scalar, "m/s"]
+    truth_speed: Annotated[Scalar, "m/s"]
+    truth_lateral_speed: Annotated[Scalar, "m/s"]
+    truth_sideslip_angle: Annotated[Scalar, "rad"]
+    truth_centre_lateral_acceleration: Annotated[Scalar, "m/s**2"]
+    truth_yaw_acceleration: Annotated[Scalar, "rad/s**2"]
+    truth_roll_angle: Annotated[Scalar, "rad"]
+    truth_front_lateral_force: Annotated[Scalar, "N"]
+    truth_rear_lateral_force: Annotated[Scalar, "N"]
+    truth_front_slip_angle: Annotated[Scalar, "rad"]
+    truth_load_front_left: Annotated[Scalar, "N"]
+    truth_load_front_right: Annotated[Scalar, "N"]
+    truth_load_rear_left: Annotated[Scalar, "N"]
+    truth_load_rear_right: Annotated[Scalar, "N"]
+    truth_self_aligning_torque: Annotated[Scalar, "N*m"]
+    truth_scrub_torque: Annotated[Scalar, "N*m"]
+    truth_kingpin_torque: Annotated[Scalar, "N*m"]
+    truth_hand_torque: Annotated[Scalar, "N*m"]
+    truth_drive_force: Annotated[Scalar, "N"]
+    truth_distance: Annotated[Scalar, "m"]
+    truth_lateral_offset: Annotated[Scalar, "m"]
+    truth_heading_error: Annotated[Scalar, "rad"]
+    truth_heading: Annotated[Scalar, "rad"]
+    truth_position_x: Annotated[Scalar, "m"]
+    truth_position_y: Annotated[Scalar, "m"]
+    truth_bank_angle: Annotated[Scalar, "rad"]
+    truth_grade_angle: Annotated[Scalar, "rad"]
+    truth_road_friction: Annotated[Scalar, ""]
 
 
-def vehicle_speed(reaction: Reaction) -> Any:
-    """Speed [m/s] as the control unit of the brakes tells it on the bus: mean of the rear wheels."""
+def vehicle_speed(reaction: Reaction) -> Scalar:
+    """Speed [m/s] as the control unit of the brakes sends it: mean of the rear wheels."""
     return 0.5 * (reaction.wheel_speeds.rear_left + reaction.wheel_speeds.rear_right)
 
 
@@ -63,10 +150,10 @@ def body_signals(
     reaction: Reaction,
     unit: InertialUnit,
     path: Path,
-    position: tuple[Any, Any],
+    position: tuple[Scalar, Scalar],
     road: Road,
-    hand_torque: Any,
-    drive_force: Any,
+    hand_torque: Scalar,
+    drive_force: Scalar,
 ) -> Body:
     """The signals at one instant.
 

@@ -5,17 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple, TypeAlias
 
-from tierod.core.block import named_tuple
+from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.fields import Range
-from tierod.proving_ground.cars.body import Body, body_signals, vehicle_speed
-from tierod.proving_ground.cars.imu import InertialUnit
-from tierod.proving_ground.cars.path import START, Path, moved, path_rate
+from tierod.proving_ground.cars.body import (
+    START,
+    Body,
+    InertialUnit,
+    Path,
+    body_signals,
+    moved,
+    path_rate,
+    vehicle_speed,
+)
 from tierod.proving_ground.chassis import TwoTrack
+from tierod.proving_ground.control.driver import HumanDriver
 from tierod.proving_ground.courses import Start
-from tierod.proving_ground.driving import HumanDriver
-from tierod.proving_ground.integration import rosenbrock
+from tierod.proving_ground.integration import rosenbrock, steering_inverse
 from tierod.proving_ground.parts import (
     Chassis,
     Demand,
@@ -23,36 +30,58 @@ from tierod.proving_ground.parts import (
     Hand,
     Intent,
     Loads,
+    Memory,
     Reaction,
     Road,
     Seen,
     Steering,
     Wheels,
     Wind,
+    pass_through,
+    ports_type,
 )
-from tierod.proving_ground.ports import pass_through, ports_type
+from tierod.proving_ground.parts import (
+    Motion as PartMotion,
+)
 from tierod.proving_ground.powertrain import Powertrain
-from tierod.proving_ground.steering.implicit import steering_inverse
+
+Torques: TypeAlias = tuple[Scalar, ...]
+"""Torque of every actuator [N*m], in the order of `Steering.actuators`."""
+
+Read: TypeAlias = Callable[[str, Scalar], Scalar]
+"""Passes a signal through the port of a name."""
+
+Controlled: TypeAlias = tuple[Memory, Torques, Tree]
+"""What control units give: memory, requested torques, and signals as a NamedTuple of canonical names."""
 
 
 class Motion(NamedTuple):
     """All that obeys a differential equation."""
 
-    chassis: Any
-    steering: Any
-    driver: Any
+    chassis: PartMotion
+    steering: PartMotion
+    driver: PartMotion
     path: Path
 
 
 class Held(NamedTuple):
     """What is updated once a step."""
 
-    steering: Any
-    driver: Any
-    control: Any
-    torques: tuple[Any, ...]
-    ports: Any
-    position: tuple[Any, Any]
+    steering: Memory
+    driver: Memory
+    control: Memory
+    torques: Torques
+    ports: tuple[Scalar, ...]
+    position: tuple[Scalar, Scalar]
+
+
+class Surroundings(NamedTuple):
+    """What acts on a car from outside at one instant; every car has a class of its own with its `ports`."""
+
+    road: Road
+    wind: Wind
+    demand: Demand
+    ports: Tree
 
 
 class State(NamedTuple):
@@ -68,19 +97,22 @@ class Observed(NamedTuple):
     Args:
         reaction: of the chassis
         steering: signals of the steering
-        hand: steering wheel
+        view: what the driver sees
         demand: what the course asks for
-        intent: what the driver has decided
     """
 
     reaction: Reaction
-    steering: Any
-    hand: Hand
+    steering: Tree
+    view: Seen
     demand: Demand
-    intent: Intent
 
     @property
-    def vehicle_speed(self) -> Any:
+    def hand(self) -> Hand:
+        """Steering wheel."""
+        return self.view.hand
+
+    @property
+    def vehicle_speed(self) -> Scalar:
         """Of the bus [m/s]."""
         return vehicle_speed(self.reaction)
 
@@ -89,8 +121,8 @@ class Output(NamedTuple):
     """Signals of a car at the instant of a sample; the last part of a leaf's dotted name is its channel."""
 
     body: Body
-    steering: Any
-    control: Any
+    steering: Tree
+    control: Tree
 
 
 @dataclass(frozen=True)
@@ -108,7 +140,7 @@ class Car:
     """
 
     chassis: Chassis = field(default_factory=TwoTrack)
-    steering: Steering = None  # type: ignore[assignment]
+    steering: Steering = None  # type: ignore[assignment]  # every car gives its own
     driver: Driver = field(default_factory=HumanDriver)
     powertrain: Powertrain = field(default_factory=Powertrain)
     inertial_unit: InertialUnit = field(default_factory=InertialUnit)
@@ -129,11 +161,11 @@ class Car:
         """What acts on the car from outside at one instant."""
         return _sample(self.ports)
 
-    def reset(self) -> Any:
+    def reset(self) -> Memory:
         """Memory of the control units before the first step."""
         return ()
 
-    def control(self, memory: Any, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
+    def control(self, memory: Memory, seen: Observed, read: Read) -> Controlled:
         """One step of the control units.
 
         Args:
@@ -164,16 +196,17 @@ class Car:
         )
         return State(motion, held)
 
-    def step(self, state: State, sample: Any) -> tuple[State, Output]:
+    def step(self, state: State, sample: Surroundings) -> tuple[State, Output]:
         """One step on; the output belongs to the instant of the sample."""
         motion, held = state
         steer, hand = self.steering.steer(motion.steering), self.steering.hand(motion.steering)
         reaction = self.chassis.reaction(motion.chassis, steer, sample.road, sample.wind)
-        driver, intent = self.driver.decide(held.driver, _seen(motion, reaction, hand, sample.road), sample.demand)
+        view = _seen(motion, reaction, hand, sample.road)
+        driver, intent = self.driver.decide(held.driver, view, sample.demand)
         hand_torque = self.driver.hand_torque(motion.driver, hand, sample.demand)
         before = _loads(reaction, hand_torque, held.torques)
         signals = self.steering.signals(motion.steering, held.steering, before)
-        observed = Observed(reaction, signals, hand, sample.demand, intent)
+        observed = Observed(reaction, signals, view, sample.demand)
         control, torques, controlled, ports = self._controlled(held, observed, sample.ports)
         drive, brakes = self.drives(intent, reaction, torques)
 
@@ -190,19 +223,21 @@ class Car:
         body = body_signals(reaction, self.inertial_unit, motion.path, held.position, sample.road, hand_torque, force)
         return State(after, next_held), Output(body, signals, controlled)
 
-    def drives(self, intent: Intent, reaction: Reaction, torques: tuple) -> tuple[Wheels, Wheels]:
+    def drives(self, intent: Intent, reaction: Reaction, torques: Torques) -> tuple[Wheels, Wheels]:
         """Drive torque and greatest brake torque of every wheel [N*m]."""
         return self.powertrain.torques(intent.force, reaction)
 
-    def drive_force(self, intent: Intent, torques: tuple) -> Any:
+    def drive_force(self, intent: Intent, torques: Torques) -> Scalar:
         """Force asked for along the road [N], from the driver's intent or the actuators' torques [N*m]."""
         return intent.force
 
-    def _controlled(self, held: Held, observed: Observed, ports: Any) -> tuple[Any, tuple, Any, Any]:
+    def _controlled(
+        self, held: Held, observed: Observed, ports: Tree
+    ) -> tuple[Memory, Torques, Tree, tuple[Scalar, ...]]:
         kept = dict(zip(self.ports, held.ports, strict=True))
         waiting = {name for name in self.steering.actuators if name in kept}
 
-        def read(name: str, value: Any) -> Any:
+        def read(name: str, value: Scalar) -> Scalar:
             waiting.discard(name)
             kept[name], passed = pass_through(getattr(ports, name), kept[name], value)
             return passed
@@ -216,10 +251,10 @@ class Car:
         self,
         now: Motion,
         start: Motion,
-        friction: Any,
-        sample: Any,
+        friction: Memory,
+        sample: Surroundings,
         intent: Intent,
-        torques: tuple,
+        torques: Torques,
         drive: Wheels,
         brakes: Wheels,
     ) -> Motion:
@@ -255,6 +290,6 @@ def _seen(motion: Motion, reaction: Reaction, hand: Hand, road: Road) -> Seen:
     )
 
 
-def _loads(reaction: Reaction, hand_torque: Any, torques: tuple) -> Loads:
+def _loads(reaction: Reaction, hand_torque: Scalar, torques: Torques) -> Loads:
     front = reaction.loads.front_left + reaction.loads.front_right
     return Loads(reaction.kingpin_left, reaction.kingpin_right, hand_torque, torques, front, reaction.speed)

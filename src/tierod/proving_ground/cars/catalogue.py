@@ -13,6 +13,7 @@ from tierod.core.fields import numbers
 from tierod.core.files import expanded
 from tierod.core.toml import Document, build, override
 from tierod.proving_ground.cars.kinds import car_of, on_tyres, with_parts
+from tierod.proving_ground.parts import Plant
 
 SHIPPED = Path(__file__).parent
 """Where the files of the virtual cars are that tierod ships."""
@@ -79,7 +80,7 @@ class VirtualCar:
 
     file: CarFile
     document: Document
-    block: Any
+    block: Plant
 
     @property
     def name(self) -> str:
@@ -96,7 +97,7 @@ class VirtualCar:
         given = _sourced(self.file.parameters).get(path)
         return "" if given is None else given.source
 
-    def varied(self, choice: Choice, document: Document, location: tuple[str | int, ...] = ()) -> Any:
+    def varied(self, choice: Choice, document: Document, location: tuple[str | int, ...] = ()) -> Plant:
         """The car with other tyres, parts and parameters, as a block.
 
         What the car's file says about a part that is replaced holds for the new one as far as it has the same
@@ -117,7 +118,8 @@ class VirtualCar:
             block = override(block, kept, self.document, ("parameters",))
         if choice.tyres:
             block = on_tyres(block, choice.tyres, document, (*location, "tyres"))
-        return override(block, choice.parameters, document, (*location, "parameters"), self.name)
+        varied: Plant = override(block, choice.parameters, document, (*location, "parameters"), self.name)
+        return varied
 
 
 def shipped() -> tuple[str, ...]:
@@ -180,10 +182,11 @@ def _sourced(parameters: Mapping[str, Any]) -> dict[str, Sourced]:
     }
 
 
-def _block(file: CarFile, document: Document) -> Any:
+def _block(file: CarFile, document: Document) -> Plant:
     """The block that a file describes."""
     block = with_parts(car_of(file.kind, document), flat(file.parts), document)
     if file.tyres:
         block = on_tyres(block, file.tyres, document, ("tyres",))
     values = {path: each.value for path, each in _sourced(file.parameters).items()}
-    return override(block, values, document, ("parameters",), file.name)
+    car: Plant = override(block, values, document, ("parameters",), file.name)
+    return car

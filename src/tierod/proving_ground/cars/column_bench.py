@@ -3,37 +3,37 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import COUNT, NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import where
 from tierod.physics.gear import gear_coupling_torque
 from tierod.physics.steering_ratio import torsion_bar_torque
 from tierod.proving_ground.integration import runge_kutta
-from tierod.proving_ground.parts import Port
-from tierod.proving_ground.ports import pass_through
+from tierod.proving_ground.parts import Port, pass_through
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl
-from tierod.proving_ground.steering.motor import Ripple, rippled
+from tierod.proving_ground.steering.shaft import Ripple, rippled
 
 
 class ColumnMotion(NamedTuple):
     """Angles [rad] and rates [rad/s] of steering wheel, motor and gear."""
 
-    wheel_angle: Any
-    motor_angle: Any
-    gear_angle: Any
-    wheel_rate: Any
-    motor_rate: Any
-    gear_rate: Any
+    wheel_angle: Scalar
+    motor_angle: Scalar
+    gear_angle: Scalar
+    wheel_rate: Scalar
+    motor_rate: Scalar
+    gear_rate: Scalar
 
 
 class BenchState(NamedTuple):
     """A bench between two steps."""
 
     motion: ColumnMotion
-    friction: Any
-    held: Any
+    friction: Scalar
+    held: Scalar
 
 
 class BenchPorts(NamedTuple):
@@ -46,8 +46,8 @@ class Acting(NamedTuple):
     """What acts on the bench from outside.
 
     Args:
-        motor_torque: that the motor is told to give, at its shaft
-        motor_disturbance: that nobody knows of, at its shaft
+        motor_torque: that is asked of the motor, at its shaft
+        motor_disturbance: unknown to the control, at its shaft
         gear_torque: on the output of the gear, as from a road
         hand_torque: on the wheel, besides what the arms do of themselves
         grip: 1 is hands that hold the wheel with their inertia, damping and stiffness, 0 hands off
@@ -69,17 +69,17 @@ class Acting(NamedTuple):
 class BenchSignals(NamedTuple):
     """Signals of the bench at the instant of a sample; `truth_hand_torque` is all that turns the wheel from outside."""
 
-    steering_wheel_angle: Annotated[Any, "rad"]
-    motor_angle_mechanical: Annotated[Any, "rad"]
-    driver_torque: Annotated[Any, "N*m"]
-    motor_target_torque: Annotated[Any, "N*m"]
-    steering_wheel_rate: Annotated[Any, "rad/s"]
-    motor_speed: Annotated[Any, "rad/s"]
-    truth_motor_torque: Annotated[Any, "N*m"]
-    truth_gear_angle: Annotated[Any, "rad"]
-    truth_gear_rate: Annotated[Any, "rad/s"]
-    truth_hand_torque: Annotated[Any, "N*m"]
-    truth_motor_friction_torque: Annotated[Any, "N*m"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    driver_torque: Annotated[Scalar, "N*m"]
+    motor_target_torque: Annotated[Scalar, "N*m"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    motor_speed: Annotated[Scalar, "rad/s"]
+    truth_motor_torque: Annotated[Scalar, "N*m"]
+    truth_gear_angle: Annotated[Scalar, "rad"]
+    truth_gear_rate: Annotated[Scalar, "rad/s"]
+    truth_hand_torque: Annotated[Scalar, "N*m"]
+    truth_motor_friction_torque: Annotated[Scalar, "N*m"]
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ class ColumnBench:
         for _ in range(self.parts):
             start, memory = motion, friction
 
-            def slope(now: ColumnMotion, start: ColumnMotion = start, memory: Any = memory) -> ColumnMotion:
+            def slope(now: ColumnMotion, start: ColumnMotion = start, memory: Scalar = memory) -> ColumnMotion:
                 return self.derivative(now, start, memory, given, sample)
 
             motion = runge_kutta(slope, motion, self.step_time / self.parts)
@@ -155,7 +155,7 @@ class ColumnBench:
         return BenchState(motion, friction, held), self._signals(state, given, sample)
 
     def derivative(
-        self, motion: ColumnMotion, start: ColumnMotion, friction: Any, motor_torque: Any, acting: Acting
+        self, motion: ColumnMotion, start: ColumnMotion, friction: Scalar, motor_torque: Scalar, acting: Acting
     ) -> ColumnMotion:
         """Rate of change of the motion; dry friction follows the path from the `start`.
 
@@ -181,17 +181,17 @@ class ColumnBench:
             gear / self.gear_inertia,
         )
 
-    def _bar(self, motion: ColumnMotion) -> Any:
+    def _bar(self, motion: ColumnMotion) -> Scalar:
         return torsion_bar_torque(motion.wheel_angle, motion.gear_angle, self.bar_stiffness)
 
-    def _wheel_acceleration(self, motion: ColumnMotion, bar: Any, acting: Acting) -> Any:
+    def _wheel_acceleration(self, motion: ColumnMotion, bar: Scalar, acting: Acting) -> Scalar:
         arms = self.arms
         pull = arms.damping * motion.wheel_rate + arms.stiffness * (motion.wheel_angle - acting.held_angle)
         torque = acting.hand_torque - acting.grip * pull - bar - self.wheel_damping * motion.wheel_rate
         free = torque / (self.wheel_inertia + acting.grip * arms.inertia)
         return where(acting.locked > 0.5, -motion.wheel_rate / self.locking_time, free)
 
-    def _signals(self, state: BenchState, given: Any, acting: Acting) -> BenchSignals:
+    def _signals(self, state: BenchState, given: Scalar, acting: Acting) -> BenchSignals:
         motion = state.motion
         bar = self._bar(motion)
         from_outside = bar + self.wheel_damping * motion.wheel_rate

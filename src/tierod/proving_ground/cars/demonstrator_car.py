@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.proving_ground.cars.car import Car, Observed
+from tierod.core.block import Scalar
+from tierod.proving_ground.cars.car import Car, Controlled, Observed, Read, Torques
 from tierod.proving_ground.chassis import demonstrator
-from tierod.proving_ground.driving.automated import AutomatedDriver, Command, Sensed
+from tierod.proving_ground.control.automated import AutomatedDriver, Command, Sensed
 from tierod.proving_ground.parts import Chassis, Intent, Reaction, Wheels
 from tierod.proving_ground.powertrain import WheelMotors
 from tierod.proving_ground.steering.demonstrator import Demonstrator
@@ -17,20 +17,20 @@ from tierod.proving_ground.steering.demonstrator import Demonstrator
 class Commanded(NamedTuple):
     """Targets of the automated driver."""
 
-    target_steering_wheel_angle: Annotated[Any, "rad"]
-    target_vehicle_speed: Annotated[Any, "m/s"]
-    steering_motor_1_target_torque: Annotated[Any, "N*m"]
-    steering_motor_2_target_torque: Annotated[Any, "N*m"]
-    target_drive_torque_left: Annotated[Any, "N*m"]
-    target_drive_torque_right: Annotated[Any, "N*m"]
+    target_steering_wheel_angle: Annotated[Scalar, "rad"]
+    target_vehicle_speed: Annotated[Scalar, "m/s"]
+    steering_motor_1_target_torque: Annotated[Scalar, "N*m"]
+    steering_motor_2_target_torque: Annotated[Scalar, "N*m"]
+    target_drive_torque_left: Annotated[Scalar, "N*m"]
+    target_drive_torque_right: Annotated[Scalar, "N*m"]
 
 
 class Units(NamedTuple):
     """Memory of the automated driver, and the torques of both wheel motors [N*m]."""
 
     command: Command
-    left: Any
-    right: Any
+    left: Scalar
+    right: Scalar
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class DemonstratorCar(Car):
     """
 
     chassis: Chassis = field(default_factory=demonstrator)
-    steering: Demonstrator = field(default_factory=Demonstrator)  # type: ignore[assignment]
-    driver: AutomatedDriver = field(default_factory=AutomatedDriver)  # type: ignore[assignment]
-    powertrain: WheelMotors = field(default_factory=WheelMotors)  # type: ignore[assignment]
+    steering: Demonstrator = field(default_factory=Demonstrator)
+    driver: AutomatedDriver = field(default_factory=AutomatedDriver)
+    powertrain: WheelMotors = field(default_factory=WheelMotors)  # type: ignore[assignment]  # used by this car alone
 
     @property
     def ports(self) -> tuple[str, ...]:
@@ -62,7 +62,7 @@ class DemonstratorCar(Car):
         """Controls at rest, motors without torque."""
         return Units(self.driver.reset(), 0.0, 0.0)
 
-    def control(self, memory: Units, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
+    def control(self, memory: Units, seen: Observed, read: Read) -> Controlled:
         """The automated driver's step, and the lag of the wheel motors."""
         wheels = seen.reaction.wheel_speeds
         rear_left = read("wheel_speed_rear_left", wheels.rear_left)
@@ -72,8 +72,7 @@ class DemonstratorCar(Car):
             read("yaw_rate", seen.reaction.yaw_rate),
             read("steering_wheel_angle", seen.hand.angle),
         )
-        place: Any = seen.intent
-        command, targets = self.driver.command(memory.command, place, seen.demand, sensed)
+        command, targets = self.driver.command(memory.command, seen.view, seen.demand, sensed)
         wanted = self.powertrain.requests(targets.force, targets.drive_difference, seen.reaction)
         asked = read("drive_torque_left", wanted[0]), read("drive_torque_right", wanted[1])
         units = Units(command, *self.powertrain.lagging(memory.left, memory.right, asked, self.step_time))
@@ -82,10 +81,10 @@ class DemonstratorCar(Car):
         signals = Commanded(targets.steering_wheel_angle, targets.speed, first, second, *wanted)
         return units, (first, second, units.left, units.right), signals
 
-    def drives(self, intent: Intent, reaction: Reaction, torques: tuple) -> tuple[Wheels, Wheels]:
-        """The wheel motors drive and brake; friction brakes are for emergencies that nobody drives here."""
+    def drives(self, intent: Intent, reaction: Reaction, torques: Torques) -> tuple[Wheels, Wheels]:
+        """The wheel motors drive and brake; friction brakes, for emergencies, stay open."""
         return self.powertrain.wheels(torques[2], torques[3], 0.0)
 
-    def drive_force(self, intent: Intent, torques: tuple) -> Any:
+    def drive_force(self, intent: Intent, torques: Torques) -> Scalar:
         """What the wheel motors give along the road [N]."""
         return (torques[2] + torques[3]) / self.powertrain.wheel_radius

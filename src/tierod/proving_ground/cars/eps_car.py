@@ -1,21 +1,24 @@
-"""A car with electric power steering, the virtual test vehicle of the friction and column monitors."""
+"""Cars with electric power steering, the virtual test vehicles of the friction and column monitors."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Annotated, NamedTuple
 
-from tierod.proving_ground.cars.car import Car, Observed
+from tierod.core.block import Scalar
+from tierod.proving_ground.cars.car import Car, Controlled, Observed, Read
 from tierod.proving_ground.control.assist import AssistUnit
-from tierod.proving_ground.parts import Steering
+from tierod.proving_ground.motor import EPS_MOTOR, DriveState, PmMotor, Rotor
+from tierod.proving_ground.motor.pm_motor import IN_LOOP, Fine, Senses
+from tierod.proving_ground.parts import Memory, Steering
 from tierod.proving_ground.steering.column_eps import ColumnEps
+from tierod.proving_ground.steering.shaft import Motor
 
 
 class Assisted(NamedTuple):
     """Signals of the assist unit."""
 
-    motor_target_torque: Annotated[Any, "N*m"]
+    motor_target_torque: Annotated[Scalar, "N*m"]
 
 
 @dataclass(frozen=True)
@@ -40,11 +43,11 @@ class EpsCar(Car):
             *self.steering.actuators,
         )
 
-    def reset(self) -> Any:
+    def reset(self) -> Memory:
         """Memory of the assist unit."""
         return self.assist.remembered()
 
-    def control(self, memory: Any, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
+    def control(self, memory: Memory, seen: Observed, read: Read) -> Controlled:
         """The assist unit's step."""
         memory, torque = self.assist.decide(
             memory,
@@ -54,3 +57,74 @@ class EpsCar(Car):
             read("steering_wheel_rate", seen.hand.rate),
         )
         return memory, (torque,), Assisted(torque)
+
+
+class AssistedByDrive(NamedTuple):
+    """Signals of assist unit and drive; torque, angle and speed of the shaft are those of the steering."""
+
+    motor_target_torque: Annotated[Scalar, "N*m"]
+    motor_current_alpha: Annotated[Fine, "A"]
+    motor_current_beta: Annotated[Fine, "A"]
+    motor_voltage_alpha: Annotated[Fine, "V"]
+    motor_voltage_beta: Annotated[Fine, "V"]
+    motor_target_voltage_alpha: Annotated[Fine, "V"]
+    motor_target_voltage_beta: Annotated[Fine, "V"]
+    motor_temperature: Annotated[Scalar, "K"]
+    supply_voltage: Annotated[Scalar, "V"]
+    supply_current: Annotated[Scalar, "A"]
+    truth_motor_resistance: Annotated[Scalar, "ohm"]
+    truth_motor_flux: Annotated[Scalar, "V*s"]
+
+
+class Units(NamedTuple):
+    """Memory of the assist unit, and the motor between two steps."""
+
+    assist: Memory
+    motor: DriveState
+
+
+def steering_for_drive() -> ColumnEps:
+    """A column whose motor adds hardly any lag to that of the drive's currents."""
+    return ColumnEps(motor=replace(Motor(), lag=2e-4))
+
+
+@dataclass(frozen=True)
+class PmEpsCar(EpsCar):
+    """An `EpsCar` with a drive in front of the steering's motor; the steering carries the rotor.
+
+    Args:
+        motor: with inverter, current control and heat; rotor inertia and friction are those of the steering's motor
+    """
+
+    steering: Steering = field(default_factory=steering_for_drive)
+    motor: PmMotor = field(default_factory=lambda: EPS_MOTOR)
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """What assist unit and drive read, and the motor."""
+        return (*super().ports, *IN_LOOP)
+
+    def reset(self) -> Units:
+        """Assist unit at rest, motor cold."""
+        return Units(super().reset(), self.motor.init())
+
+    def control(self, memory: Units, seen: Observed, read: Read) -> Controlled:
+        """The assist unit's step, and the drive over the step that follows."""
+        assist, (request,), _ = super().control(memory.assist, seen, read)
+        motor, signals, torque = self.motor.torque(
+            memory.motor,
+            Rotor(seen.steering.motor_angle_mechanical, seen.steering.motor_speed),
+            read("motor_torque", request),
+            self.step_time,
+            Senses.through(read),
+        )
+        shown = AssistedByDrive(
+            request,
+            *signals.fine[:6],
+            signals.motor_temperature,
+            signals.supply_voltage,
+            signals.supply_current,
+            signals.truth_motor_resistance,
+            signals.truth_motor_flux,
+        )
+        return Units(assist, motor), (torque,), shown

@@ -13,11 +13,11 @@ from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.cars.active_front_car import ActiveFrontCar
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.cars.demonstrator_car import DemonstratorCar
-from tierod.proving_ground.cars.eps_car import EpsCar
+from tierod.proving_ground.cars.eps_car import EpsCar, PmEpsCar
 from tierod.proving_ground.cars.motor_bench import MotorBench
-from tierod.proving_ground.cars.pm_eps_car import PmEpsCar
 from tierod.proving_ground.cars.steer_by_wire_car import SteerByWireCar
 from tierod.proving_ground.chassis import TYRES, SingleTrack, TwoTrack, Tyre
+from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.steering.column_eps import ColumnEps
 from tierod.proving_ground.steering.friction_laws import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck
 from tierod.proving_ground.steering.rack_eps import RackEps
@@ -38,7 +38,7 @@ NONE = "none"
 """Name of a part that is left out."""
 
 
-def car_of(kind: str, document: Document) -> Any:
+def car_of(kind: str, document: Document) -> Plant:
     """A car of a kind as its class describes it.
 
     Args:
@@ -50,7 +50,8 @@ def car_of(kind: str, document: Document) -> Any:
     """
     if kind not in KINDS:
         raise document.error(("kind",), f"no kind of car is called '{kind}'{nearest(kind, KINDS)}")
-    return KINDS[kind]()
+    car: Plant = KINDS[kind]()
+    return car
 
 
 def choices(block: Any, path: str = "") -> dict[str, dict[str, type | None]]:
@@ -67,7 +68,7 @@ def choices(block: Any, path: str = "") -> dict[str, dict[str, type | None]]:
     return found
 
 
-def _choice(part: Any, annotation: Any) -> dict[str, type | None]:
+def _choice(part: object, annotation: object) -> dict[str, type | None]:
     family = next((family for family in _FAMILIES if type(part) in family), ())
     if family:
         return {kind_name(each): each for each in family}
@@ -77,22 +78,22 @@ def _choice(part: Any, annotation: Any) -> dict[str, type | None]:
     return choice | ({NONE: None} if choice and type(None) in get_args(means.hint) else {})
 
 
-def parts_of(block: Any) -> dict[str, str]:
+def parts_of(block: object) -> dict[str, str]:
     """What stands in the exchangeable places of a car: name of the part by dotted path."""
     return {place: _name(_at(block, place)) for place in choices(block)}
 
 
-def _at(block: Any, path: str) -> Any:
+def _at(block: object, path: str) -> object:
     for name in path.split("."):
         block = getattr(block, name)
     return block
 
 
-def _name(part: Any) -> str:
+def _name(part: object) -> str:
     return NONE if part is None else kind_name(type(part))
 
 
-def with_parts(block: Any, parts: Mapping[str, str], document: Document, location: Location = ("parts",)) -> Any:
+def with_parts(block: Plant, parts: Mapping[str, str], document: Document, location: Location = ("parts",)) -> Plant:
     """The car with other parts, each as its class describes it; the outer ones first.
 
     Args:
@@ -121,7 +122,7 @@ def with_parts(block: Any, parts: Mapping[str, str], document: Document, locatio
     return block
 
 
-def on_tyres(block: Any, name: str, document: Document, location: Location) -> Any:
+def on_tyres(block: Plant, name: str, document: Document, location: Location) -> Plant:
     """The car on tyres of another kind, in the sizes of its own.
 
     Args:
@@ -140,7 +141,8 @@ def on_tyres(block: Any, name: str, document: Document, location: Location) -> A
     if not isinstance(chassis, TwoTrack):
         raise document.error(location, "this car has no tyres to choose from; take one with the chassis two-track")
     front, rear = (_in_size_of(axle.tyre, known[name]) for axle in (chassis.front, chassis.rear))
-    return dataclasses.replace(block, chassis=chassis.on_tyres(front, rear))
+    changed: Plant = replaced(block, {"chassis": chassis.on_tyres(front, rear)})
+    return changed
 
 
 def _in_size_of(own: Tyre, other: Tyre) -> Tyre:

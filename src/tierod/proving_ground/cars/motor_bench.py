@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit
 from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
 from tierod.proving_ground.motor import AFS_MOTOR, DriveState, PmMotor
 from tierod.proving_ground.motor.pm_motor import IN_LOOP, DriveSignals, Senses
-from tierod.proving_ground.ports import pass_through, ports_type
+from tierod.proving_ground.parts import pass_through, ports_type
 
 PORTS = ports_type((*IN_LOOP, "motor_torque"))
 """Where faults reach the loops: what the current control reads, and the torque that is asked of the drive."""
@@ -20,7 +21,7 @@ class Acting(NamedTuple):
     """What acts on the bench from outside.
 
     Args:
-        target_motor_angle: that the angle control is told
+        target_motor_angle: of the angle control
         control: share of the angle control's torque that is asked of the drive; 0 leaves it out
         motor_torque: asked of the drive besides
         load_torque: on the shaft, opposing, besides the spring
@@ -33,7 +34,7 @@ class Acting(NamedTuple):
     motor_torque: Annotated[float, "N*m"]
     load_torque: Annotated[float, "N*m"]
     locked: Annotated[float, ""]
-    ports: PORTS  # type: ignore[valid-type]
+    ports: PORTS  # type: ignore[valid-type]  # a class made at run time
 
 
 class MotorBenchState(NamedTuple):
@@ -41,14 +42,14 @@ class MotorBenchState(NamedTuple):
 
     motor: DriveState
     angle: AngleMemory
-    held: Any
+    held: Tree
 
 
 class MotorBenchSignals(NamedTuple):
     """Signals of control and motor."""
 
-    target_motor_angle_mechanical: Annotated[Any, "rad"]
-    motor_target_torque: Annotated[Any, "N*m"]
+    target_motor_angle_mechanical: Annotated[Scalar, "rad"]
+    motor_target_torque: Annotated[Scalar, "N*m"]
     motor: DriveSignals
 
 
@@ -89,11 +90,11 @@ class MotorBench:
         """One step on; the output belongs to the instant of the sample, fine signals to the step that follows."""
         kept = state.held._asdict()
 
-        def read(name: str, value: Any) -> Any:
+        def read(name: str, value: Scalar) -> Scalar:
             kept[name], passed = pass_through(getattr(sample.ports, name), kept[name], value)
             return passed
 
-        def load(angle: Any, speed: Any, elapsed: Any) -> Any:
+        def load(angle: Scalar, speed: Scalar, elapsed: Scalar) -> Scalar:
             spring = limit(self.load_stiffness * angle, -self.load_limit, self.load_limit)
             return sample.load_torque + spring + self.load_damping * speed
 

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import POSITIVE
-from tierod.proving_ground.cars.car import Car, Observed
-from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
-from tierod.proving_ground.control.feel import Feel
-from tierod.proving_ground.control.variable_ratio import VariableRatio
+from tierod.proving_ground.cars.car import Car, Controlled, Observed, Read
+from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory, Feel, VariableRatio
 from tierod.proving_ground.steering.steer_by_wire import SteerByWire
 
 
 class Steered(NamedTuple):
     """Signals of the control units."""
 
-    target_road_wheel_angle: Annotated[Any, "rad"]
-    motor_target_torque: Annotated[Any, "N*m"]
+    target_road_wheel_angle: Annotated[Scalar, "rad"]
+    motor_target_torque: Annotated[Scalar, "N*m"]
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,7 @@ class SteerByWireCar(Car):
         feel: of the steering wheel
     """
 
-    steering: SteerByWire = field(default_factory=SteerByWire)  # type: ignore[assignment]
+    steering: SteerByWire = field(default_factory=SteerByWire)
     steering_ratio: Annotated[float, "", POSITIVE] = 1.0 / 17.0
     gain: VariableRatio = field(default_factory=lambda: VariableRatio(standing=1.0, fast=1.0))
     angle_control: AngleControl = field(
@@ -59,7 +57,7 @@ class SteerByWireCar(Car):
         """Memory of the angle control."""
         return self.angle_control.remembered()
 
-    def control(self, memory: AngleMemory, seen: Observed, read: Callable[[str, Any], Any]) -> tuple[Any, tuple, Any]:
+    def control(self, memory: AngleMemory, seen: Observed, read: Read) -> Controlled:
         """Target of the road wheels, its control, and the feel."""
         wheel = read("steering_wheel_angle", seen.hand.angle)
         gain = self.gain.gain(read("vehicle_speed", seen.vehicle_speed))

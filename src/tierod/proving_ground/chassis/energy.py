@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.physics.gravity import GRAVITY
 from tierod.proving_ground.chassis.two_track import TwoTrack, TwoTrackMotion
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels
@@ -17,15 +18,15 @@ class Powers(NamedTuple):
     patches share.
     """
 
-    stored: Annotated[Any, "J"]
-    driven: Annotated[Any, "W"]
-    braked: Annotated[Any, "W"]
-    slipped: Annotated[Any, "W"]
-    turned: Annotated[Any, "W"]
-    damped: Annotated[Any, "W"]
+    stored: Annotated[Scalar, "J"]
+    driven: Annotated[Scalar, "W"]
+    braked: Annotated[Scalar, "W"]
+    slipped: Annotated[Scalar, "W"]
+    turned: Annotated[Scalar, "W"]
+    damped: Annotated[Scalar, "W"]
 
 
-def stored_energy(chassis: TwoTrack, motion: TwoTrackMotion) -> Any:
+def stored_energy(chassis: TwoTrack, motion: TwoTrackMotion) -> Scalar:
     """Energy of translation, yaw, roll, springs, raised body and wheels [J]."""
     squared = motion.speed * motion.speed + motion.lateral_speed * motion.lateral_speed
     planar = chassis.mass * squared + chassis.yaw_inertia * motion.yaw_rate * motion.yaw_rate
@@ -34,7 +35,7 @@ def stored_energy(chassis: TwoTrack, motion: TwoTrackMotion) -> Any:
     roll = chassis.roll_inertia * motion.roll_rate * motion.roll_rate
     roll = roll + stiffness * motion.roll_angle * motion.roll_angle
     wheels = zip(chassis.axles, motion.spins, strict=True)
-    return 0.5 * (planar + roll + sum(axle.wheel_inertia * spin * spin for axle, spin in wheels))
+    return 0.5 * (planar + roll + sum((axle.wheel_inertia * spin * spin for axle, spin in wheels), 0.0))
 
 
 def powers(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit, maximum, sin, sqrt, where
 from tierod.physics import single_track
@@ -20,41 +21,40 @@ from tierod.physics.tyre import (
     relaxation_speed,
     twist_rate,
 )
-from tierod.proving_ground.chassis.air import air_on
-from tierod.proving_ground.chassis.two_axles import OnTwoAxles
-from tierod.proving_ground.chassis.wheel import LEAST_ADHESION, TREAD_LAG, hub
+from tierod.proving_ground.chassis.suspension import OnTwoAxles
+from tierod.proving_ground.chassis.tyres import LEAST_ADHESION, TREAD_LAG, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 
 
 class SingleTrackMotion(NamedTuple):
     """What the differential equations of the single track carry on."""
 
-    speed: Any
-    lateral_speed: Any
-    yaw_rate: Any
-    front_deflection: Any
-    rear_deflection: Any
-    twist: Any
-    longitudinal_force: Any
+    speed: Scalar
+    lateral_speed: Scalar
+    yaw_rate: Scalar
+    front_deflection: Scalar
+    rear_deflection: Scalar
+    twist: Scalar
+    longitudinal_force: Scalar
 
 
 class _Tyres(NamedTuple):
     """Forces of the axles across the body and of both along it [N], and what the front one shows."""
 
-    front: Any
-    rear: Any
-    drag: Any
-    self_aligning_torque: Any
-    front_slip: Any
+    front: Scalar
+    rear: Scalar
+    drag: Scalar
+    self_aligning_torque: Scalar
+    front_slip: Scalar
 
 
 class _Balance(NamedTuple):
     """What the derivative needs of a reaction: finished rates, and the forces along the body without the tyres'."""
 
     rates: SingleTrackMotion
-    driving: Any
-    resistance: Any
-    adhesion_limit: Any
+    driving: Scalar
+    resistance: Scalar
+    adhesion_limit: Scalar
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class SingleTrack(OnTwoAxles):
         """Forces, accelerations and kingpin torques in a state of motion."""
         adhesion = self.adhesion * maximum(0.5 * (road.adhesion_left + road.adhesion_right), LEAST_ADHESION)
         sine, rates, tyres = self._tyres(motion, steer, road, adhesion)
-        air = air_on(self, motion, road, wind)
+        air = self.air(motion, road, wind)
         scrub = road.support * self._parking_torque(adhesion) * motion.twist / self.twist_angle
         weight = weight_torque(road.support * self.front_load, self.weight_lever, sine)
         kingpin = 0.5 * (tyres.self_aligning_torque + scrub + weight)
@@ -166,8 +166,8 @@ class SingleTrack(OnTwoAxles):
         return balance.rates._replace(longitudinal_force=(wanted - motion.longitudinal_force) / self.force_lag)
 
     def _tyres(
-        self, motion: SingleTrackMotion, steer: Steer, road: Road, adhesion: Any
-    ) -> tuple[Any, SingleTrackMotion, _Tyres]:
+        self, motion: SingleTrackMotion, steer: Steer, road: Road, adhesion: Scalar
+    ) -> tuple[Scalar, SingleTrackMotion, _Tyres]:
         """Sine of the steer, rates of all deflections, and what the tyres do."""
         angle, angle_rate = 0.5 * (steer.left + steer.right), 0.5 * (steer.left_rate + steer.right_rate)
         across = motion.lateral_speed + self.front_distance * motion.yaw_rate
@@ -188,11 +188,11 @@ class SingleTrack(OnTwoAxles):
         tyres = _Tyres(front_across, rear_force, drag, aligning + self.mechanical_trail * front_force, front_slip)
         return front_hub.sine, SingleTrackMotion(0.0, 0.0, 0.0, front_rate, rear_rate, twisting, 0.0), tyres
 
-    def _deflection_rate(self, deflection: Any, slip_speed: Any, rolling_speed: Any) -> Any:
+    def _deflection_rate(self, deflection: Scalar, slip_speed: Scalar, rolling_speed: Scalar) -> Scalar:
         speed = relaxation_speed(rolling_speed * rolling_speed, slip_speed * slip_speed, self.greatest_slip)
         return bounded_relaxation_rate(deflection, slip_speed, speed, self.relaxation_length, TREAD_LAG)
 
-    def _parking_torque(self, adhesion: Any) -> Any:
+    def _parking_torque(self, adhesion: Scalar) -> Scalar:
         """About both kingpins [N*m]."""
         return 2.0 * parking_torque(0.5 * self.front_load, adhesion, self.tyre_pressure)
 
@@ -200,7 +200,7 @@ class SingleTrack(OnTwoAxles):
         front, rear = (0.5 * road.support * load for load in (self.front_load, self.rear_load))
         return Wheels(front, front, rear, rear)
 
-    def _wheel_speeds(self, motion: SingleTrackMotion, sine: Any) -> Wheels:
+    def _wheel_speeds(self, motion: SingleTrackMotion, sine: Scalar) -> Wheels:
         half = 0.5 * self.track * motion.yaw_rate
         left, right = motion.speed - half, motion.speed + half
         cosine = sqrt(1.0 - sine * sine)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.graph.maths import cos, limit, maximum, sin, where
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.load_transfer import lateral_load_transfer, longitudinal_load_transfer
 from tierod.physics.resistances import AirForces, holding_friction, rolling_resistance
 from tierod.physics.single_track import yaw_moment
 from tierod.physics.tyre import parking_torque, twist_rate
-from tierod.proving_ground.chassis.air import air_on
-from tierod.proving_ground.chassis.two_track_parameters import TwoTrackParameters
-from tierod.proving_ground.chassis.wheel import contact, hub
+from tierod.proving_ground.chassis.suspension import Axle, Kingpins, TwoTrackParameters
+from tierod.proving_ground.chassis.tyres import Contact, Hub, Tyre, contact, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 
 STOPPING_TIME = 0.004
@@ -32,37 +32,37 @@ class TwoTrackMotion(NamedTuple):
             yielded to them: load transfer and compliance steer follow these
     """
 
-    speed: Any
-    lateral_speed: Any
-    yaw_rate: Any
-    roll_angle: Any
-    roll_rate: Any
+    speed: Scalar
+    lateral_speed: Scalar
+    yaw_rate: Scalar
+    roll_angle: Scalar
+    roll_rate: Scalar
     spins: Wheels
     longitudinal: Wheels
     lateral: Wheels
-    left_twist: Any
-    right_twist: Any
-    tyre_force: Any
-    front_force: Any
-    rear_force: Any
+    left_twist: Scalar
+    right_twist: Scalar
+    tyre_force: Scalar
+    front_force: Scalar
+    rear_force: Scalar
 
 
 class Sums(NamedTuple):
     """Forces of all tyres in the directions of the body [N], and their yaw moment [N*m]."""
 
-    along: Any
-    front: Any
-    rear: Any
-    yaw_moment: Any
+    along: Scalar
+    front: Scalar
+    rear: Scalar
+    yaw_moment: Scalar
 
 
 class Scrub(NamedTuple):
     """Torques of the turning contact patches [N*m] and the rates of their twists [rad/s]."""
 
-    left: Any
-    right: Any
-    left_rate: Any
-    right_rate: Any
+    left: Scalar
+    right: Scalar
+    left_rate: Scalar
+    right_rate: Scalar
 
 
 class Balance(NamedTuple):
@@ -93,7 +93,7 @@ class TwoTrack(TwoTrackParameters):
         contacts = self.contacts(motion, loads, hubs, road)
         scrub = self.scrub(motion, steer, loads, hubs, contacts)
         sums = self.sums(hubs, contacts, scrub)
-        air = air_on(self, motion, road, wind)
+        air = self.air(motion, road, wind)
         rates = self._rates(motion, sums, air, road)._replace(
             longitudinal=Wheels(*(each.longitudinal_rate for each in contacts)),
             lateral=Wheels(*(each.lateral_rate for each in contacts)),
@@ -139,7 +139,7 @@ class TwoTrack(TwoTrackParameters):
         return balance.rates._replace(spins=Wheels(*spins))
 
     @property
-    def axles(self) -> Wheels:
+    def axles(self) -> Wheels[Axle]:
         """The axle of every wheel."""
         return Wheels(self.front, self.front, self.rear, self.rear)
 
@@ -159,7 +159,7 @@ class TwoTrack(TwoTrackParameters):
             loads += [mean - transfer, mean + transfer]
         return Wheels(*loads)
 
-    def hubs(self, motion: TwoTrackMotion, steer: Steer) -> Wheels:
+    def hubs(self, motion: TwoTrackMotion, steer: Steer) -> Wheels[Hub]:
         """Steer of every wheel, with compliance, and motion of its contact point."""
         across = motion.lateral_speed + self.roll_arm * motion.roll_rate
         front_across = across + self.front_distance * motion.yaw_rate
@@ -174,7 +174,7 @@ class TwoTrack(TwoTrackParameters):
             hub(rear_steer, motion.speed + rear, rear_across),
         )
 
-    def contacts(self, motion: TwoTrackMotion, loads: Wheels, hubs: Wheels, road: Road) -> Wheels:
+    def contacts(self, motion: TwoTrackMotion, loads: Wheels, hubs: Wheels[Hub], road: Road) -> Wheels[Contact]:
         """What every contact patch does."""
         sides = Wheels(road.adhesion_left, road.adhesion_right, road.adhesion_left, road.adhesion_right)
         wheels = zip(
@@ -189,7 +189,9 @@ class TwoTrack(TwoTrackParameters):
         )
         return Wheels(*(contact(axle.tyre, *rest) for axle, *rest in wheels))
 
-    def scrub(self, motion: TwoTrackMotion, steer: Steer, loads: Wheels, hubs: Wheels, contacts: Wheels) -> Scrub:
+    def scrub(
+        self, motion: TwoTrackMotion, steer: Steer, loads: Wheels, hubs: Wheels[Hub], contacts: Wheels[Contact]
+    ) -> Scrub:
         """What turns the front contact patches without rolling."""
         tyre, torques, rates = self.front.tyre, [], []
         for twist, steer_rate, load, side, patch in (
@@ -202,7 +204,7 @@ class TwoTrack(TwoTrackParameters):
             rates.append(where(load > 0.0, loaded, -twist / self.suspension_lag))
         return Scrub(*torques, *rates)
 
-    def sums(self, hubs: Wheels, contacts: Wheels, scrub: Scrub) -> Sums:
+    def sums(self, hubs: Wheels[Hub], contacts: Wheels[Contact], scrub: Scrub) -> Sums:
         """Forces of all tyres on the body."""
         forces = []
         for side, patch in zip(hubs, contacts, strict=True):
@@ -240,3 +242,29 @@ class TwoTrack(TwoTrackParameters):
 
     def _wheel_speeds(self, motion: TwoTrackMotion) -> Wheels:
         return Wheels(*(spin * axle.tyre.radius for axle, spin in zip(self.axles, motion.spins, strict=True)))
+
+
+def demonstrator() -> TwoTrack:
+    """The light electric demonstrator of Li, Frey and Gauterin, a car at a scale of 1 to 1.5.
+
+    Source: Table A1 of the paper for mass, yaw inertia, distances, track and wheel radius. The cornering stiffness is
+    35 kN/rad an axle, as usual for these loads; the printed 322 kN/rad would be some ten times that. Everything about
+    roll, and the scrub radius, is assumed.
+    """
+    tyre = Tyre(
+        radius=0.243, nominal_load=1000.0, cornering_stiffness=26.0, lateral_relaxation=0.3, trail=0.018, pressure=2.0e5
+    )
+    return TwoTrack(
+        mass=403.2,
+        yaw_inertia=548.3,
+        front_distance=0.904,
+        rear_distance=1.166,
+        centre_height=0.35,
+        roll_inertia=70.0,
+        drag_area=0.5,
+        side_area=2.5,
+        side_force_lead=0.3,
+        front=Axle(1.084, 0.03, 14e3, 700.0, 0.0, 0.45, tyre),
+        rear=Axle(1.084, 0.05, 11e3, 600.0, 0.0, 0.40, tyre),
+        kingpins=Kingpins(mechanical_trail=0.02, scrub_radius=0.05, inclination=0.1),
+    ).with_axle_stiffness(35e3, 35e3)

@@ -1,1 +1,1 @@
-"""Control units of the virtual cars, each at the step of the car."""
+"""Who and what controls the virtual cars: drivers, and control units at the step of the car."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit
 from tierod.physics.assist import active_return_share, active_return_torque, assist_speed_factor, assist_torque
@@ -19,9 +20,9 @@ class AssistMemory(NamedTuple):
         torque: requested, at the column [N*m]
     """
 
-    driver_torque: Any
-    filtered_torque: Any
-    torque: Any
+    driver_torque: Scalar
+    filtered_torque: Scalar
+    torque: Scalar
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Characteristic:
     dead_band: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
     half_speed: Annotated[float, "m/s", POSITIVE] = 15.0
 
-    def torque(self, driver_torque: Any, speed: Any, maximum: Any) -> Any:
+    def torque(self, driver_torque: Scalar, speed: Scalar, maximum: Scalar) -> Scalar:
         """Assist at the column [N*m] for a driver's torque [N*m] and speed [m/s], below a limit [N*m]."""
         return assist_torque(
             driver_torque, speed, self.linear_gain, self.quadratic_gain, self.dead_band, self.half_speed, maximum
@@ -58,7 +59,7 @@ class ActiveReturn:
     best_speed: Annotated[float, "m/s", POSITIVE] = 6.0
     fade_torque: Annotated[float, "N*m", POSITIVE] = 1.0
 
-    def torque(self, angle: Any, rate: Any, speed: Any, driver_torque: Any) -> Any:
+    def torque(self, angle: Scalar, rate: Scalar, speed: Scalar, driver_torque: Scalar) -> Scalar:
         """Torque at the column [N*m]."""
         share = active_return_share(speed, driver_torque, self.best_speed, self.fade_torque)
         return share * active_return_torque(angle, rate, self.rate_gain, self.maximum_rate, self.gain)
@@ -81,8 +82,8 @@ class AssistUnit:
         maximum_torque: limit of the request, at the column
         torque_rate: limit of the request's rate of change, at the column; with a tenth of it a wheel let go under full
             assist would swing on and on
-        bar_stiffness: of the torsion bar, as the unit believes
-        motor_ratio: turns of the motor per turn of the column, as the unit believes
+        bar_stiffness: of the torsion bar, as the unit assumes
+        motor_ratio: turns of the motor per turn of the column, as the unit assumes
         step_time: of the unit
     """
 
@@ -103,8 +104,8 @@ class AssistUnit:
         return AssistMemory(0.0, 0.0, 0.0)
 
     def decide(
-        self, memory: AssistMemory, driver_torque: Any, speed: Any, angle: Any, rate: Any
-    ) -> tuple[AssistMemory, Any]:
+        self, memory: AssistMemory, driver_torque: Scalar, speed: Scalar, angle: Scalar, rate: Scalar
+    ) -> tuple[AssistMemory, Scalar]:
         """Requested torque at the motor's shaft [N*m], once a step.
 
         Args:
@@ -123,7 +124,7 @@ class AssistUnit:
         torque = limit(wanted, memory.torque - most, memory.torque + most)
         return AssistMemory(driver_torque, filtered, torque), torque / self.motor_ratio
 
-    def _lead(self, memory: AssistMemory, driver_torque: Any) -> Any:
+    def _lead(self, memory: AssistMemory, driver_torque: Scalar) -> Scalar:
         """(1 + lead s) / (1 + lag s) by Tustin's rule."""
         step, lead, lag = self.step_time, 2.0 * self.lead_time, 2.0 * self.lag_time
         torque = (step + lead) * driver_torque + (step - lead) * memory.driver_torque

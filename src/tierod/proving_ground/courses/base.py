@@ -10,10 +10,8 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.proving_ground.courses.conditions import Acting, AnyCondition
-from tierod.proving_ground.courses.course import Columns, Start, combine
-from tierod.proving_ground.courses.grid import Grid
-from tierod.proving_ground.courses.plan import TICK, Pace, Plan
-from tierod.proving_ground.courses.way import Way
+from tierod.proving_ground.courses.course import Columns, Grid, Start, combine
+from tierod.proving_ground.courses.way import TICK, Pace, Plan, Way
 
 TOLERATED_LAG = 3.0
 """A car may be so far [m] behind or ahead of its plan before it is hurried or held back."""

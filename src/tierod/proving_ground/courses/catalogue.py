@@ -9,12 +9,8 @@ from pathlib import Path
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.files import expanded
 from tierod.core.toml import Document, build
-from tierod.proving_ground.courses.base import Described
-from tierod.proving_ground.courses.bench import BenchMultisine, BenchRamps, BenchSteps, BenchSweep
-from tierod.proving_ground.courses.bench_hands import BenchHands
-from tierod.proving_ground.courses.circuit import Circuit
-from tierod.proving_ground.courses.csv_table import read_table
-from tierod.proving_ground.courses.drawn_round import DrawnRound
+from tierod.proving_ground.courses.bench import BenchHands, BenchMultisine, BenchRamps, BenchSteps, BenchSweep
+from tierod.proving_ground.courses.circuit import Circuit, DrawnRound
 from tierod.proving_ground.courses.lane import DoubleLaneChange, Slalom, SteadyCircle, StraightLane
 from tierod.proving_ground.courses.natural import NaturalDrive
 from tierod.proving_ground.courses.open_loop import (
@@ -25,7 +21,7 @@ from tierod.proving_ground.courses.open_loop import (
     SteadyAngle,
     StepSteer,
 )
-from tierod.proving_ground.courses.table import TimeTable, WayTable
+from tierod.proving_ground.courses.table import TimeTable, WayTable, read_table
 
 AnyCourse = (
     Circuit
@@ -73,7 +69,7 @@ def load(name: str | Path) -> AnyCourse:
         name: of a shipped course, or the path of a file
 
     Raises:
-        ParameterError: there is none, or what it says is wrong; file, line and nearest name are told
+        ParameterError: there is none, or what it says is wrong; with file, line and nearest name
     """
     path = find(name)
     return _from_table(path) if path.suffix.lower() == ".csv" else from_document(Document.read(path, "course"))
@@ -95,14 +91,14 @@ def from_document(document: Document) -> AnyCourse:
     table = dict(document.content)
     if isinstance(table.get("file"), str):
         table["file"] = str(document.path.parent / table["file"])
-    course = build(AnyCourse, table, document)
+    course: AnyCourse = build(AnyCourse, table, document)
     return course if course.name else replace(course, name=document.path.stem)
 
 
 def _from_table(path: Path) -> AnyCourse:
     description, table = read_table(path)
-    kind: type[Described] = TimeTable if "time" in table else WayTable
-    return kind(name=path.stem, description=description, file=str(path))  # type: ignore[call-arg, return-value]
+    kind: type[TimeTable | WayTable] = TimeTable if "time" in table else WayTable
+    return kind(name=path.stem, description=description, file=str(path))
 
 
 def _data() -> dict[str, Path]:

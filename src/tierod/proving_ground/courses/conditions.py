@@ -1,18 +1,87 @@
-"""What may act on a car and its driver on any course: road, air, hands."""
+"""What may act on a car and its driver on any course, and when or where: road, air, hands."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated, Protocol
+from typing import Annotated, ClassVar, Protocol
 
 import numpy as np
 
+from tierod.core.errors import ParameterError
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
-from tierod.proving_ground.courses.chance import Repeated, smooth_noise
-from tierod.proving_ground.courses.course import Columns
-from tierod.proving_ground.courses.window import During, Window
+from tierod.proving_ground.courses.course import Columns, Repeated, smooth_noise
+
+
+@dataclass(frozen=True)
+class During:
+    """From one instant to another, fading in and out smoothly; always, where nothing else is said.
+
+    Args:
+        start, end: of the whole, fading included
+        ramp: how long it takes to fade in, and out
+        every: period after which it comes again
+    """
+
+    start: Annotated[float, "s", ANY] = -math.inf
+    end: Annotated[float, "s", ANY] = math.inf
+    ramp: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    every: Annotated[float, "s", POSITIVE] = math.inf
+
+    def __post_init__(self) -> None:
+        _in_order(self.start, self.end, "s")
+
+    def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
+        """How much of the condition holds, 0 to 1; one number where it is always so, None where it does not hold."""
+        return _share(time, self.start, self.end, self.ramp, self.every)
+
+
+@dataclass(frozen=True)
+class Along:
+    """From one place of the path to another, fading in and out smoothly.
+
+    Args:
+        start, end: of the whole, fading included
+        ramp: over which distance it fades in, and out
+        every: length after which it comes again
+    """
+
+    start: Annotated[float, "m", ANY] = -math.inf
+    end: Annotated[float, "m", ANY] = math.inf
+    ramp: Annotated[float, "m", NOT_NEGATIVE] = 0.0
+    every: Annotated[float, "m", POSITIVE] = math.inf
+
+    def __post_init__(self) -> None:
+        _in_order(self.start, self.end, "m")
+
+    def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
+        """How much of the condition holds, 0 to 1; one number where it is always so, None where it does not hold."""
+        return _share(distance, self.start, self.end, self.ramp, self.every)
+
+
+Window = During | Along
+
+
+def _in_order(start: float, end: float, unit: str) -> None:
+    if not start < end:
+        raise ParameterError(f"a window from {start:g} to {end:g} {unit} is empty; let its end come after its start")
+
+
+def _share(place: np.ndarray, start: float, end: float, ramp: float, every: float) -> np.ndarray | float | None:
+    if every < math.inf:
+        first = start if start > -math.inf else 0.0
+        place = np.where(place < start, place, first + np.mod(place - first, every))
+    elif place[-1] < start or place[0] > end:
+        return None
+    elif start == -math.inf and end == math.inf:
+        return 1.0
+    if ramp == 0.0:
+        return ((place >= start) & (place < end)).astype(float)
+    inside = np.minimum(np.minimum(place - start, end - place) / ramp, 1.0)
+    inside = np.maximum(inside, 0.0)
+    return inside * inside * (3.0 - 2.0 * inside)
+
 
 Acting = Callable[[np.ndarray, np.ndarray], Columns]
 """(instants [s], distances [m]) -> columns that add to, or share in, those of the course."""
@@ -161,7 +230,26 @@ class _Random:
 
 
 @dataclass(frozen=True)
-class Restlessness(_Random):
+class _Wandering(_Random):
+    """One column that wanders over time, or over distance, between knots at random spacings."""
+
+    deviation: float = 0.0
+    shortest: float = 0.0
+    longest: float = 0.0
+
+    _column: ClassVar[str]
+    _step: ClassVar[float]
+    _over_distance: ClassVar[bool] = False
+
+    def acting(self, generator: np.random.Generator) -> Acting:
+        """The condition with its chance drawn."""
+        noise = smooth_noise(generator, self.shortest, self.longest, self._step)
+        curve = Repeated(self.deviation * noise, self._step)
+        return self._within(self._column, lambda time, distance: curve.at(distance if self._over_distance else time))
+
+
+@dataclass(frozen=True)
+class Restlessness(_Wandering):
     """Small needless steering corrections, as a person makes all the time.
 
     Args:
@@ -174,10 +262,7 @@ class Restlessness(_Random):
     shortest: Annotated[float, "s", POSITIVE] = 0.4
     longest: Annotated[float, "s", POSITIVE] = 1.0
 
-    def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition with its chance drawn."""
-        curve = Repeated(self.deviation * smooth_noise(generator, self.shortest, self.longest, 0.02), 0.02)
-        return self._within("demand.steering_wheel_angle", lambda time, distance: curve.at(time))
+    _column, _step = "demand.steering_wheel_angle", 0.02
 
 
 @dataclass(frozen=True)
@@ -200,13 +285,13 @@ class Tremor(_Random):
         cosine = Repeated(self.deviation * smooth_noise(generator, 0.3, 1.0, step), step)
 
         def torque(time: np.ndarray, distance: np.ndarray) -> np.ndarray:
-            return sine.at(time) * np.sin(rate * time) + cosine.at(time) * np.cos(rate * time)
+            return np.asarray(sine.at(time) * np.sin(rate * time) + cosine.at(time) * np.cos(rate * time))
 
         return self._within("demand.hand_torque", torque)
 
 
 @dataclass(frozen=True)
-class Gusts(_Random):
+class Gusts(_Wandering):
     """Wind across the road that comes and goes.
 
     Args:
@@ -219,14 +304,11 @@ class Gusts(_Random):
     shortest: Annotated[float, "s", POSITIVE] = 0.7
     longest: Annotated[float, "s", POSITIVE] = 4.0
 
-    def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition with its chance drawn."""
-        curve = Repeated(self.deviation * smooth_noise(generator, self.shortest, self.longest, 0.05), 0.05)
-        return self._within("wind.crosswind_speed", lambda time, distance: curve.at(time))
+    _column, _step = "wind.crosswind_speed", 0.05
 
 
 @dataclass(frozen=True)
-class Unevenness(_Random):
+class Unevenness(_Wandering):
     """Waves and ruts: the crossfall of the road wanders over a few metres.
 
     Args:
@@ -239,10 +321,8 @@ class Unevenness(_Random):
     shortest: Annotated[float, "m", POSITIVE] = 3.0
     longest: Annotated[float, "m", POSITIVE] = 15.0
 
-    def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition with its chance drawn."""
-        curve = Repeated(self.deviation * smooth_noise(generator, self.shortest, self.longest, 0.5), 0.5)
-        return self._within("road.bank_angle", lambda time, distance: curve.at(distance))
+    _column, _step = "road.bank_angle", 0.5
+    _over_distance = True
 
 
 AnyCondition = Adhesion | Slope | Breeze | HandTorque | Grip | Attention | Restlessness | Tremor | Gusts | Unevenness

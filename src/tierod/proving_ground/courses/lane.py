@@ -12,8 +12,7 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.courses.base import WayCourse, require_rise, require_some
-from tierod.proving_ground.courses.plan import TICK, Plan
-from tierod.proving_ground.courses.way import STEP, Way, across
+from tierod.proving_ground.courses.way import STEP, TICK, Plan, Way, across
 
 _POINT = 0.05
 """Spacing of the points by which a line is given [m]."""
@@ -21,7 +20,7 @@ _POINT = 0.05
 
 @dataclass(frozen=True)
 class AtWill(WayCourse):
-    """Base of the tests whose speed is given over time: nobody hurries to be somewhere in time."""
+    """Base of the tests whose speed is given over time: no car hurries to be somewhere in time."""
 
     catching_up: ClassVar[float] = 0.0
 
@@ -67,7 +66,7 @@ class Slalom(AtWill):
     swing: Annotated[float, "m", POSITIVE] = 1.2
     approach: Annotated[float, "m", POSITIVE] = 60.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_some("cones", self.cones)
 
     @cached_property
@@ -141,7 +140,7 @@ class SteadyCircle(AtWill):
     hold: Annotated[float, "s", NOT_NEGATIVE] = 5.0
     entry: Annotated[float, "m", POSITIVE] = 30.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_rise(self.first_speed, self.last_speed)
         if self.radius == 0.0:
             raise ParameterError("a circle of radius 0 cannot be driven; give a radius, positive to the left")

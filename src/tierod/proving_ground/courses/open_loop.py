@@ -12,8 +12,7 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.proving_ground.courses.base import TimeCourse, require_rise, require_some
-from tierod.proving_ground.courses.chance import band_limited
-from tierod.proving_ground.courses.course import Columns, combine
+from tierod.proving_ground.courses.course import Columns, band_limited, combine
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ class StepSteer(AtSpeed):
 
 def _turned(since: np.ndarray, angle: float, rate: float) -> np.ndarray:
     """Angle [rad] on its way from zero to an end at a rate [rad/s]."""
-    return math.copysign(1.0, angle) * np.minimum(np.maximum(since, 0.0) * rate, abs(angle))
+    return np.asarray(math.copysign(1.0, angle) * np.minimum(np.maximum(since, 0.0) * rate, abs(angle)))
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,7 @@ class SineSteer(AtSpeed):
     periods: int = 1
     dwell: Annotated[float, "s", NOT_NEGATIVE] = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_some("periods", self.periods)
 
     @property
@@ -121,7 +120,7 @@ class RandomSteer(AtSpeed):
     highest: Annotated[float, "Hz", POSITIVE] = 2.0
     time: Annotated[float, "s", POSITIVE] = 60.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (self.highest - self.lowest) * self.time >= 1.0:
             raise ParameterError(
                 f"random steering from {self.lowest:g} to {self.highest:g} Hz has no band that {self.time:g} s could "
@@ -143,7 +142,7 @@ class RandomSteer(AtSpeed):
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
         """The curve that chance made, faded in and out over a second."""
-        return np.interp(time, *self._curve, left=0.0, right=0.0)
+        return np.asarray(np.interp(time, *self._curve, left=0.0, right=0.0))
 
 
 @dataclass(frozen=True)
@@ -187,7 +186,7 @@ class SteadyAngle(TimeCourse):
     rise: Annotated[float, "m/s**2", POSITIVE] = 0.2
     settle: Annotated[float, "s", POSITIVE] = 10.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_rise(self.first_speed, self.last_speed)
 
     @property
@@ -248,7 +247,9 @@ class LockToLock(TimeCourse):
         targets, starts, ends = self._strokes
         stroke = np.minimum(np.searchsorted(ends, time), len(ends) - 1)
         share = np.clip((time - starts[stroke]) / (ends - starts)[stroke], 0.0, 1.0)
-        return targets[stroke] + (targets[stroke + 1] - targets[stroke]) * (0.5 - 0.5 * np.cos(math.pi * share))
+        return np.asarray(
+            targets[stroke] + (targets[stroke + 1] - targets[stroke]) * (0.5 - 0.5 * np.cos(math.pi * share))
+        )
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants, see `Course.columns`."""

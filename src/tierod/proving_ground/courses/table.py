@@ -1,20 +1,108 @@
-"""Courses as tables in CSV files: one row per instant, or one per place."""
+"""Courses as tables in CSV files: columns by name and unit, one row per instant or one per place."""
 
 from __future__ import annotations
 
+import csv
 import math
+import re
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Annotated
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Annotated, get_type_hints
 
 import numpy as np
 
-from tierod.core.errors import ParameterError
+from tierod.core.block import units
+from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
+from tierod.core.units import Scale, scale
+from tierod.core.user_files import MOST_DATA_BYTES, read_text
 from tierod.proving_ground.courses.base import TimeCourse, WayCourse, require_some
 from tierod.proving_ground.courses.course import Columns, combine
-from tierod.proving_ground.courses.csv_table import PLACES, known_columns, read_table
 from tierod.proving_ground.courses.way import STEP, Way
+from tierod.proving_ground.parts import Demand, Road, Wind
+
+PLACES = {"time": "s", "distance": "m", "x": "m", "y": "m"}
+_HEADING = re.compile(r"\s*(\w+)\s*(?:\[(.*)\])?\s*")
+
+
+@cache
+def known_columns() -> dict[str, tuple[str, str]]:
+    """(dotted name, unit) by the short name that a file writes."""
+    return {
+        name: (f"{part}.{name}", unit)
+        for part, kind in (("road", Road), ("wind", Wind), ("demand", Demand))
+        for name, unit in zip(get_type_hints(kind), units(kind), strict=True)
+    }
+
+
+def read_table(path: str | Path) -> tuple[str, dict[str, np.ndarray]]:
+    """Description (from lines that begin with #) and columns in SI units by short name.
+
+    The first line that is not a remark names the columns, with a unit where it is not the SI one: `speed [km/h]`.
+
+    Args:
+        path: of the file
+
+    Raises:
+        ParameterError: it cannot be read; an unknown column or unit, a value that is no number; with the line
+    """
+    path = Path(path)
+    text = read_text(path, "the course file", ParameterError, "give a CSV file", MOST_DATA_BYTES)
+    lines = text.splitlines()
+    remarks = [line.lstrip("# ").strip() for line in lines if line.startswith("#")]
+    rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    if len(rows) < 3:
+        raise ParameterError(f"{path}: a course needs a line of column names and at least two rows of numbers")
+    (line, header), *body = rows
+    names, scales = _heading(header, f"{path}, line {line}")
+    values = np.array([_numbers(text, len(names), f"{path}, line {number}") for number, text in body])
+    columns = {
+        name: np.asarray(convert(values[:, place]), float)
+        for place, (name, convert) in enumerate(zip(names, scales, strict=True))
+    }
+    for name in ("time", "distance"):
+        back = np.flatnonzero(np.diff(columns.get(name, np.arange(2.0))) <= 0.0)
+        if back.size:
+            raise ParameterError(f"{path}, line {body[back[0] + 1][0]}: the {name} does not grow; sort the rows by it")
+    return " ".join(remarks), columns
+
+
+def _heading(header: str, where: str) -> tuple[list[str], list[Scale]]:
+    known = PLACES | {name: unit for name, (_, unit) in known_columns().items()}
+    names: list[str] = []
+    scales: list[Scale] = []
+    for text in next(csv.reader([header])):
+        match = _HEADING.fullmatch(text)
+        if match is None or match[1] not in known:
+            given = text.strip() if match is None else match[1]
+            raise ParameterError(f"{where}: no column is called '{given}'{nearest(given, known)}")
+        if match[1] in names:
+            raise ParameterError(f"{where}: the column '{match[1]}' is there twice; leave one out")
+        try:
+            scales.append(scale(match[2] if match[2] is not None else known[match[1]], known[match[1]]))
+        except InputError as error:
+            raise ParameterError(f"{where}: column '{match[1]}': {error}") from None
+        names.append(match[1])
+    return names, scales
+
+
+def _numbers(text: str, count: int, where: str) -> list[float]:
+    fields = next(csv.reader([text]))
+    if len(fields) != count:
+        raise ParameterError(f"{where}: {len(fields)} values, but there are {count} columns")
+    try:
+        values = [float(field) for field in fields]
+    except ValueError as error:
+        raise ParameterError(f"{where}: {error}; write numbers with a decimal point") from None
+    if not all(map(math.isfinite, values)):
+        raise ParameterError(f"{where}: a value is not finite; give a number in every row")
+    return values
+
+
+Curve = Callable[[np.ndarray], np.ndarray]
+"""Curvature [1/m] as a function of distance [m]."""
 
 SHORTEST = 1.0
 """Way that can be planned [m]."""
@@ -50,7 +138,9 @@ class TimeTable(TimeCourse):
     def angle_at(self, time: np.ndarray) -> np.ndarray:
         """As the rows say; straight on where they do not."""
         table = self._table
-        return np.interp(time, table["time"], table.get("steering_wheel_angle", np.zeros(len(table["time"]))))
+        return np.asarray(
+            np.interp(time, table["time"], table.get("steering_wheel_angle", np.zeros(len(table["time"]))))
+        )
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants, see `Course.columns`."""
@@ -81,7 +171,7 @@ class WayTable(WayCourse):
     wait: Annotated[float, "s", NOT_NEGATIVE] = 0.0
     laps: int = 1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_some("laps", self.laps)
 
     @cached_property
@@ -113,7 +203,7 @@ def _read(file: str, wanted: str) -> dict[str, np.ndarray]:
     return table
 
 
-def _line(table: dict[str, np.ndarray], file: str):
+def _line(table: dict[str, np.ndarray], file: str) -> tuple[np.ndarray, Curve]:
     """Distance [m] of every row, and curvature [1/m] as a function of distance."""
     if "distance" in table:
         if "curvature" not in table:
@@ -127,7 +217,7 @@ def _line(table: dict[str, np.ndarray], file: str):
     return _through(table["x"], table["y"])
 
 
-def _through(forward: np.ndarray, left: np.ndarray):
+def _through(forward: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, Curve]:
     """The smooth line through points; closed where the last point is the first."""
     from scipy.interpolate import CubicSpline
 

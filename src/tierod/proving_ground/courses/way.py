@@ -1,13 +1,14 @@
-"""The way that a course leads: road over distance, and where it stops."""
+"""The way that a course leads, and the speed at which it is driven: as fast as its limits allow."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.proving_ground.courses.course import Columns
 
 STEP = 0.5
@@ -51,7 +52,7 @@ def bump(arc: float, ramps: float, step: float = STEP) -> np.ndarray:
     length = arc / (1.0 - 0.5 * ramps)
     place = (np.arange(max(int(length / step), 2)) + 0.5) * step / length
     rise = np.minimum(np.minimum(place, 1.0 - place) / (0.5 * ramps), 1.0)
-    return 0.5 - 0.5 * np.cos(math.pi * np.clip(rise, 0.0, 1.0))
+    return np.asarray(0.5 - 0.5 * np.cos(math.pi * np.clip(rise, 0.0, 1.0)))
 
 
 def across(forward: np.ndarray, left: np.ndarray, step: float = STEP) -> np.ndarray:
@@ -63,13 +64,83 @@ def across(forward: np.ndarray, left: np.ndarray, step: float = STEP) -> np.ndar
     """
     heading = np.unwrap(np.arctan2(np.gradient(left), np.gradient(forward)))
     gone = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(forward), np.diff(left)))])
-    return np.interp(np.arange(0.0, gone[-1], step), gone, np.gradient(heading, gone))
+    return np.asarray(np.interp(np.arange(0.0, gone[-1], step), gone, np.gradient(heading, gone)))
 
 
-def drawn(curvature: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Coordinates [m] and heading [rad] of every point of a line of known curvature [1/m], from the origin ahead."""
-    heading = np.concatenate([[0.0], np.cumsum(0.5 * (curvature[1:] + curvature[:-1]) * step)])
-    middle = 0.5 * (heading[1:] + heading[:-1])
-    forward = np.concatenate([[0.0], np.cumsum(np.cos(middle) * step)])
-    left = np.concatenate([[0.0], np.cumsum(np.sin(middle) * step)])
-    return forward, left, heading
+TICK = 0.02
+"""Spacing of a plan in time [s]."""
+
+
+class Plan(NamedTuple):
+    """Distance [m], speed [m/s] and acceleration [m/s**2] over time, one value per tick."""
+
+    distance: np.ndarray
+    speed: np.ndarray
+    acceleration: np.ndarray
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How a driver takes a way.
+
+    Args:
+        acceleration: out of bends and from rest
+        braking: before bends and stops
+        smoothing: time over which the acceleration builds up
+    """
+
+    acceleration: Annotated[float, "m/s**2", POSITIVE] = 1.5
+    braking: Annotated[float, "m/s**2", POSITIVE] = 2.0
+    smoothing: Annotated[float, "s", NOT_NEGATIVE] = 0.6
+
+    def fastest(self, way: Way, stopping: bool) -> np.ndarray:
+        """Speed [m/s] at every point: within all limits, with acceleration and braking, halts left out or not."""
+        curved = np.sqrt(way.lateral_acceleration / np.maximum(np.abs(way.curvature), 1e-9))
+        limit = np.minimum(way.speed, curved)
+        if stopping:
+            limit[[round(place / way.step) for place, _ in way.stops]] = 0.0
+        return reachable(limit, way.step, self.acceleration, self.braking)
+
+    def plan(self, way: Way) -> Plan:
+        """When the car is where, halts included."""
+        speed = self.fastest(way, stopping=True)
+        mean = np.maximum(0.5 * (speed[1:] + speed[:-1]), 1e-3)
+        took = np.concatenate([[0.0], way.step / mean])
+        waits = np.zeros(len(speed))
+        for place, duration in way.stops:
+            waits[round(place / way.step)] += duration
+        arrival = np.cumsum(took) + np.concatenate([[0.0], np.cumsum(waits)[:-1]])
+        time = np.arange(0.0, arrival[-1] + waits[-1], TICK)
+        point = np.minimum(np.searchsorted(arrival, time, side="right") - 1, len(speed) - 2)
+        moving = np.clip(time - arrival[point] - waits[point], 0.0, took[point + 1])
+        push = (speed[point + 1] ** 2 - speed[point] ** 2) / (2.0 * way.step)
+        distance = point * way.step + moving * (speed[point] + 0.5 * push * moving)
+        smooth = _averaged(distance, max(round(self.smoothing / TICK), 1))
+        velocity = np.gradient(smooth, TICK)
+        return Plan(smooth, velocity, np.gradient(velocity, TICK))
+
+
+def reachable(limit: np.ndarray, step: float, acceleration: float, braking: float) -> np.ndarray:
+    """The greatest speed [m/s] on equal steps below a limit, with bounded acceleration and braking.
+
+    The squared speed is linear over distance where the acceleration is constant.
+
+    Args:
+        limit: of the speed [m/s]
+        step: spacing [m]
+        acceleration, braking: both positive [m/s**2]
+    """
+    distance = np.arange(len(limit)) * step
+    squared = np.minimum.accumulate(limit**2 - 2.0 * acceleration * distance) + 2.0 * acceleration * distance
+    reach = squared + 2.0 * braking * distance
+    squared = np.minimum.accumulate(reach[::-1])[::-1] - 2.0 * braking * distance
+    return np.asarray(np.sqrt(np.maximum(squared, 0.0)))
+
+
+def _averaged(distance: np.ndarray, count: int) -> np.ndarray:
+    """Moving average, going on straight before the beginning and after the end."""
+    before, after = count // 2, count - 1 - count // 2
+    first, last = distance[1] - distance[0], distance[-1] - distance[-2]
+    earlier = distance[0] - first * np.arange(before, 0, -1)
+    later = distance[-1] + last * np.arange(1, after + 1)
+    return np.convolve(np.concatenate([earlier, distance, later]), np.full(count, 1.0 / count), mode="valid")

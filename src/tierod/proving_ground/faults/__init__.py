@@ -2,30 +2,32 @@
 
 from tierod.proving_ground.faults.behaviours import (
     BEHAVIOURS,
-    BitFlip,
     Course,
-    Delay,
-    Drift,
-    DropOut,
-    Gain,
     Intermittent,
-    Noise,
-    Offset,
-    Outlier,
     Ramp,
     Scale,
     Sluggish,
-    Spikes,
     Step,
-    Stuck,
     TorqueLoss,
-    TotalLoss,
     WithTemperature,
 )
 from tierod.proving_ground.faults.fault import Effect, Fault
 from tierod.proving_ground.faults.injection import injected
 from tierod.proving_ground.faults.reading import FAULTS, FaultFile, fault_of, load, shipped
 from tierod.proving_ground.faults.schedule import Schedule
+from tierod.proving_ground.faults.signals import (
+    BitFlip,
+    Delay,
+    Drift,
+    DropOut,
+    Gain,
+    Noise,
+    Offset,
+    Outlier,
+    Spikes,
+    Stuck,
+    TotalLoss,
+)
 from tierod.proving_ground.faults.triggers import Always, AtDistance, AtTime, When, Within, trigger_of
 
 __all__ = [

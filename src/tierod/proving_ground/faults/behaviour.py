@@ -1,16 +1,103 @@
-"""What every behaviour of a fault has in common."""
+"""What every behaviour of a fault has in common, and its seeded chance."""
 
 from __future__ import annotations
 
+import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from functools import lru_cache
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.core.fields import check_ranges
-from tierod.proving_ground.faults.chance import Chance
 from tierod.proving_ground.sensors import Sensor
+
+_BLOCK = 1024
+
+
+Drawn = TypeVar("Drawn")
+
+
+class Chance:
+    """All chance of one fault in one run.
+
+    A loop at 1 kHz and a recorded channel at 100 Hz see the same spikes, the same noise where their instants are the
+    same, and the same lost frames.
+
+    Args:
+        key: whole numbers that single out run and fault
+        start: when the fault began [s]
+        horizon: up to when processes are drawn, from the beginning of the fault [s]
+        rate: of the readings of the element [Hz]
+    """
+
+    def __init__(self, key: tuple[int, ...], start: float, horizon: float, rate: float = 100.0):
+        self.key, self.start, self.horizon, self.rate = key, start, horizon, rate
+        self.tick = min(1e-3, 1.0 / rate)
+        self._known: dict[tuple[Any, ...], Any] = {}
+        self._block = lru_cache(maxsize=8)(self._drawn_block)
+
+    def generator(self, purpose: str, part: int = 0) -> np.random.Generator:
+        """A source of its own for every purpose."""
+        return np.random.default_rng([*self.key, zlib.crc32(purpose.encode()), part])
+
+    def normal(self, since: np.ndarray) -> np.ndarray:
+        """White noise of deviation one at times since the beginning [s]."""
+        return self._at("normal", np.rint(since / self.tick).astype(int))
+
+    def uniform(self, index: np.ndarray) -> np.ndarray:
+        """Numbers between 0 and 1, one for every whole number from 0."""
+        return self._at("uniform", index)
+
+    def _at(self, kind: str, index: np.ndarray) -> np.ndarray:
+        index = np.maximum(index, 0)
+        values = np.empty(len(index))
+        for block in np.unique(index // _BLOCK):
+            here = index // _BLOCK == block
+            values[here] = self._block(kind, int(block))[index[here] % _BLOCK]
+        return values
+
+    def _drawn_block(self, kind: str, block: int) -> np.ndarray:
+        generator = self.generator(kind, block)
+        return generator.standard_normal(_BLOCK) if kind == "normal" else generator.random(_BLOCK)
+
+    def events(self, rate: float) -> tuple[np.ndarray, np.ndarray]:
+        """(times since the beginning [s], sign of each) of a Poisson process of so many events per second."""
+        return self._remembered(("events", rate), lambda: self._drawn_events(rate))
+
+    def _drawn_events(self, rate: float) -> tuple[np.ndarray, np.ndarray]:
+        generator = self.generator("events")
+        count = int(generator.poisson(rate * self.horizon))
+        return np.sort(generator.uniform(0.0, self.horizon, count)), generator.choice([-1.0, 1.0], count)
+
+    def on(self, since: np.ndarray, mean_on: float, mean_off: float) -> np.ndarray:
+        """Whether a contact that comes and goes is on; it begins on, and stays so for times of exponential law.
+
+        Args:
+            since: the beginning [s]
+            mean_on, mean_off: mean durations [s]
+        """
+        edges = self._remembered(("on", mean_on, mean_off), lambda: self._drawn_edges(mean_on, mean_off))
+        return np.asarray(np.searchsorted(edges, since, side="right") % 2 == 0)
+
+    def _drawn_edges(self, mean_on: float, mean_off: float) -> np.ndarray:
+        generator = self.generator("on and off")
+        pieces, end = [np.empty(0)], 0.0
+        while end < self.horizon:
+            count = int(0.6 * (self.horizon - end) / (mean_on + mean_off)) + 8
+            spans = generator.standard_exponential((count, 2)) * [mean_on, mean_off]
+            pieces.append(end + np.cumsum(spans.reshape(-1)))
+            end = float(pieces[-1][-1])
+        return np.concatenate(pieces)
+
+    def _remembered(self, key: tuple[Any, ...], draw: Callable[[], Drawn]) -> Drawn:
+        if key not in self._known:
+            self._known[key] = draw()
+        known: Drawn = self._known[key]
+        return known
+
 
 Amount = float | str
 """A number in SI units, or a text with a unit ("0.3 deg/s") that becomes one once the element is known."""
@@ -20,12 +107,15 @@ SIGNAL, LOOP, ACTUATOR, PARAMETER, SURROUNDING = "signal", "loop", "actuator", "
 car, or something around it."""
 
 
+Values = float | np.ndarray
+
+
 class Change(NamedTuple):
     """What becomes of a value: held at the one before the fault where `held` is true, then gain * value + offset."""
 
-    gain: Any = 1.0
-    offset: Any = 0.0
-    held: Any = False
+    gain: Values = 1.0
+    offset: Values = 0.0
+    held: bool | np.ndarray = False
 
 
 def si(amount: Amount) -> float:
@@ -51,7 +141,7 @@ class Behaviour:
     main: ClassVar[str | None] = None
     usual_duration: ClassVar[float | None] = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
     @property

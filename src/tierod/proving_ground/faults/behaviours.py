@@ -1,4 +1,4 @@
-"""All behaviours of faults, and the one that lets another come and go."""
+"""How actuators, parameters and surroundings of a car change; all behaviours, and the one that comes and goes."""
 
 from __future__ import annotations
 
@@ -9,14 +9,24 @@ from typing import Annotated, Any, ClassVar, get_args
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.core.fields import POSITIVE
-from tierod.core.toml_builder import kind_name
-from tierod.proving_ground.faults.behaviour import Behaviour, Change
-from tierod.proving_ground.faults.bus import BitFlip, Delay, DropOut
-from tierod.proving_ground.faults.chance import Chance
-from tierod.proving_ground.faults.changes import Course, Ramp, Scale, Sluggish, Step, TorqueLoss, WithTemperature
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range
+from tierod.core.toml_builder import SIGNAL_UNIT, kind_name
+from tierod.physics.lag import share_reached
+from tierod.proving_ground.faults.behaviour import (
+    ACTUATOR,
+    PARAMETER,
+    SURROUNDING,
+    Amount,
+    Behaviour,
+    Chance,
+    Change,
+    si,
+)
 from tierod.proving_ground.faults.signals import (
+    BitFlip,
+    Delay,
     Drift,
+    DropOut,
     Gain,
     Noise,
     Offset,
@@ -26,6 +36,144 @@ from tierod.proving_ground.faults.signals import (
     TotalLoss,
 )
 from tierod.proving_ground.sensors import Sensor
+
+_PARAMETERS = frozenset({PARAMETER, SURROUNDING})
+
+
+@dataclass(frozen=True)
+class TorqueLoss(Behaviour):
+    """An actuator gives less than it should.
+
+    Args:
+        share: of the torque that is lost; 1 is all of it
+    """
+
+    share: Annotated[float, "", Range(0.0, 1.0, open_low=True)] = 1.0
+    fits: ClassVar[frozenset[str]] = frozenset({ACTUATOR})
+    main: ClassVar[str | None] = "share"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The rest of the torque."""
+        return Change(gain=1.0 - self.share)
+
+
+@dataclass(frozen=True)
+class Sluggish(Behaviour):
+    """An actuator follows its request with another time constant; it acts on the car's parameter of that lag."""
+
+    time_constant: Annotated[float, "s", POSITIVE]
+    fits: ClassVar[frozenset[str]] = frozenset({ACTUATOR})
+    main: ClassVar[str | None] = "time_constant"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The time constant, as the lag of the actuator."""
+        return Change(gain=0.0, offset=self.time_constant)
+
+
+@dataclass(frozen=True)
+class Step(Behaviour):
+    """A parameter takes another value at once."""
+
+    to: Annotated[Amount, SIGNAL_UNIT]
+    fits: ClassVar[frozenset[str]] = _PARAMETERS
+    main: ClassVar[str | None] = "to"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The value."""
+        return Change(gain=0.0, offset=si(self.to))
+
+
+@dataclass(frozen=True)
+class Ramp(Behaviour):
+    """A parameter goes to another value along a straight line, and stays there.
+
+    Args:
+        to: value at the end
+        over: duration of the way
+    """
+
+    to: Annotated[Amount, SIGNAL_UNIT]
+    over: Annotated[float, "s", POSITIVE]
+    fits: ClassVar[frozenset[str]] = _PARAMETERS
+    main: ClassVar[str | None] = "to"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The value on the way."""
+        share = np.clip(since / self.over, 0.0, 1.0)
+        return Change(gain=1.0 - share, offset=share * si(self.to))
+
+
+@dataclass(frozen=True)
+class Scale(Behaviour):
+    """A parameter becomes a multiple of itself, at once or along a straight line.
+
+    Args:
+        factor: multiple at the end
+        over: duration of the way
+    """
+
+    factor: Annotated[float, ""]
+    over: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    fits: ClassVar[frozenset[str]] = _PARAMETERS
+    main: ClassVar[str | None] = "factor"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The multiple on the way."""
+        share = np.clip(since / self.over, 0.0, 1.0) if self.over > 0.0 else 1.0
+        return Change(gain=1.0 + share * (self.factor - 1.0))
+
+
+@dataclass(frozen=True)
+class Course(Behaviour):
+    """A parameter follows given values, with straight lines between them and constant before and after.
+
+    Args:
+        times: since the fault began, ascending
+        values: at these times
+    """
+
+    times: Annotated[tuple[float, ...], "s"]
+    values: Annotated[tuple[Amount, ...], SIGNAL_UNIT]
+    fits: ClassVar[frozenset[str]] = _PARAMETERS
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.times or len(self.times) != len(self.values) or (np.diff(self.times) <= 0.0).any():
+            raise ParameterError(
+                f"a course needs as many values as times, and ascending times; given: {len(self.values)} values at "
+                f"{list(self.times)} s"
+            )
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The value of the course."""
+        return Change(gain=0.0, offset=np.interp(since, self.times, [si(value) for value in self.values]))
+
+
+@dataclass(frozen=True)
+class WithTemperature(Behaviour):
+    """A parameter that goes with a temperature, which approaches its end exponentially.
+
+    The parameter's own value is that at the reference. The default coefficient is that of the resistance of copper;
+    the flux of neodymium magnets has about -0.0011 1/K.
+
+    Args:
+        temperature: at the end
+        coefficient: relative growth per kelvin
+        reference: temperature at the beginning
+        time_constant: of the approach
+    """
+
+    temperature: Annotated[float, "K", POSITIVE]
+    coefficient: Annotated[float, "1/K"] = 0.00393
+    reference: Annotated[float, "K", POSITIVE] = 293.15
+    time_constant: Annotated[float, "s", POSITIVE] = 300.0
+    fits: ClassVar[frozenset[str]] = frozenset({PARAMETER})
+    main: ClassVar[str | None] = "temperature"
+
+    def change(self, since: np.ndarray, chance: Chance) -> Change:
+        """The factor at the temperature reached."""
+        warmer = (self.temperature - self.reference) * share_reached(since / self.time_constant)
+        return Change(gain=1.0 + self.coefficient * warmer)
 
 
 @dataclass(frozen=True)
@@ -42,7 +190,7 @@ class Intermittent(Behaviour):
     mean_off: Annotated[float, "s", POSITIVE] = 1.0
     main: ClassVar[str | None] = "behaviour"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if isinstance(self.behaviour, Intermittent):
             raise ParameterError("what comes and goes cannot itself be intermittent; give mean_on and mean_off once")

@@ -13,9 +13,8 @@ from tierod.core.graph.trace import trace
 from tierod.core.signals import SIGNALS
 from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING, Behaviour
-from tierod.proving_ground.faults.behaviours import BEHAVIOURS
-from tierod.proving_ground.faults.changes import Sluggish
-from tierod.proving_ground.parts import Demand, Road, Wind
+from tierod.proving_ground.faults.behaviours import BEHAVIOURS, Sluggish
+from tierod.proving_ground.parts import Demand, Plant, Road, Wind
 from tierod.proving_ground.recorder import channel_names, declared_units
 from tierod.proving_ground.sensors import SensorSet
 
@@ -53,7 +52,7 @@ class Target(NamedTuple):
         role: SIGNAL, LOOP, ACTUATOR, PARAMETER or SURROUNDING
         name: channel, port, dotted path of a parameter, or input of the car
         unit: of its values; None where nothing says
-        usual: value without fault, of a parameter; None where only the run tells
+        usual: value without fault, of a parameter; None where it is known in the run only
         limits: of a parameter, or of what is around the car
     """
 
@@ -71,7 +70,7 @@ def split(element: str) -> tuple[str, str]:
 
 
 def unit_without_car(element: str) -> str | None:
-    """The unit of an element whose name tells it; None where it takes a car."""
+    """The unit of an element whose name gives it; None where it takes a car."""
     _, name = split(element.split("|")[0].strip())
     if name in SIGNALS:
         return SIGNALS[name].unit
@@ -99,20 +98,27 @@ class Reach:
         sensors: that read it
     """
 
-    def __init__(self, car: Any, sensors: SensorSet):
+    def __init__(self, car: Plant | None, sensors: SensorSet):
         self.car, self.sensors = car, sensors
+
+    @property
+    def _plant(self) -> Plant:
+        assert self.car is not None, "a recording gives its outputs itself"
+        return self.car
 
     @cached_property
     def outputs(self) -> dict[str, str | None]:
         """Unit of every channel of the car, None where nothing says."""
-        declared = declared_units(trace(self.car).output_tree)
-        return {name: SIGNALS[name].unit if name in SIGNALS else declared.get(name) for name in channel_names(self.car)}
+        declared = declared_units(trace(self._plant).output_tree)
+        return {
+            name: SIGNALS[name].unit if name in SIGNALS else declared.get(name) for name in channel_names(self._plant)
+        }
 
     @cached_property
     def inputs(self) -> dict[str, str]:
         """Unit of every input of the car by dotted name."""
-        names = [name for name, _ in leaves(skeleton(self.car.Sample))]
-        return dict(zip(names, units(self.car.Sample), strict=True))
+        names = [name for name, _ in leaves(skeleton(self._plant.Sample))]
+        return dict(zip(names, units(self._plant.Sample), strict=True))
 
     @cached_property
     def parameters(self) -> dict[str, Number]:

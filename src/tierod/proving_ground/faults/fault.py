@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -67,7 +67,7 @@ class Fault:
     also: tuple[Effect, ...] = ()
     origin: Origin | None = field(default=None, compare=False, repr=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
     @property
@@ -79,14 +79,6 @@ class Fault:
     def effects(self) -> tuple[Effect, ...]:
         """All that it does."""
         return (Effect(self.element, self.behaviour, self.origin), *self.also)
-
-    def with_size(self, size: Any) -> Fault:
-        """The fault in another size: the main field of its behaviour, see `Behaviour.main`.
-
-        Raises:
-            ParameterError: it has no size
-        """
-        return replace(self, behaviour=_sized(self.behaviour, size))
 
     def error(self, part: str, message: str, effect: Effect | None = None) -> ParameterError:
         """An error that names the fault's line, or the fault.
@@ -102,14 +94,7 @@ class Fault:
         return origin.error(part, message)
 
 
-def _sized(behaviour: Any, size: Any) -> Any:
-    if behaviour.main is None:
-        raise ParameterError(f"'{kind_name(type(behaviour))}' has no size; leave it out")
-    inner = getattr(behaviour, behaviour.main)
-    return replace(behaviour, **{behaviour.main: _sized(inner, size) if isinstance(inner, Behaviour) else size})
-
-
-def resolved(fault: Fault, effect: Effect, unit: str | None) -> Any:
+def resolved(fault: Fault, effect: Effect, unit: str | None) -> AnyBehaviour:
     """The behaviour of an effect with all amounts in the unit of what it is about.
 
     Raises:
@@ -121,12 +106,15 @@ def resolved(fault: Fault, effect: Effect, unit: str | None) -> Any:
         return behaviour
     document = Document({}, "", Path(fault.label))
     try:
-        return build(type(behaviour), texts, document, base=behaviour, signal="" if unit is None else unit)
+        known: AnyBehaviour = build(
+            type(behaviour), texts, document, base=behaviour, signal="" if unit is None else unit
+        )
     except ParameterError as error:
         raise fault.error("size", str(error).removeprefix(f"{document.path}: "), effect) from None
+    return known
 
 
-def _texts(behaviour: Any) -> dict[str, Any]:
+def _texts(behaviour: Behaviour) -> dict[str, Any]:
     """Amounts that are texts still, by field."""
     found: dict[str, Any] = {}
     for each in dataclasses.fields(behaviour):

@@ -31,8 +31,8 @@ def injected(
 ) -> Recording:
     """A recording with faults of its signals, as if they had been there when it was made.
 
-    Only what was recorded changes: control units that would have read a faulty signal did not. A healthy recording of
-    the virtual vehicle becomes the very one of a run with the same faults of `sensor.` elements and the same seed.
+    Only what was recorded changes: control units that would have read a faulty signal did not. A fault-free recording
+    of the virtual vehicle becomes the very one of a run with the same faults of `sensor.` elements and the same seed.
 
     Args:
         recording: as it was made; a time of a fault is one on its clock

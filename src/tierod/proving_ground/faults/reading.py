@@ -88,7 +88,9 @@ class _Reader:
 
     KEYS = ("use", "element", "behaviour", "size", "trigger", "start", "end", "duration", "name", "also")
 
-    def __init__(self, document: Document, location: tuple[str | int, ...], table: Mapping[str, Any], base: Any):
+    def __init__(
+        self, document: Document, location: tuple[str | int, ...], table: Mapping[str, Any], base: Fault | None
+    ):
         self.document, self.location, self.table, self.base = document, location, table, base
 
     def _error(self, key: str, message: str) -> ParameterError:
@@ -107,18 +109,17 @@ class _Reader:
             self.base = self._used(self.table["use"])
         element = self._text("element", self.base.element if self.base else None)
         trigger = self._trigger()
-        fields = {
-            "element": element,
-            "behaviour": self._behaviour(element),
-            "trigger": trigger,
-            "duration": self._duration(trigger),
-            "name": self._text("name", self.base.name if self.base else ""),
-            "also": self._also(),
-            "origin": Origin(self.document, self.location),
-        }
-        return Fault(**fields)
+        return Fault(
+            element=element,
+            behaviour=self._behaviour(element),
+            trigger=trigger,
+            duration=self._duration(trigger),
+            name=self._text("name", self.base.name if self.base else ""),
+            also=self._also(),
+            origin=Origin(self.document, self.location),
+        )
 
-    def _used(self, given: Any) -> Fault:
+    def _used(self, given: object) -> Fault:
         try:
             return load(str(given), self.document).fault
         except ParameterError as error:
@@ -132,7 +133,7 @@ class _Reader:
             raise self._error(key, f"'{key}' is {given!r}, but has to be a text")
         return given
 
-    def _behaviour(self, element: str) -> Any:
+    def _behaviour(self, element: str) -> AnyBehaviour:
         given = _as_table(self.table.get("behaviour", {}))
         base = self.base.behaviour if self.base else None
         if not given and base is None:
@@ -140,9 +141,12 @@ class _Reader:
         if isinstance(given, dict) and "size" in self.table:
             given = self._with_size(given, base, unit_without_car(element))
         place = (*self.location, "behaviour")
-        return build(AnyBehaviour, given, self.document, place, base=base, signal=unit_without_car(element))
+        known: AnyBehaviour = build(
+            AnyBehaviour, given, self.document, place, base=base, signal=unit_without_car(element)
+        )
+        return known
 
-    def _with_size(self, given: dict[str, Any], base: Any, unit: str | None) -> dict[str, Any]:
+    def _with_size(self, given: dict[str, Any], base: object, unit: str | None) -> dict[str, Any]:
         kind: Any = type(base) if base is not None else None
         if "kind" in given:
             kind = BEHAVIOURS.get(str(given["kind"]).replace("_", "-").lower())
@@ -161,7 +165,7 @@ class _Reader:
         place = (*self.location, "size")
         return given | {main: Builder(self.document, unit).value(meaning(hints(kind)[main]), self.table["size"], place)}
 
-    def _trigger(self) -> Any:
+    def _trigger(self) -> AnyTrigger:
         given = self.table.get("trigger")
         if given is not None and "start" in self.table:
             raise self._error("start", "'start' and 'trigger' exclude each other; leave one out")
@@ -174,9 +178,10 @@ class _Reader:
                 return trigger_of(given)
             except TierodError as error:
                 raise self._error("trigger", str(error)) from None
-        return build(AnyTrigger, given, self.document, (*self.location, "trigger"))
+        known: AnyTrigger = build(AnyTrigger, given, self.document, (*self.location, "trigger"))
+        return known
 
-    def _duration(self, trigger: Any) -> float | None:
+    def _duration(self, trigger: AnyTrigger) -> float | None:
         if "end" in self.table and "duration" in self.table:
             raise self._error("end", "'end' and 'duration' exclude each other; leave one out")
         for key in ("duration", "end"):
@@ -187,9 +192,9 @@ class _Reader:
 
     def _seconds(self, key: str, limits: Range) -> float:
         means = Meaning(float, "s", limits)
-        return Builder(self.document, None).value(means, self.table[key], (*self.location, key))
+        return float(Builder(self.document, None).value(means, self.table[key], (*self.location, key)))
 
-    def _until(self, end: float, trigger: Any) -> float:
+    def _until(self, end: float, trigger: AnyTrigger) -> float:
         if not isinstance(trigger, Always | AtTime):
             raise self._error("end", "'end' needs a fault that begins at a given time; give its 'duration'")
         start = trigger.time if isinstance(trigger, AtTime) else 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,12 +13,64 @@ from tierod.core.errors import ParameterError
 from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.faults import triggers
 from tierod.proving_ground.faults.active import Active, prepared
-from tierod.proving_ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING
+from tierod.proving_ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING, Change
 from tierod.proving_ground.faults.behaviours import described
 from tierod.proving_ground.faults.elements import Reach, Target
 from tierod.proving_ground.faults.fault import Fault
-from tierod.proving_ground.faults.through_port import Levels, PortCourse
+from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.sensors import SensorSet
+
+
+class Levels(NamedTuple):
+    """Gain and offset of a port at one step."""
+
+    gain: float = 1.0
+    offset: float = 0.0
+
+
+class PortCourse:
+    """A port over the steps of a piece: held where `held` is one, then gain * value + offset.
+
+    Args:
+        time: of the steps [s]
+    """
+
+    def __init__(self, time: np.ndarray):
+        self.time = time
+        self.gain, self.offset, self.held = np.ones(len(time)), np.zeros(len(time)), np.zeros(len(time))
+
+    @property
+    def last(self) -> Levels:
+        """Of the last step."""
+        return Levels(float(self.gain[-1]), float(self.offset[-1]))
+
+    def add(self, during: np.ndarray, change: Change, before: Levels) -> Levels:
+        """One more fault.
+
+        Args:
+            during: whether it lasts at each step
+            change: what it does at those steps
+            before: what `add` gave for the piece before, or `last` where the fault did not act
+
+        Returns:
+            gain and offset that go into the fault at the end of the piece, or have gone in when it began to hold
+        """
+        holds = np.zeros(len(self.time), dtype=bool)
+        # There is nothing yet to hold at the first step of a run.
+        holds[during] = change.held & (self.time[during] > 0.0)
+        source = np.maximum.accumulate(np.where(holds, -1, np.arange(len(self.time))))
+        for values, old in ((self.gain, before.gain), (self.offset, before.offset)):
+            values[:] = np.where(source < 0, old, values[source])
+        into = self.last
+        self.gain[during] *= change.gain
+        self.offset[during] = change.gain * self.offset[during] + change.offset
+        self.held[holds] = 1.0
+        return into
+
+    def inputs(self, name: str) -> dict[str, np.ndarray]:
+        """What a car takes for a port of this name."""
+        return {f"ports.{name}.{part}": getattr(self, part) for part in ("gain", "offset", "held")}
+
 
 _STREAM = 4
 """The stream of chance of faults, apart from those of road, driver, sensors and scatter."""
@@ -50,7 +102,7 @@ class Schedule:
     def __init__(
         self,
         faults: Iterable[Fault],
-        car: Any,
+        car: Plant | None,
         sensors: SensorSet,
         seed: int,
         seconds: float,
@@ -100,7 +152,7 @@ class Schedule:
                 active.begin(float(time[-1]) + step, self.seconds)
 
     def inputs(self, time: np.ndarray, usual: Usual | None = None) -> dict[str, np.ndarray]:
-        """What faults give the car at the steps of the next piece; only what differs from a sound car.
+        """What faults give the car at the steps of the next piece; only what differs from a fault-free car.
 
         To be asked for one piece after the other, since what is held goes over from one to the next.
 

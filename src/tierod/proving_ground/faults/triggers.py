@@ -26,7 +26,7 @@ class AtTime:
 
     time: Annotated[float, "s", NOT_NEGATIVE]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
 
@@ -36,7 +36,7 @@ class AtDistance:
 
     distance: Annotated[float, "m", NOT_NEGATIVE]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
 
@@ -47,7 +47,7 @@ class Within:
     earliest: Annotated[float, "s", NOT_NEGATIVE]
     latest: Annotated[float, "s", NOT_NEGATIVE]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         if not self.earliest < self.latest:
             raise ParameterError(f"the earliest time, {self.earliest:g} s, is not before the latest, {self.latest:g} s")
@@ -94,7 +94,7 @@ class When:
     condition: str
     hold: Annotated[float, "s", NOT_NEGATIVE] = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         if re.search(r"\sfor\s", self.condition):
             raise ParameterError(f"'{self.condition}': give what follows 'for' as 'hold', or the whole as a text")

@@ -10,7 +10,7 @@ from tierod.core.toml_builder import SIGNAL_UNIT, kind_name
 from tierod.proving_ground.faults.behaviour import Behaviour
 from tierod.proving_ground.faults.elements import unit_without_car
 from tierod.proving_ground.faults.fault import Effect, Fault
-from tierod.proving_ground.faults.triggers import Always, AtDistance, AtTime, When, Within
+from tierod.proving_ground.faults.triggers import Always, AnyTrigger, AtDistance, AtTime, When, Within
 
 
 def of_effect(effect: Effect) -> str:
@@ -18,7 +18,7 @@ def of_effect(effect: Effect) -> str:
     return _of_behaviour(effect.behaviour, unit_without_car(effect.element))
 
 
-def _of_behaviour(behaviour: Any, unit: str | None) -> str:
+def _of_behaviour(behaviour: Behaviour, unit: str | None) -> str:
     parts = []
     kind: Any = type(behaviour)
     known = hints(kind)
@@ -40,7 +40,7 @@ def _of_behaviour(behaviour: Any, unit: str | None) -> str:
     return f"{name}: {', '.join(parts)}" if parts else name
 
 
-def _unit(annotation: Any, signal: str | None) -> str:
+def _unit(annotation: object, signal: str | None) -> str:
     """The unit of a field; "" where it depends on a signal that is not known."""
     unit = next((means.unit for means in members(meaning(annotation)) if means.unit), "")
     if unit == SIGNAL_UNIT or signal is None:
@@ -48,7 +48,7 @@ def _unit(annotation: Any, signal: str | None) -> str:
     return unit.format(signal=signal or "1")
 
 
-def _amount(value: Any, unit: str) -> str:
+def _amount(value: float | str, unit: str) -> str:
     return value if isinstance(value, str) else f"{value:.6g} {unit}".strip()
 
 
@@ -84,3 +84,33 @@ def of_fields(kind: type[Behaviour]) -> str:
         text = f"{field.name} [{unit}]" if unit else field.name
         parts.append(text if needed else f"({text})")
     return ", ".join(parts)
+
+
+def fault_in_words(fault: Fault) -> str:
+    """What a fault does, when and for how long."""
+    what = "; ".join(f"{effect.element} {kind_name(type(effect.behaviour))}" for effect in fault.effects)
+    lasts = fault.duration or fault.behaviour.usual_duration
+    name = f"{fault.name}: " if fault.name else ""
+    return f"{name}{what}{_main(fault)}, {_when(fault.trigger)}{'' if lasts is None else f', for {lasts:g} s'}"
+
+
+def _main(fault: Fault) -> str:
+    """The magnitude of a fault with its unit, as far as its name gives one."""
+    behaviour: Any = fault.behaviour.core
+    if behaviour.main is None:
+        return ""
+    size = getattr(behaviour, behaviour.main)
+    unit = _unit(hints(behaviour.__class__)[behaviour.main], unit_without_car(fault.element))
+    return f" {size:.4g} {unit}".rstrip() if isinstance(size, float) else f" {size}"
+
+
+def _when(trigger: AnyTrigger) -> str:
+    if isinstance(trigger, AtTime):
+        return f"from {trigger.time:g} s on"
+    if isinstance(trigger, AtDistance):
+        return f"from {trigger.distance:g} m on"
+    if isinstance(trigger, Within):
+        return f"from a time between {trigger.earliest:g} s and {trigger.latest:g} s on"
+    if isinstance(trigger, When):
+        return f"when {trigger.condition}" + (f" for {trigger.hold:g} s" if trigger.hold else "")
+    return "all the time"

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import exp, limit
 from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, inverse_park, park, turned
@@ -24,8 +25,8 @@ class ControlMemory(NamedTuple):
     """
 
     integral: RotorVector
-    angle: Any
-    speed: Any
+    angle: Scalar
+    speed: Scalar
     command: StatorVector
 
 
@@ -34,10 +35,10 @@ class CurrentControl:
     """Proportional-integral control in the rotor's axes with feed-forward of the voltages that the turning induces.
 
     The command of a sample is made in the next period, as in every digital drive; it is turned ahead by the angle that
-    the rotor turns until then. What the unit believes of the motor are numbers of its own.
+    the rotor turns until then. The motor's parameters that the unit assumes are numbers of its own.
 
     Args:
-        resistance, inductance_d, inductance_q, flux: believed
+        resistance, inductance_d, inductance_q, flux: assumed
         lag: time constant of the closed current loop; 1/3 ms leaves room for one and a half periods of delay at 10 kHz
         current_limit: longest current vector
         speed_time: of the low-pass on the sensed speed; 0 is none
@@ -58,19 +59,19 @@ class CurrentControl:
         """At rest, no voltage."""
         return ControlMemory(RotorVector(0.0, 0.0), 0.0, 0.0, StatorVector(0.0, 0.0))
 
-    def wanted_current(self, torque: Any, pole_pairs: int) -> Any:
+    def wanted_current(self, torque: Scalar, pole_pairs: int) -> Scalar:
         """Current across the flux [A] for a torque at the shaft [N*m], within the limit; none along the flux."""
         return limit(torque / torque_constant(pole_pairs, self.flux), -self.current_limit, self.current_limit)
 
     def step(
         self,
         memory: ControlMemory,
-        wanted: Any,
+        wanted: Scalar,
         current: StatorVector,
-        angle: Any,
+        angle: Scalar,
         rotor: Direction,
-        longest: Any,
-        period: Any,
+        longest: Scalar,
+        period: Scalar,
         pole_pairs: int,
     ) -> ControlMemory:
         """One sample; the new command is in the memory.
@@ -107,6 +108,6 @@ class CurrentControl:
         ahead = turned(rotor, 1.5 * period * electrical_speed)
         return ControlMemory(integral, angle, speed, inverse_park(made, ahead))
 
-    def _speed(self, memory: ControlMemory, angle: Any, period: Any) -> Any:
+    def _speed(self, memory: ControlMemory, angle: Scalar, period: Scalar) -> Scalar:
         keep = exp(-period / (self.speed_time + 1e-9 * period))
         return keep * memory.speed + (1.0 - keep) / period * (angle - memory.angle)

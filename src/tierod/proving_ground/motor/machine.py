@@ -1,12 +1,24 @@
-"""What a permanent-magnet motor and its inverter are made of: the truth, which no monitor may read."""
+"""A permanent-magnet motor and its inverter, and one modulation period of it: the truth, which no monitor may read."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, turned
+from tierod.physics.friction import dahl_update
 from tierod.physics.inverter import longest_voltage
+from tierod.physics.pm_motor import (
+    cogging_torque,
+    copper_loss,
+    current_of_flux,
+    rotor_acceleration,
+    stator_flux_rate,
+    torque_of_flux,
+)
 
 
 @dataclass(frozen=True)
@@ -58,7 +70,7 @@ class Inverter:
     modulation: Annotated[float, "", SHARE] = 0.97
 
     @property
-    def longest_voltage(self) -> Any:
+    def longest_voltage(self) -> Scalar:
         """Of the vectors that are used [V]."""
         return self.modulation * longest_voltage(self.supply_voltage)
 
@@ -66,8 +78,8 @@ class Inverter:
 class Warmth(NamedTuple):
     """Temperatures of winding and housing [K]; the magnets are as warm as the housing."""
 
-    winding: Any
-    housing: Any
+    winding: Scalar
+    housing: Scalar
 
 
 @dataclass(frozen=True)
@@ -92,7 +104,7 @@ class Warming:
         """As warm as the air."""
         return Warmth(self.ambient_temperature, self.ambient_temperature)
 
-    def after(self, warmth: Warmth, heat: Any, step: Any) -> Warmth:
+    def after(self, warmth: Warmth, heat: Scalar, step: Scalar) -> Warmth:
         """Temperatures after a step.
 
         Args:
@@ -106,3 +118,111 @@ class Warming:
             warmth.winding + step / self.winding_capacity * (heat - inward),
             warmth.housing + step / self.housing_capacity * (inward - outward),
         )
+
+
+Load = Callable[[Scalar, Scalar, Scalar], Scalar]
+"""(angle [rad], speed [rad/s], time since the start of the step [s]) -> torque that opposes the rotor [N*m]."""
+
+
+class Rotor(NamedTuple):
+    """The shaft: mechanical angle [rad] and speed [rad/s]."""
+
+    angle: Scalar
+    speed: Scalar
+
+
+class Winding(NamedTuple):
+    """Resistance of a phase [ohm] and flux linkage of the magnets [V*s], as warm as they are."""
+
+    resistance: Scalar
+    flux: Scalar
+
+
+class Instant(NamedTuple):
+    """A machine between two periods.
+
+    Args:
+        rotor: of the shaft
+        linkage: flux of the stator [V*s]
+        dry: dry friction over its level [-]
+        current: that goes with flux and angle [A]
+        at: direction of the electrical angle
+    """
+
+    rotor: Rotor
+    linkage: StatorVector
+    dry: Scalar
+    current: StatorVector
+    at: Direction
+
+
+class Mean(NamedTuple):
+    """What a period gave: torque on the shaft without dry friction [N*m], heat in the winding [W]."""
+
+    torque: Scalar
+    heat: Scalar
+
+
+def begin(machine: Machine, rotor: Rotor, linkage: StatorVector, dry: Scalar, winding: Winding) -> Instant:
+    """The machine at the start of a step, its direction from sine and cosine of the library."""
+    at = direction(electrical_angle(rotor.angle, machine.pole_pairs))
+    return Instant(rotor, linkage, dry, _current(machine, linkage, at, winding), at)
+
+
+def advance(
+    machine: Machine,
+    now: Instant,
+    voltage: StatorVector,
+    winding: Winding,
+    period: Scalar,
+    elapsed: Scalar,
+    load: Load | None,
+    free: Scalar,
+) -> tuple[Instant, Mean]:
+    """One period on, by the explicit midpoint rule.
+
+    Args:
+        machine: windings, magnets and rotor
+        now: before
+        voltage: mean over the period, in the stator's axes [V]
+        winding: resistance and flux
+        period: [s]
+        elapsed: since the start of the step [s]
+        load: what opposes the rotor; None for a rotor that is carried at its speed
+        free: 1, or 0 for a rotor that is held
+    """
+    half, rotor = 0.5 * period, now.rotor
+    slope = _acceleration(machine, now, rotor, load, elapsed)
+    middle_rotor = Rotor(rotor.angle + half * rotor.speed, free * (rotor.speed + half * slope))
+    dry = dahl_update(now.dry, half * middle_rotor.speed, machine.dahl_angle)
+    linkage = _moved(now.linkage, stator_flux_rate(voltage, now.current, winding.resistance), half)
+    at = turned(now.at, machine.pole_pairs * half * rotor.speed)
+    middle = Instant(middle_rotor, linkage, dry, _current(machine, linkage, at, winding), at)
+    slope = _acceleration(machine, middle, middle_rotor, load, elapsed + half)
+    after_rotor = Rotor(rotor.angle + period * middle_rotor.speed, free * (rotor.speed + period * slope))
+    linkage = _moved(now.linkage, stator_flux_rate(voltage, middle.current, winding.resistance), period)
+    at = turned(now.at, machine.pole_pairs * period * middle_rotor.speed)
+    dry = dahl_update(dry, half * middle_rotor.speed, machine.dahl_angle)
+    after = Instant(after_rotor, linkage, dry, _current(machine, linkage, at, winding), at)
+    return after, Mean(shaft_torque(machine, middle), copper_loss(middle.current, winding.resistance))
+
+
+def shaft_torque(machine: Machine, now: Instant) -> Scalar:
+    """Torque of current and slots on the shaft [N*m]."""
+    torque = torque_of_flux(now.linkage, now.current, machine.pole_pairs)
+    return torque + cogging_torque(now.at, machine.cogging)
+
+
+def _acceleration(machine: Machine, now: Instant, rotor: Rotor, load: Load | None, elapsed: Scalar) -> Scalar:
+    if load is None:
+        return 0.0
+    opposing = load(rotor.angle, rotor.speed, elapsed) + machine.friction * now.dry
+    return rotor_acceleration(shaft_torque(machine, now), opposing, rotor.speed, machine.inertia, machine.damping)
+
+
+def _current(machine: Machine, linkage: StatorVector, at: Direction, winding: Winding) -> StatorVector:
+    return current_of_flux(linkage, at, winding.flux, machine.inductance_d, machine.inductance_q)
+
+
+def _moved(vector: StatorVector, rate: StatorVector, time: Scalar) -> StatorVector:
+    return StatorVector(vector.alpha + time * rate.alpha, vector.beta + time * rate.beta)

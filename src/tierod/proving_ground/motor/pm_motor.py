@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple, TypeAlias
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import COUNT, POSITIVE
 from tierod.physics.clarke_park import StatorVector, direction, electrical_angle, turned
 from tierod.physics.inverter import lost_voltage
 from tierod.physics.pm_motor import electric_power, flux_at, resistance_at, torque_of_flux
 from tierod.proving_ground.motor.current_control import ControlMemory, CurrentControl
-from tierod.proving_ground.motor.machine import Inverter, Machine, Warming, Warmth
-from tierod.proving_ground.motor.period import Instant, Load, Rotor, Winding, advance, begin
+from tierod.proving_ground.motor.machine import (
+    Instant,
+    Inverter,
+    Load,
+    Machine,
+    Rotor,
+    Warming,
+    Warmth,
+    Winding,
+    advance,
+    begin,
+)
 
 
-def _true(value: Any) -> Any:
+def _true(value: Scalar) -> Scalar:
     return value
 
 
@@ -28,12 +39,12 @@ class Senses(NamedTuple):
         alpha, beta: currents in the stator's axes [A]
     """
 
-    angle: Callable[[Any], Any] = _true
-    alpha: Callable[[Any], Any] = _true
-    beta: Callable[[Any], Any] = _true
+    angle: Callable[[Scalar], Scalar] = _true
+    alpha: Callable[[Scalar], Scalar] = _true
+    beta: Callable[[Scalar], Scalar] = _true
 
     @classmethod
-    def through(cls, read: Callable[[str, Any], Any]) -> Senses:
+    def through(cls, read: Callable[[str, Scalar], Scalar]) -> Senses:
         """Of a car that passes a signal of a name through its port."""
         return cls(*(partial(read, name) for name in IN_LOOP))
 
@@ -41,7 +52,7 @@ class Senses(NamedTuple):
 IN_LOOP = ("motor_angle_mechanical", "motor_current_alpha", "motor_current_beta")
 """What the current control reads, by canonical name."""
 
-SOUND = Senses()
+TRUE_VALUES = Senses()
 """Sensors that read what is there."""
 
 
@@ -54,49 +65,53 @@ class DriveState(NamedTuple):
         dry: dry friction of the rotor over its level [-]
         control: of the current
         voltage: mean over the period that has just ended [V]
-        told: what the inverter was told to make in that period [V]
+        command: what the inverter was commanded to make in that period [V]
         warmth: of winding and housing
     """
 
     rotor: Rotor
     linkage: StatorVector
-    dry: Any
+    dry: Scalar
     control: ControlMemory
     voltage: StatorVector
-    told: StatorVector
+    command: StatorVector
     warmth: Warmth
+
+
+Fine: TypeAlias = Tree
+"""A tuple of one number per sub-sample."""
 
 
 class FineSignals(NamedTuple):
     """Signals at the motor's own rate: a tuple of sub-samples per step each, the first at the step's instant.
 
-    Voltages are means over the period that ends at the instant; the target is what the inverter was told to make.
+    Voltages are means over the period that ends at the instant; the target is the inverter's command.
     """
 
-    motor_current_alpha: Annotated[Any, "A"]
-    motor_current_beta: Annotated[Any, "A"]
-    motor_voltage_alpha: Annotated[Any, "V"]
-    motor_voltage_beta: Annotated[Any, "V"]
-    motor_target_voltage_alpha: Annotated[Any, "V"]
-    motor_target_voltage_beta: Annotated[Any, "V"]
-    motor_angle_mechanical: Annotated[Any, "rad"]
-    motor_speed: Annotated[Any, "rad/s"]
-    resolver_cosine: Annotated[Any, "V"]
-    resolver_sine: Annotated[Any, "V"]
+    motor_current_alpha: Annotated[Fine, "A"]
+    motor_current_beta: Annotated[Fine, "A"]
+    motor_voltage_alpha: Annotated[Fine, "V"]
+    motor_voltage_beta: Annotated[Fine, "V"]
+    motor_target_voltage_alpha: Annotated[Fine, "V"]
+    motor_target_voltage_beta: Annotated[Fine, "V"]
+    motor_angle_mechanical: Annotated[Fine, "rad"]
+    motor_speed: Annotated[Fine, "rad/s"]
+    resolver_cosine: Annotated[Fine, "V"]
+    resolver_sine: Annotated[Fine, "V"]
 
 
 class DriveSignals(NamedTuple):
     """What can be seen of a motor at the instant of a step, and its fine signals over the step that follows."""
 
     fine: FineSignals
-    motor_torque: Annotated[Any, "N*m"]
-    motor_temperature: Annotated[Any, "K"]
-    supply_voltage: Annotated[Any, "V"]
-    supply_current: Annotated[Any, "A"]
-    truth_load_torque: Annotated[Any, "N*m"]
-    truth_motor_friction_torque: Annotated[Any, "N*m"]
-    truth_motor_resistance: Annotated[Any, "ohm"]
-    truth_motor_flux: Annotated[Any, "V*s"]
+    motor_torque: Annotated[Scalar, "N*m"]
+    motor_temperature: Annotated[Scalar, "K"]
+    supply_voltage: Annotated[Scalar, "V"]
+    supply_current: Annotated[Scalar, "A"]
+    truth_load_torque: Annotated[Scalar, "N*m"]
+    truth_motor_friction_torque: Annotated[Scalar, "N*m"]
+    truth_motor_resistance: Annotated[Scalar, "ohm"]
+    truth_motor_flux: Annotated[Scalar, "V*s"]
 
 
 @dataclass(frozen=True)
@@ -129,7 +144,13 @@ class PmMotor:
         return DriveState(Rotor(0.0, 0.0), linkage, 0.0, self.control.remembered(), none, none, warmth)
 
     def turn(
-        self, state: DriveState, request: Any, step: Any, load: Load, senses: Senses = SOUND, locked: Any = 0.0
+        self,
+        state: DriveState,
+        request: Scalar,
+        step: Scalar,
+        load: Load,
+        senses: Senses = TRUE_VALUES,
+        locked: Scalar = 0.0,
     ) -> tuple[DriveState, DriveSignals]:
         """One step of the car with a rotor that turns by itself.
 
@@ -145,8 +166,8 @@ class PmMotor:
         return after, signals
 
     def torque(
-        self, state: DriveState, rotor: Rotor, request: Any, step: Any, senses: Senses = SOUND
-    ) -> tuple[DriveState, DriveSignals, Any]:
+        self, state: DriveState, rotor: Rotor, request: Scalar, step: Scalar, senses: Senses = TRUE_VALUES
+    ) -> tuple[DriveState, DriveSignals, Scalar]:
         """One step of the car with a rotor that is carried by a steering, at the same speed over the step.
 
         Args:
@@ -162,23 +183,23 @@ class PmMotor:
         return self._run(state._replace(rotor=rotor), request, step, senses, None, 1.0)
 
     def _run(
-        self, state: DriveState, request: Any, step: Any, senses: Senses, load: Load | None, free: Any
-    ) -> tuple[DriveState, DriveSignals, Any]:
+        self, state: DriveState, request: Scalar, step: Scalar, senses: Senses, load: Load | None, free: Scalar
+    ) -> tuple[DriveState, DriveSignals, Scalar]:
         machine, pole_pairs, period = self.machine, self.machine.pole_pairs, step / self.substeps
         winding = self._winding(state.warmth)
         now = first = begin(machine, state.rotor, state.linkage, state.dry, winding)
         wanted, longest = self.control.wanted_current(request, pole_pairs), self.inverter.longest_voltage
-        control, voltage, told = state.control, state.voltage, state.told
+        control, voltage, command = state.control, state.voltage, state.command
         angle = senses.angle(now.rotor.angle)
         electrical = electrical_angle(angle, pole_pairs)
         sensed_at = direction(electrical)
         seen, means = [], []
         for count in range(self.substeps):
             resolver = (self.resolver_amplitude * now.at.cosine, self.resolver_amplitude * now.at.sine)
-            seen.append((*now.current, *voltage, *told, *now.rotor, *resolver))
-            told, current = control.command, StatorVector(senses.alpha(now.current[0]), senses.beta(now.current[1]))
+            seen.append((*now.current, *voltage, *command, *now.rotor, *resolver))
+            command, current = control.command, StatorVector(senses.alpha(now.current[0]), senses.beta(now.current[1]))
             control = self.control.step(control, wanted, current, angle, sensed_at, longest, period, pole_pairs)
-            voltage = self._made(told, now.current, period)
+            voltage = self._made(command, now.current, period)
             now, mean = advance(machine, now, voltage, winding, period, count * period, load, free)
             means.append(mean)
             angle = senses.angle(now.rotor.angle)
@@ -186,14 +207,14 @@ class PmMotor:
             sensed_at = turned(sensed_at, electrical - before)
         torque, heat = (sum(values[1:], values[0]) / self.substeps for values in zip(*means, strict=True))
         warmth = self.warming.after(state.warmth, heat, step)
-        after = DriveState(now.rotor, now.linkage, now.dry, control, voltage, told, warmth)
+        after = DriveState(now.rotor, now.linkage, now.dry, control, voltage, command, warmth)
         return after, self._signals(state, first, seen, winding, load), torque
 
     def _winding(self, warmth: Warmth) -> Winding:
         machine = self.machine
         return Winding(resistance_at(warmth.winding, machine.resistance), flux_at(warmth.housing, machine.flux))
 
-    def _made(self, told: StatorVector, current: StatorVector, period: Any) -> StatorVector:
+    def _made(self, command: StatorVector, current: StatorVector, period: Scalar) -> StatorVector:
         inverter = self.inverter
         lost = lost_voltage(
             current,
@@ -203,10 +224,10 @@ class PmMotor:
             inverter.forward_drop,
             inverter.knee_current,
         )
-        return StatorVector(told.alpha - lost.alpha, told.beta - lost.beta)
+        return StatorVector(command.alpha - lost.alpha, command.beta - lost.beta)
 
     def _signals(
-        self, state: DriveState, first: Instant, seen: list[tuple], winding: Winding, load: Load | None
+        self, state: DriveState, first: Instant, seen: Sequence[tuple[Scalar, ...]], winding: Winding, load: Load | None
     ) -> DriveSignals:
         machine = self.machine
         return DriveSignals(
@@ -214,8 +235,29 @@ class PmMotor:
             torque_of_flux(first.linkage, first.current, machine.pole_pairs),
             state.warmth.winding,
             self.inverter.supply_voltage,
-            electric_power(state.told, first.current) / self.inverter.supply_voltage,
+            electric_power(state.command, first.current) / self.inverter.supply_voltage,
             0.0 if load is None else load(*first.rotor, 0.0),
             machine.friction * first.dry,
             *winding,
         )
+
+
+AFS_MOTOR = PmMotor(machine=Machine(friction=0.3))
+"""Of an active front steering, as those of Reinelt et al. in kind; most of the dry friction is that of its worm."""
+
+EPS_MOTOR = PmMotor(
+    machine=Machine(
+        resistance=0.016,
+        inductance_d=7e-5,
+        inductance_q=9e-5,
+        flux=0.0083,
+        inertia=1.5e-4,
+        damping=3e-4,
+        friction=0.03,
+        cogging=0.015,
+    ),
+    control=CurrentControl(
+        resistance=0.016, inductance_d=7e-5, inductance_q=9e-5, flux=0.0083, lag=4e-4, current_limit=80.0
+    ),
+)
+"""Of an electric power steering: 4 N*m, slightly salient; 0.05 N*m/A as in Mohtat et al."""

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from tierod.core.fields import hints, meaning, numbers
-from tierod.core.toml_builder import SIGNAL_UNIT, kind_name
+from tierod.core.fields import numbers
+from tierod.core.toml_builder import kind_name
 from tierod.proving_ground.cars.catalogue import VirtualCar, flat
 from tierod.proving_ground.cars.kinds import parts_of
-from tierod.proving_ground.faults import AtDistance, AtTime, Fault, When, Within
-from tierod.proving_ground.faults.elements import unit_without_car
+from tierod.proving_ground.courses import AnyCourse
+from tierod.proving_ground.faults.wording import fault_in_words
 from tierod.proving_ground.scenarios.scenario import Scenario
 
 
@@ -42,38 +42,6 @@ def _changes(scenario: Scenario) -> list[tuple[str, Any]]:
     return [*tyres, *flat(table.get("parts", {})).items(), *flat(table.get("parameters", {})).items()]
 
 
-def fault_in_words(fault: Fault) -> str:
-    """What a fault does, when and for how long."""
-    what = "; ".join(f"{effect.element} {kind_name(type(effect.behaviour))}" for effect in fault.effects)
-    lasts = fault.duration or fault.behaviour.usual_duration
-    name = f"{fault.name}: " if fault.name else ""
-    return f"{name}{what}{_amount(fault)}, {_when(fault.trigger)}{'' if lasts is None else f', for {lasts:g} s'}"
-
-
-def _amount(fault: Fault) -> str:
-    """The size of a fault with its unit, as far as its name tells one."""
-    behaviour: Any = fault.behaviour.core
-    if behaviour.main is None:
-        return ""
-    size = getattr(behaviour, behaviour.main)
-    unit = meaning(hints(behaviour.__class__)[behaviour.main]).unit or ""
-    if SIGNAL_UNIT in unit:
-        unit = unit.replace(SIGNAL_UNIT, unit_without_car(fault.element) or "")
-    return f" {size:.4g} {unit}".rstrip() if isinstance(size, float) else f" {size}"
-
-
-def _when(trigger: Any) -> str:
-    if isinstance(trigger, AtTime):
-        return f"from {trigger.time:g} s on"
-    if isinstance(trigger, AtDistance):
-        return f"from {trigger.distance:g} m on"
-    if isinstance(trigger, Within):
-        return f"from a time between {trigger.earliest:g} s and {trigger.latest:g} s on"
-    if isinstance(trigger, When):
-        return f"when {trigger.condition}" + (f" for {trigger.hold:g} s" if trigger.hold else "")
-    return "all the time"
-
-
 def scenario_document(scenario: Scenario) -> dict[str, Any]:
     """A scenario as plain data."""
     return {
@@ -93,15 +61,15 @@ def scenario_document(scenario: Scenario) -> dict[str, Any]:
 
 def car_document(car: VirtualCar) -> dict[str, Any]:
     """A virtual car as plain data, with every parameter."""
-    told = {name: value for name, value in asdict(car.file).items() if name not in ("parameters", "parts")}
+    file = {name: value for name, value in asdict(car.file).items() if name not in ("parameters", "parts")}
     parameters = [
         {"name": path, "value": each.value, "unit": each.unit, "source": car.source_of(path) or "default of its part"}
         for path, each in numbers(car.block).items()
     ]
-    return told | {"vehicle": car.vehicle or None, "parts": parts_of(car.block), "parameters": parameters}
+    return file | {"vehicle": car.vehicle or None, "parts": parts_of(car.block), "parameters": parameters}
 
 
-def course_document(course: Any) -> dict[str, Any]:
+def course_document(course: AnyCourse) -> dict[str, Any]:
     """A course as plain data."""
     return {
         "name": course.name,

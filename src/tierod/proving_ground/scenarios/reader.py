@@ -1,8 +1,9 @@
-"""Reads a scenario file; all slips and contradictions are told before anything is driven."""
+"""Reads a scenario file and refuses every slip and contradiction before anything is driven."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,15 +12,43 @@ from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.plugins import FileRegistry
 from tierod.core.toml import Document, build
+from tierod.core.user_files import MOST_DATA_BYTES, read_bytes, read_text, toml
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue
+from tierod.proving_ground.courses import AnyCourse
 from tierod.proving_ground.faults import fault_of
+from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.run import Outcome
 from tierod.proving_ground.scatter import Scatter
-from tierod.proving_ground.scenarios.check import require_sound
-from tierod.proving_ground.scenarios.files import named_files
-from tierod.proving_ground.scenarios.scenario import Scenario, lengthened, require_duration
+from tierod.proving_ground.scenarios.scenario import Scenario, lengthened, require_duration, require_sound
 from tierod.proving_ground.sensors import SensorSet
+
+
+def named_files(document: Document) -> dict[str, str]:
+    """SHA-256 of every file that a document names, and of those that these name; by the name as written."""
+    found: dict[str, str] = {}
+    _collect(document.content, document.path.parent, found)
+    return found
+
+
+def _collect(content: object, folder: Path, found: dict[str, str]) -> None:
+    for text in _texts(content):
+        path = folder / text
+        if text in found or path.suffix.lower() not in (".toml", ".csv") or not path.is_file():
+            continue
+        whole = read_bytes(path, "the file", ParameterError, most=MOST_DATA_BYTES)
+        found[text] = hashlib.sha256(whole).hexdigest()
+        if path.suffix.lower() == ".toml":
+            _collect(toml(read_text(path, "the file", ParameterError), path, ParameterError), path.parent, found)
+
+
+def _texts(content: object) -> Iterator[str]:
+    if isinstance(content, str):
+        yield content
+    elif isinstance(content, Mapping | list):
+        for part in content.values() if isinstance(content, Mapping) else content:
+            yield from _texts(part)
+
 
 SCENARIOS = FileRegistry("tierod.scenarios", "scenario", Path(__file__).parent)
 """The scenario files that tierod ships, and those of installed packages."""
@@ -73,7 +102,7 @@ def load(name_or_path: str | Path) -> Scenario:
         name_or_path: a name in `SCENARIOS`, or the path of a scenario file (.toml)
 
     Raises:
-        ParameterError: no such scenario, or one with a slip or a contradiction; file, line and nearest name are told
+        ParameterError: no such scenario, or one with a slip or a contradiction; with file, line and nearest name
     """
     return from_document(Document.read(SCENARIOS.find(str(name_or_path)), "scenario"))
 
@@ -130,7 +159,7 @@ def from_document(document: Document) -> Scenario:
     return scenario
 
 
-def _lasting(course: Any, seconds: float | None, step_time: float, document: Document) -> tuple[Any, float]:
+def _lasting(course: AnyCourse, seconds: float | None, step_time: float, document: Document) -> tuple[AnyCourse, float]:
     """The course, made longer where it has to be and can be, and the duration of the run [s]."""
     try:
         if seconds is not None:
@@ -143,7 +172,7 @@ def _lasting(course: Any, seconds: float | None, step_time: float, document: Doc
     return course, duration
 
 
-def _car(given: CarTable | str, document: Document) -> tuple[Any, str]:
+def _car(given: CarTable | str, document: Document) -> tuple[Plant, str]:
     """The car as the scenario has it, and the vehicle file with which it is judged."""
     table = CarTable(name=given) if isinstance(given, str) else given
     if not table.name:
@@ -156,7 +185,7 @@ def _car(given: CarTable | str, document: Document) -> tuple[Any, str]:
     return car.varied(table, document, ("car",)), car.vehicle
 
 
-def _course(given: Any, document: Document) -> tuple[Any, int | None]:
+def _course(given: object, document: Document) -> tuple[AnyCourse, int | None]:
     """The course, and its own seed where the table says one."""
     table = {"name": given} if isinstance(given, str) else given
     if not isinstance(table, Mapping):
@@ -165,7 +194,7 @@ def _course(given: Any, document: Document) -> tuple[Any, int | None]:
     if isinstance(changes.get("file"), str):
         changes["file"] = str(document.path.parent / changes["file"])
     if "kind" in changes:
-        course = build(courses.AnyCourse, changes, document, ("course",))
+        course = build(AnyCourse, changes, document, ("course",))
         return course if course.name else replace(course, name=str(changes["kind"])), changes.get("seed")
     known = courses.shipped()
     name = changes.pop("name", "")
@@ -176,7 +205,7 @@ def _course(given: Any, document: Document) -> tuple[Any, int | None]:
     return build(type(base), changes, document, ("course",), base=base), changes.get("seed")
 
 
-def _named(name: str, document: Document, location: tuple[str, ...]) -> Any:
+def _named(name: str, document: Document, location: tuple[str, ...]) -> AnyCourse:
     path: str | Path = name
     if name not in courses.shipped() and name.lower().endswith((".toml", ".csv")):
         path = document.path.parent / name

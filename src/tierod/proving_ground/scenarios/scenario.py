@@ -1,8 +1,7 @@
-"""A scenario: which car drives which course for how long, with what sensors and faults."""
+"""A scenario: which car drives which course for how long, with what sensors and faults; and whether these fit."""
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 from collections.abc import Callable, Mapping
@@ -10,10 +9,16 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import Any
 
-from tierod.core.errors import ParameterError
+import numpy as np
+
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import numbers, replaced
+from tierod.core.graph.trace import trace
 from tierod.core.toml import Document
 from tierod.proving_ground.courses import AnyCourse
-from tierod.proving_ground.faults import AtTime, Fault, Within
+from tierod.proving_ground.faults import AtTime, Fault, Schedule, Within
+from tierod.proving_ground.parts import Plant
+from tierod.proving_ground.recorder import channel_names
 from tierod.proving_ground.run import Outcome, run
 from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import SensorSet
@@ -46,7 +51,7 @@ class Scenario:
 
     name: str
     description: str
-    car: Any
+    car: Plant
     car_name: str
     course: AnyCourse
     duration: float
@@ -145,7 +150,7 @@ def require_duration(seconds: float, step_time: float) -> None:
         )
 
 
-def lengthened(course: Any, seconds: float) -> Any:
+def lengthened(course: AnyCourse, seconds: float) -> AnyCourse:
     """A course that lasts at least so long [s].
 
     Raises:
@@ -153,8 +158,71 @@ def lengthened(course: Any, seconds: float) -> Any:
     """
     if seconds <= course.duration * (1.0 + 1e-9):
         return course
-    if "time" not in {field.name for field in dataclasses.fields(course)}:
+    time: float | None = getattr(course, "time", None)
+    if time is None:
         raise ParameterError(
             f"the course '{course.name}' ends after {course.duration:.6g} s; a run of {seconds:g} s is too long for it"
         )
-    return replace(course, time=course.time + seconds - course.duration)
+    longer: AnyCourse = replaced(course, {"time": time + seconds - course.duration})
+    return longer
+
+
+def require_sound(scenario: Scenario) -> None:
+    """Refuse a scenario whose parts contradict each other.
+
+    Raises:
+        ParameterError: parts of the car that keep different steps, a course that the car cannot follow, a sensor of a
+            channel that it does not have or faster than the car itself, scatter or a fault of what it lacks, a fault
+            that begins after the end
+    """
+    _steps_fit(scenario)
+    _course_fits(scenario)
+    _sensors_fit(scenario)
+    car, sensors = scenario.car, scenario.sensors
+    if scenario.scatter is not None:
+        car, sensors = scenario.scatter.draw(car, sensors, np.random.default_rng(scenario.seed))
+    Schedule(scenario.faults, car, sensors, scenario.seed, scenario.duration)
+
+
+def _steps_fit(scenario: Scenario) -> None:
+    step = scenario.car.step_time
+    for path, number in numbers(scenario.car).items():
+        if path.endswith(".step_time") and number.value != step:
+            raise scenario.document.error(
+                ("car",),
+                f"the car is computed every {step:g} s, but its parameter '{path}' says {number.value:g} s; "
+                "make them equal",
+            )
+
+
+def _course_fits(scenario: Scenario) -> None:
+    known = trace(scenario.car).sample
+    columns = scenario.course.columns(np.zeros(1), np.zeros(1), scenario.course.start.speed, 0.0)
+    for name in columns:
+        if name not in known:
+            raise scenario.document.error(
+                ("course",),
+                f"the course '{scenario.course.name}' sets '{name}', which the car '{scenario.car_name}' does not have"
+                f"{nearest(name, known)}",
+            )
+
+
+def _sensors_fit(scenario: Scenario) -> None:
+    channels = channel_names(scenario.car)
+    given = scenario.document.content.get("sensors", {})
+    named = given if isinstance(given, Mapping) else {}
+    for name, sensor in scenario.sensors.items():
+        if name in named and name not in channels:
+            raise scenario.document.error(
+                ("sensors", name),
+                f"the car '{scenario.car_name}' has no channel '{name}' that a sensor could read"
+                f"{nearest(name, [each for each in channels if not each.startswith('truth_')])}",
+            )
+        if name in channels:
+            fastest = len(channels[name]) / scenario.car.step_time
+            if sensor.rate > fastest * (1.0 + 1e-9):
+                raise scenario.document.error(
+                    ("sensors", name, "rate") if name in named else ("car",),
+                    f"the sensor of '{name}' reads {sensor.rate:g} times a second, but the car is computed only "
+                    f"{fastest:g} times; give a lower rate",
+                )

@@ -1,7 +1,6 @@
 """Sensors of the virtual cars: rate, noise, drift, resolution, range, age, jitter and loss of every channel."""
 
 from tierod.proving_ground.sensors.sensor import Sensor
-from tierod.proving_ground.sensors.sensor_noise import SensorNoise
 from tierod.proving_ground.sensors.sensor_set import PRESETS, SensorSet
 
-__all__ = ["PRESETS", "Sensor", "SensorNoise", "SensorSet"]
+__all__ = ["PRESETS", "Sensor", "SensorSet"]

@@ -1,4 +1,4 @@
-"""One sensor of a virtual car, from the truth to the values and time stamps on the bus."""
+"""One sensor of a virtual car: from the truth to the values and time stamps on the bus."""
 
 from __future__ import annotations
 
@@ -11,8 +11,65 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range, check_ranges
 from tierod.core.toml_builder import SIGNAL_UNIT
-from tierod.proving_ground.sensors.drift import gauss_markov, random_walk
-from tierod.proving_ground.sensors.loss import lost_frames
+
+
+def gauss_markov(count: int, correlation: float, generator: np.random.Generator) -> np.ndarray:
+    """A stationary first-order Gauss-Markov series of standard deviation one, shape (count,).
+
+    Args:
+        count: how many samples
+        correlation: after how many samples the autocorrelation has fallen to 1/e
+        generator: source of chance
+
+    Source: A. Gelb (ed.), Applied Optimal Estimation, MIT Press (1974), section 3.8.
+    """
+    from scipy.signal import lfilter
+
+    kept = math.exp(-1.0 / correlation)
+    driving = generator.standard_normal(count)
+    driving[1:] *= math.sqrt(1.0 - kept * kept)
+    return np.asarray(lfilter([1.0], [1.0, -kept], driving))
+
+
+def random_walk(count: int, step_time: float, generator: np.random.Generator) -> np.ndarray:
+    """A random walk that begins at zero, of standard deviation sqrt(time), shape (count,).
+
+    Args:
+        count: how many samples
+        step_time: between two samples [s]
+        generator: source of chance
+    """
+    steps = math.sqrt(step_time) * generator.standard_normal(count)
+    steps[:1] = 0.0
+    return np.cumsum(steps)
+
+
+def lost_frames(count: int, share: float, mean_run: float, generator: np.random.Generator) -> np.ndarray:
+    """Which of many frames get lost, shape (count,).
+
+    Args:
+        count: how many frames
+        share: of frames that get lost in the long run, below 1
+        mean_run: mean number of frames lost in a row, at least `share / (1 - share)`
+        generator: source of chance
+
+    Source: E. N. Gilbert, Capacity of a burst-noise channel, Bell System Technical Journal 39 (1960): a chain of two
+    states, here with no loss in the good one and no frame in the bad one.
+    """
+    mean_good = mean_run * (1.0 - share) / share
+    bad = generator.random() < share
+    pieces: list[np.ndarray] = []
+    total = 0
+    while total < count:
+        expected = max(16, int(1.2 * (count - total) / (mean_good + mean_run)))
+        runs = np.empty(2 * expected, dtype=int)
+        runs[int(not bad) :: 2] = generator.geometric(1.0 / mean_run, expected)
+        runs[int(bad) :: 2] = generator.geometric(1.0 / mean_good, expected)
+        states = np.arange(2 * expected) % 2 == int(not bad)
+        pieces.append(np.repeat(states, runs))
+        total += len(pieces[-1])
+    return np.concatenate([*pieces, np.zeros(0, dtype=bool)])[:count]
+
 
 AT_MOST = 0.45
 """Greatest jitter over the time between two readings, so that they keep their order."""
@@ -61,7 +118,7 @@ class Sensor:
     wrap: Annotated[tuple[float, float], SIGNAL_UNIT] | None = None
     saturation: Annotated[tuple[float, float], SIGNAL_UNIT] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         for name in ("wrap", "saturation"):
             limits = getattr(self, name)

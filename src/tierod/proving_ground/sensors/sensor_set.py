@@ -32,7 +32,7 @@ class SensorSet:
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     description: str = ""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in self.sensors:
             if name not in SIGNALS:
                 raise ParameterError(f"a sensor cannot measure '{name}'{nearest(name, SIGNALS)}")

@@ -11,9 +11,8 @@ from tierod.proving_ground.steering.friction_laws import (
     Stribeck,
 )
 from tierod.proving_ground.steering.linkage import EndStop, Linkage
-from tierod.proving_ground.steering.motor import Motor, Ripple, SpeedLimit
 from tierod.proving_ground.steering.rack_eps import Mesh, RackEps
-from tierod.proving_ground.steering.torsion_bar import TorsionBar
+from tierod.proving_ground.steering.shaft import Motor, Ripple, SpeedLimit, TorsionBar
 
 __all__ = [
     "ColumnEps",

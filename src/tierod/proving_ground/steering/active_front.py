@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.fields import POSITIVE
 from tierod.physics.friction import viscous
 from tierod.physics.gear import superposed_angle
 from tierod.proving_ground.parts import Hand, Loads, Steer
 from tierod.proving_ground.steering.column_eps import ColumnEps, ColumnMemory, ColumnMotion
-from tierod.proving_ground.steering.motor import Motor
-from tierod.proving_ground.steering.torsion_bar import Wheel
+from tierod.proving_ground.steering.shaft import Motor, Wheel
 
 
 class ActiveFrontMotion(NamedTuple):
     """The column below the gear with the steering wheel above, and the angle of the motor that turns by itself."""
 
     column: ColumnMotion
-    motor_angle: Any
+    motor_angle: Scalar
 
 
 class ActiveFrontSignals(NamedTuple):
@@ -29,21 +29,21 @@ class ActiveFrontSignals(NamedTuple):
     of `SteeringSignals`.
     """
 
-    steering_wheel_angle: Annotated[Any, "rad"]
-    steering_wheel_rate: Annotated[Any, "rad/s"]
-    driver_torque: Annotated[Any, "N*m"]
-    column_assist_torque: Annotated[Any, "N*m"]
-    pinion_angle: Annotated[Any, "rad"]
-    pinion_rate: Annotated[Any, "rad/s"]
-    rack_position: Annotated[Any, "m"]
-    rack_force: Annotated[Any, "N"]
-    tie_rod_force_left: Annotated[Any, "N"]
-    tie_rod_force_right: Annotated[Any, "N"]
-    road_wheel_angle_left: Annotated[Any, "rad"]
-    road_wheel_angle_right: Annotated[Any, "rad"]
-    truth_gear_input_angle: Annotated[Any, "rad"]
-    truth_friction_torque: Annotated[Any, "N*m"]
-    truth_friction_resistance: Annotated[Any, "N*m"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    driver_torque: Annotated[Scalar, "N*m"]
+    column_assist_torque: Annotated[Scalar, "N*m"]
+    pinion_angle: Annotated[Scalar, "rad"]
+    pinion_rate: Annotated[Scalar, "rad/s"]
+    rack_position: Annotated[Scalar, "m"]
+    rack_force: Annotated[Scalar, "N"]
+    tie_rod_force_left: Annotated[Scalar, "N"]
+    tie_rod_force_right: Annotated[Scalar, "N"]
+    road_wheel_angle_left: Annotated[Scalar, "rad"]
+    road_wheel_angle_right: Annotated[Scalar, "rad"]
+    truth_gear_input_angle: Annotated[Scalar, "rad"]
+    truth_friction_torque: Annotated[Scalar, "N*m"]
+    truth_friction_resistance: Annotated[Scalar, "N*m"]
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class ActiveFront:
     motor_ratio: Annotated[float, "", POSITIVE] = 22.5
     input_ratio: Annotated[float, "", POSITIVE] = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.column.torsion_bar is None:
             raise ParameterError("the column of an ActiveFront has no torsion bar; give ColumnEps a TorsionBar")
 
@@ -92,7 +92,7 @@ class ActiveFront:
         """At rest."""
         return ActiveFrontMotion(self.column.stiff(), 0.0)
 
-    def sticking(self, motion: ActiveFrontMotion, memory: ColumnMemory) -> dict[tuple[str, str], Any]:
+    def sticking(self, motion: ActiveFrontMotion, memory: ColumnMemory) -> dict[tuple[str, str], Scalar]:
         """What dry friction adds to the Jacobian, see `Steering.sticking`."""
         entries = self.column.sticking(motion.column, memory)
         return {(f"column.{rate}", f"column.{angle}"): entry for (rate, angle), entry in entries.items()}
@@ -105,7 +105,7 @@ class ActiveFront:
         """Of the steering wheel."""
         return Hand(*motion.column.wheel)
 
-    def motor_load(self, signals: ActiveFrontSignals, angle: Any, speed: Any, elapsed: Any) -> Any:
+    def motor_load(self, signals: ActiveFrontSignals, angle: Scalar, speed: Scalar, elapsed: Scalar) -> Scalar:
         """Torque that the gear opposes to the motor [N*m]; wheel and pinion turn on as they did at the instant.
 
         Args:
@@ -160,14 +160,14 @@ class ActiveFront:
             below.truth_friction_resistance,
         )
 
-    def _superposed(self, motor_angle: Any, motor_speed: Any, hand: Hand) -> Wheel:
+    def _superposed(self, motor_angle: Scalar, motor_speed: Scalar, hand: Hand) -> Wheel:
         """Where the pinion would be without twist of the torsion bar."""
         return Wheel(
             superposed_angle(motor_angle, hand.angle, self.motor_ratio, self.input_ratio),
             superposed_angle(motor_speed, hand.rate, self.motor_ratio, self.input_ratio),
         )
 
-    def _seen(self, motion: ActiveFrontMotion, motor_speed: Any) -> ColumnMotion:
+    def _seen(self, motion: ActiveFrontMotion, motor_speed: Scalar) -> ColumnMotion:
         """The column as if its steering wheel were where gear and hands put the upper end of the torsion bar."""
         return motion.column._replace(wheel=self._superposed(motion.motor_angle, motor_speed, self.hand(motion)))
 

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.physics.friction import viscous
 from tierod.physics.gear import lash_torque
 from tierod.physics.steering_ratio import column_torque_of_motor
-from tierod.proving_ground.parts import Hand, Loads, Steer
+from tierod.proving_ground.parts import Hand, Loads, Memory, Steer
 from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.linkage import Linkage, Resistance
-from tierod.proving_ground.steering.motor import Motor, assist_motor
-from tierod.proving_ground.steering.observed import Dry, Rack, Shaft, SteeringSignals, steering_signals
-from tierod.proving_ground.steering.torsion_bar import TorsionBar, Wheel
+from tierod.proving_ground.steering.linkage import (
+    Dry,
+    Linkage,
+    Rack,
+    Resistance,
+    Shaft,
+    SteeringSignals,
+    steering_signals,
+)
+from tierod.proving_ground.steering.shaft import Motor, TorsionBar, Wheel, assist_motor
 
 
 @dataclass(frozen=True)
@@ -34,34 +41,34 @@ class WormGear:
 class Rotor(NamedTuple):
     """Motion of the motor's rotor, where an elastic gear parts it from the column."""
 
-    angle: Any
-    rate: Any
+    angle: Scalar
+    rate: Scalar
 
 
 class ColumnMotion(NamedTuple):
     """What the differential equations of a column carry on; wheel and rotor are () where they move with the column."""
 
-    angle: Any
-    rate: Any
-    motor_torque: Any
-    wheel: Any
-    rotor: Any
+    angle: Scalar
+    rate: Scalar
+    motor_torque: Scalar
+    wheel: Tree
+    rotor: Tree
 
 
 class ColumnMemory(NamedTuple):
     """Dry friction of the column and of the kingpins."""
 
-    column: Any
-    kingpins: Any
+    column: Memory
+    kingpins: Memory
 
 
 class _Balance(NamedTuple):
-    driver_torque: Any
-    friction: Any
+    driver_torque: Scalar
+    friction: Scalar
     resistance: Resistance
-    acceleration: Any
-    wheel_acceleration: Any
-    rotor_acceleration: Any
+    acceleration: Scalar
+    wheel_acceleration: Scalar
+    rotor_acceleration: Scalar
 
 
 @dataclass(frozen=True)
@@ -112,7 +119,7 @@ class ColumnEps:
             return self.init()
         return self.init()._replace(rotor=Rotor(self.motor.ratio * self.worm_gear.play, 0.0))
 
-    def sticking(self, motion: ColumnMotion, memory: ColumnMemory) -> dict[tuple[str, str], Any]:
+    def sticking(self, motion: ColumnMotion, memory: ColumnMemory) -> dict[tuple[str, str], Scalar]:
         """What dry friction adds to the Jacobian, see `Steering.sticking`."""
         stiffness = self.friction.stiffness(memory.column, motion.rate, motion.angle)
         stiffness = stiffness + self.linkage.stiffness(motion.angle, motion.rate, memory.kingpins)
@@ -183,7 +190,7 @@ class ColumnEps:
         acceleration = (driver + drive) / inertia
         return _Balance(driver, friction, resistance, acceleration, wheel_acceleration, rotor_acceleration)
 
-    def _inertia(self) -> Any:
+    def _inertia(self) -> Scalar:
         """Of everything that turns with the column [kg*m**2]."""
         inertia = self.column_inertia + self.linkage.inertia
         if self.worm_gear is None:
@@ -192,10 +199,10 @@ class ColumnEps:
 
     def _rotor(self, motion: ColumnMotion) -> Rotor:
         if self.worm_gear is not None:
-            return motion.rotor
+            return Rotor(*motion.rotor)
         return Rotor(self.motor.ratio * motion.angle, self.motor.ratio * motion.rate)
 
-    def _drive(self, motion: ColumnMotion) -> tuple[Any, Any]:
+    def _drive(self, motion: ColumnMotion) -> tuple[Scalar, Scalar]:
         """Torque of the motor on the column [N*m], without its inertia; and acceleration of a rotor of its own."""
         motor, gear, rotor = self.motor, self.worm_gear, self._rotor(motion)
         torque = motor.shaft_torque(motion.motor_torque, rotor.angle) - viscous(rotor.rate, motor.damping)

@@ -2,22 +2,56 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.proving_ground.parts import Hand, Loads, Steer
-from tierod.proving_ground.steering.motor import Motor
-from tierod.proving_ground.steering.rack_eps import RackEps, RackMemory, RackMotion
-from tierod.proving_ground.steering.rack_presets import demonstrator_rack
+from tierod.proving_ground.steering.friction import DryFriction
+from tierod.proving_ground.steering.friction_laws import Dahl
+from tierod.proving_ground.steering.linkage import Linkage
+from tierod.proving_ground.steering.rack_eps import Mesh, RackEps, RackMemory, RackMotion
+from tierod.proving_ground.steering.shaft import Motor
+
+
+def demonstrator_rack() -> RackEps:
+    """Rack and pinion of the demonstrator of Li, Frey and Gauterin, without its motors, which turn the column.
+
+    Source: Table A1 of the paper, without steering wheel and torsion bar. The inertia is printed as 45 kg*m**2 and
+    taken as 0.045, shared between `wheel_inertia` and `pinion_inertia`, of which only the sum counts. The ratio is
+    printed as the reciprocal of what eqs (1) to (5) need. The build-up angle of friction is assumed.
+    """
+    return RackEps(
+        wheel_inertia=0.040,
+        wheel_damping=0.0,
+        pinion_inertia=0.005,
+        pinion_damping=0.0,
+        rack_mass=3.0,
+        rack_damping=22867.0,
+        centring=31227.0,
+        mesh=Mesh(1e8, 1e3),
+        friction=DryFriction(level=1.11, law=Dahl(math.radians(1.0))),
+        friction_on_rack=False,
+        motor=None,
+        linkage=Linkage(
+            ratio=1.0 / 19.7,
+            ackermann_gain=0.0,
+            rack_ratio=1.0 / 146.12,
+            road_wheel_inertia=0.0,
+            friction=DryFriction(level=0.0),
+        ),
+        torsion_bar=None,
+    )
 
 
 class DemonstratorMotion(NamedTuple):
     """Column and rack, and the torques of both motors at their shafts [N*m]."""
 
     rack: RackMotion
-    torque_1: Any
-    torque_2: Any
+    torque_1: Scalar
+    torque_2: Scalar
 
 
 class DemonstratorSignals(NamedTuple):
@@ -26,23 +60,23 @@ class DemonstratorSignals(NamedTuple):
     The drive torques are those that have acted over the step before. Friction is that of `SteeringSignals`.
     """
 
-    steering_wheel_angle: Annotated[Any, "rad"]
-    steering_wheel_rate: Annotated[Any, "rad/s"]
-    steering_shaft_torque: Annotated[Any, "N*m"]
-    tie_rod_force: Annotated[Any, "N"]
-    tie_rod_force_left: Annotated[Any, "N"]
-    tie_rod_force_right: Annotated[Any, "N"]
-    steering_motor_1_torque: Annotated[Any, "N*m"]
-    steering_motor_2_torque: Annotated[Any, "N*m"]
-    drive_torque_left: Annotated[Any, "N*m"]
-    drive_torque_right: Annotated[Any, "N*m"]
-    rack_position: Annotated[Any, "m"]
-    rack_speed: Annotated[Any, "m/s"]
-    road_wheel_angle_left: Annotated[Any, "rad"]
-    road_wheel_angle_right: Annotated[Any, "rad"]
-    truth_steering_wheel_acceleration: Annotated[Any, "rad/s**2"]
-    truth_friction_torque: Annotated[Any, "N*m"]
-    truth_friction_resistance: Annotated[Any, "N*m"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    steering_shaft_torque: Annotated[Scalar, "N*m"]
+    tie_rod_force: Annotated[Scalar, "N"]
+    tie_rod_force_left: Annotated[Scalar, "N"]
+    tie_rod_force_right: Annotated[Scalar, "N"]
+    steering_motor_1_torque: Annotated[Scalar, "N*m"]
+    steering_motor_2_torque: Annotated[Scalar, "N*m"]
+    drive_torque_left: Annotated[Scalar, "N*m"]
+    drive_torque_right: Annotated[Scalar, "N*m"]
+    rack_position: Annotated[Scalar, "m"]
+    rack_speed: Annotated[Scalar, "m/s"]
+    road_wheel_angle_left: Annotated[Scalar, "rad"]
+    road_wheel_angle_right: Annotated[Scalar, "rad"]
+    truth_steering_wheel_acceleration: Annotated[Scalar, "rad/s**2"]
+    truth_friction_torque: Annotated[Scalar, "N*m"]
+    truth_friction_resistance: Annotated[Scalar, "N*m"]
 
 
 def steering_motor() -> Motor:
@@ -84,7 +118,7 @@ class Demonstrator:
         """At rest, with teeth in contact."""
         return DemonstratorMotion(self.rack.stiff(), 0.0, 0.0)
 
-    def sticking(self, motion: DemonstratorMotion, memory: RackMemory) -> dict[tuple[str, str], Any]:
+    def sticking(self, motion: DemonstratorMotion, memory: RackMemory) -> dict[tuple[str, str], Scalar]:
         """What dry friction adds to the Jacobian, see `Steering.sticking`."""
         entries = self.rack.sticking(motion.rack, memory)
         return {(f"rack.{rate}", f"rack.{angle}"): entry for (rate, angle), entry in entries.items()}

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated
 
+from tierod.core.block import Scalar
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import absolute, cos, maximum, where
+from tierod.proving_ground.parts import Memory
 from tierod.proving_ground.steering.friction_laws import Dahl, Law
 
 
@@ -49,11 +51,11 @@ class DryFriction:
     bump_width: Annotated[float, "rad", POSITIVE] = 0.2
     wave: Wave | None = None
 
-    def remembered(self) -> Any:
+    def remembered(self) -> Memory:
         """Relaxed, before the first motion."""
         return self.law.remembered()
 
-    def torque(self, memory: Any, turned: Any, rate: Any, load: Any = 1.0, angle: Any = 0.0) -> Any:
+    def torque(self, memory: Memory, turned: Scalar, rate: Scalar, load: Scalar = 1.0, angle: Scalar = 0.0) -> Scalar:
         """Torque that opposes motion [N*m], exact over a path without reversal.
 
         Args:
@@ -67,7 +69,7 @@ class DryFriction:
         sided = self._level_at(angle) + where(share > 0.0, self.left_excess, self.right_excess)
         return share * sided * (1.0 + self.load_share * (absolute(load) - 1.0))
 
-    def stiffness(self, memory: Any, rate: Any, angle: Any = 0.0) -> Any:
+    def stiffness(self, memory: Memory, rate: Scalar, angle: Scalar = 0.0) -> Scalar:
         """Growth of the torque per angle [N*m/rad] at the start of a step, at the reference load.
 
         Args:
@@ -78,15 +80,15 @@ class DryFriction:
         sided = self._level_at(angle) + where(rate > 0.0, self.left_excess, self.right_excess)
         return sided * self.law.slope(memory, rate)
 
-    def advance(self, memory: Any, turned: Any, rate: Any, load: Any = 1.0, angle: Any = 0.0) -> Any:
+    def advance(self, memory: Memory, turned: Scalar, rate: Scalar, load: Scalar = 1.0, angle: Scalar = 0.0) -> Memory:
         """Memory after a step; arguments as of `torque`."""
         return self.law.advance(memory, turned, rate)
 
-    def sliding_level(self, angle: Any) -> Any:
+    def sliding_level(self, angle: Scalar) -> Scalar:
         """Torque of sliding [N*m] at an angle and the reference load, the mean of both directions: the truth."""
         return self._level_at(angle) + 0.5 * (self.left_excess + self.right_excess)
 
-    def _level_at(self, angle: Any) -> Any:
+    def _level_at(self, angle: Scalar) -> Scalar:
         aside = (angle - self.bump_angle) / self.bump_width
         rest = maximum(1.0 - aside * aside, 0.0)
         level = self.level + self.bump * rest * rest

@@ -1,11 +1,12 @@
-"""Rack, tie rods, steering arms and kingpins: from the pinion to the road wheels, and their load back at the pinion."""
+"""Rack, tie rods, steering arms and kingpins: from the pinion to the road wheels, their load, and all signals."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.physics.gear import end_stop_torque
 from tierod.physics.steering_ratio import (
@@ -15,7 +16,7 @@ from tierod.physics.steering_ratio import (
     torque_at_steering_wheel,
     variable_ratio,
 )
-from tierod.proving_ground.parts import Loads, Steer
+from tierod.proving_ground.parts import Hand, Loads, Memory, Steer
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl
 
@@ -39,14 +40,14 @@ class Resistance(NamedTuple):
         stop: of the end stops [N*m]
     """
 
-    left: Any
-    right: Any
-    kingpin: Any
-    friction: Any
-    stop: Any
+    left: Scalar
+    right: Scalar
+    kingpin: Scalar
+    friction: Scalar
+    stop: Scalar
 
     @property
-    def total(self) -> Any:
+    def total(self) -> Scalar:
         """Sum of all [N*m]."""
         return self.kingpin + self.friction + self.stop
 
@@ -84,11 +85,11 @@ class Linkage:
         """Of both road wheels at the pinion [kg*m**2], with the ratio at the centre."""
         return 2.0 * self.road_wheel_inertia * self.ratio * self.ratio
 
-    def remembered(self) -> Any:
+    def remembered(self) -> Memory:
         """Friction relaxed."""
         return self.friction.remembered()
 
-    def steer(self, angle: Any, rate: Any) -> Steer:
+    def steer(self, angle: Scalar, rate: Scalar) -> Steer:
         """Of the road wheels at an angle [rad] and rate [rad/s] of the pinion."""
         mean, slope, gain = self._mean(angle), self._slope(angle) * rate, self.ackermann_gain
         return Steer(
@@ -98,7 +99,7 @@ class Linkage:
             slope * ackermann_slope(mean, -gain),
         )
 
-    def resistance(self, angle: Any, rate: Any, start: Any, memory: Any, loads: Loads) -> Resistance:
+    def resistance(self, angle: Scalar, rate: Scalar, start: Scalar, memory: Memory, loads: Loads) -> Resistance:
         """What the pinion feels.
 
         Args:
@@ -115,28 +116,123 @@ class Linkage:
         stop = end_stop_torque(angle, rate, self.end_stop.angle, self.end_stop.stiffness, self.end_stop.damping)
         return Resistance(left + 0.5 * friction, right + 0.5 * friction, left + right, friction, stop)
 
-    def stiffness(self, angle: Any, rate: Any, memory: Any) -> Any:
+    def stiffness(self, angle: Scalar, rate: Scalar, memory: Memory) -> Scalar:
         """Stiffness of the dry friction at the pinion [N*m/rad] at the start of a step; see `resistance`."""
         slope = self._slope(angle)
         return slope * slope * self.friction.stiffness(memory, slope * rate, self._mean(angle))
 
-    def advance(self, angle: Any, rate: Any, start: Any, memory: Any, loads: Loads) -> Any:
+    def advance(self, angle: Scalar, rate: Scalar, start: Scalar, memory: Memory, loads: Loads) -> Memory:
         """Memory of the friction after a step; arguments as of `resistance`."""
         mean, slope = self._mean(angle), self._slope(angle)
         return self.friction.advance(memory, *self._path(angle, rate, start, mean, slope), self._load(loads), mean)
 
-    def friction_level(self, angle: Any) -> Any:
+    def friction_level(self, angle: Scalar) -> Scalar:
         """Level of the friction at the pinion [N*m]."""
         return torque_at_steering_wheel(self.friction.sliding_level(self._mean(angle)), self._slope(angle))
 
-    def _path(self, angle: Any, rate: Any, start: Any, mean: Any, slope: Any) -> tuple[Any, Any]:
+    def _path(self, angle: Scalar, rate: Scalar, start: Scalar, mean: Scalar, slope: Scalar) -> tuple[Scalar, Scalar]:
         return mean - self._mean(start), slope * rate
 
-    def _load(self, loads: Loads) -> Any:
+    def _load(self, loads: Loads) -> Scalar:
         return loads.front_load / self.reference_load
 
-    def _mean(self, angle: Any) -> Any:
+    def _mean(self, angle: Scalar) -> Scalar:
         return road_wheel_angle(angle, self.ratio, self.ratio_growth)
 
-    def _slope(self, angle: Any) -> Any:
+    def _slope(self, angle: Scalar) -> Scalar:
         return variable_ratio(angle, self.ratio, self.ratio_growth)
+
+
+class SteeringSignals(NamedTuple):
+    """Signals before sensors, and what no sensor sees (`truth_`).
+
+    `truth_friction_torque` is the sliding level of all dry friction at the steering wheel's axis, at the reference
+    loads and the present angle; `truth_friction_resistance` is what all dry friction does right now, with its sign.
+    """
+
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    driver_torque: Annotated[Scalar, "N*m"]
+    motor_torque: Annotated[Scalar, "N*m"]
+    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    motor_speed: Annotated[Scalar, "rad/s"]
+    pinion_angle: Annotated[Scalar, "rad"]
+    rack_position: Annotated[Scalar, "m"]
+    rack_speed: Annotated[Scalar, "m/s"]
+    rack_force: Annotated[Scalar, "N"]
+    tie_rod_force_left: Annotated[Scalar, "N"]
+    tie_rod_force_right: Annotated[Scalar, "N"]
+    road_wheel_angle_left: Annotated[Scalar, "rad"]
+    road_wheel_angle_right: Annotated[Scalar, "rad"]
+    truth_friction_torque: Annotated[Scalar, "N*m"]
+    truth_friction_resistance: Annotated[Scalar, "N*m"]
+    truth_steering_wheel_acceleration: Annotated[Scalar, "rad/s**2"]
+
+
+class Shaft(NamedTuple):
+    """A rotor at one instant: torque of its currents [N*m], angle [rad], rate [rad/s]."""
+
+    torque: Scalar
+    angle: Scalar
+    rate: Scalar
+
+
+class Rack(NamedTuple):
+    """A rack at one instant, as the turn of the pinion that it stands for: [rad], [rad/s], [rad/s**2]."""
+
+    angle: Scalar
+    rate: Scalar
+    acceleration: Scalar
+
+
+class Dry(NamedTuple):
+    """Dry friction of a whole steering at the steering wheel's axis: level and signed torque [N*m]."""
+
+    level: Scalar
+    torque: Scalar
+
+
+def steering_signals(
+    linkage: Linkage,
+    hand: Hand,
+    hand_acceleration: Scalar,
+    driver_torque: Scalar,
+    motor: Shaft,
+    pinion_angle: Scalar,
+    rack: Rack,
+    resistance: Resistance,
+    dry: Dry,
+) -> SteeringSignals:
+    """Signals of a steering, with the tie rods' forces from the balance of their road wheels.
+
+    Args:
+        hand, hand_acceleration: steering wheel, [rad/s**2]
+        driver_torque: in the torsion bar [N*m]
+        motor, rack: rotor and travel
+        pinion_angle: [rad]
+        linkage, resistance: behind the rack
+        dry: friction
+    """
+    steer = linkage.steer(rack.angle, rack.rate)
+    swing = 0.5 * linkage.inertia * rack.acceleration
+    left = (resistance.left + swing) / linkage.rack_ratio
+    right = (resistance.right + swing) / linkage.rack_ratio
+    return SteeringSignals(
+        steering_wheel_angle=hand.angle,
+        steering_wheel_rate=hand.rate,
+        driver_torque=driver_torque,
+        motor_torque=motor.torque,
+        motor_angle_mechanical=motor.angle,
+        motor_speed=motor.rate,
+        pinion_angle=pinion_angle,
+        rack_position=linkage.rack_ratio * rack.angle,
+        rack_speed=linkage.rack_ratio * rack.rate,
+        rack_force=left + right,
+        tie_rod_force_left=left,
+        tie_rod_force_right=right,
+        road_wheel_angle_left=steer.left,
+        road_wheel_angle_right=steer.right,
+        truth_friction_torque=dry.level,
+        truth_friction_resistance=dry.torque,
+        truth_steering_wheel_acceleration=hand_acceleration,
+    )

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.physics.friction import viscous
 from tierod.physics.gear import lash_torque
 from tierod.physics.steering_ratio import column_torque_of_motor
-from tierod.proving_ground.parts import Hand, Loads, Steer
+from tierod.proving_ground.parts import Hand, Loads, Memory, Steer
 from tierod.proving_ground.steering.friction import DryFriction
-from tierod.proving_ground.steering.linkage import Linkage, Resistance
-from tierod.proving_ground.steering.motor import Motor, assist_motor
-from tierod.proving_ground.steering.observed import Dry, Rack, Shaft, SteeringSignals, steering_signals
-from tierod.proving_ground.steering.torsion_bar import TorsionBar, Wheel
+from tierod.proving_ground.steering.linkage import (
+    Dry,
+    Linkage,
+    Rack,
+    Resistance,
+    Shaft,
+    SteeringSignals,
+    steering_signals,
+)
+from tierod.proving_ground.steering.shaft import Motor, TorsionBar, Wheel, assist_motor
 
 
 @dataclass(frozen=True)
@@ -33,28 +40,28 @@ class Mesh:
 class RackMotion(NamedTuple):
     """What the differential equations of a rack steering carry on; motor and wheel are () where there is none."""
 
-    angle: Any
-    rate: Any
-    position: Any
-    speed: Any
-    motor_torque: Any
-    wheel: Any
+    angle: Scalar
+    rate: Scalar
+    position: Scalar
+    speed: Scalar
+    motor_torque: Tree
+    wheel: Tree
 
 
 class RackMemory(NamedTuple):
     """Dry friction of the gear and of the kingpins."""
 
-    gear: Any
-    kingpins: Any
+    gear: Memory
+    kingpins: Memory
 
 
 class _Balance(NamedTuple):
-    driver_torque: Any
-    friction: Any
+    driver_torque: Scalar
+    friction: Scalar
     resistance: Resistance
-    acceleration: Any
-    rack_acceleration: Any
-    wheel_acceleration: Any
+    acceleration: Scalar
+    rack_acceleration: Scalar
+    wheel_acceleration: Scalar
 
 
 @dataclass(frozen=True)
@@ -114,7 +121,7 @@ class RackEps:
         """At rest, with teeth in contact."""
         return self.init()._replace(position=-self.mesh.play)
 
-    def sticking(self, motion: RackMotion, memory: RackMemory) -> dict[tuple[str, str], Any]:
+    def sticking(self, motion: RackMotion, memory: RackMemory) -> dict[tuple[str, str], Scalar]:
         """What dry friction adds to the Jacobian, see `Steering.sticking`."""
         rack, (inertia, mass) = self._rack(motion), self._inertias()
         kingpins = self.linkage.stiffness(rack.angle, rack.rate, memory.kingpins)
@@ -207,11 +214,11 @@ class RackEps:
         ratio = self.linkage.rack_ratio
         return Rack(motion.position / ratio, motion.speed / ratio, 0.0)
 
-    def _rubbing(self, motion: RackMotion) -> Any:
+    def _rubbing(self, motion: RackMotion) -> Scalar:
         """Angle of the pinion at the place of the friction [rad]."""
         return motion.position / self.linkage.rack_ratio if self.friction_on_rack else motion.angle
 
-    def _rubbed(self, motion: RackMotion, start: RackMotion) -> tuple[Any, Any]:
+    def _rubbed(self, motion: RackMotion, start: RackMotion) -> tuple[Scalar, Scalar]:
         """Path since the start of the step and rate there [rad], [rad/s]."""
         turned = self._rubbing(motion) - self._rubbing(start)
         return turned, motion.speed / self.linkage.rack_ratio if self.friction_on_rack else motion.rate
@@ -223,7 +230,7 @@ class RackEps:
         angle, rate = (rack.angle, rack.rate) if self.motor_on_rack else (motion.angle, motion.rate)
         return Shaft(motion.motor_torque, self.motor.ratio * angle, self.motor.ratio * rate)
 
-    def _motor(self, motion: RackMotion) -> tuple[Any, Any]:
+    def _motor(self, motion: RackMotion) -> tuple[Scalar, Scalar]:
         """Torque of the motor on the pinion and on the rack, as at the pinion [N*m]."""
         if self.motor is None:
             return 0.0, 0.0
@@ -232,7 +239,7 @@ class RackEps:
         torque = column_torque_of_motor(torque, motor.ratio)
         return (0.0, torque) if self.motor_on_rack else (torque, 0.0)
 
-    def _inertias(self) -> tuple[Any, Any]:
+    def _inertias(self) -> tuple[Scalar, Scalar]:
         """Inertia of what turns with the pinion [kg*m**2], mass of what moves with the rack [kg]."""
         inertia = self.pinion_inertia if self.torsion_bar is not None else self.pinion_inertia + self.wheel_inertia
         moved, square = self.linkage.inertia, self.linkage.rack_ratio * self.linkage.rack_ratio

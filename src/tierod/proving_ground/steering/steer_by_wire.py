@@ -4,40 +4,41 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.physics.friction import viscous
 from tierod.physics.steering_ratio import column_torque_of_motor
-from tierod.proving_ground.parts import Hand, Loads, Steer
+from tierod.proving_ground.parts import Hand, Loads, Memory, Steer
 from tierod.proving_ground.steering.friction import DryFriction
 from tierod.proving_ground.steering.friction_laws import Dahl
 from tierod.proving_ground.steering.linkage import Linkage, Resistance
-from tierod.proving_ground.steering.motor import Motor
+from tierod.proving_ground.steering.shaft import Motor
 
 
 class HandWheelMotion(NamedTuple):
     """Angle [rad] and rate [rad/s] of the steering wheel, torque of the feedback motor [N*m]."""
 
-    angle: Any
-    rate: Any
-    torque: Any
+    angle: Scalar
+    rate: Scalar
+    torque: Scalar
 
 
 class SteerByWireMotion(NamedTuple):
     """Turn of the pinion [rad], its rate [rad/s], torque of the actuator at its shaft [N*m], and the steering wheel."""
 
-    angle: Any
-    rate: Any
-    motor_torque: Any
+    angle: Scalar
+    rate: Scalar
+    motor_torque: Scalar
     wheel: HandWheelMotion
 
 
 class SteerByWireMemory(NamedTuple):
     """Dry friction of the road wheels and of the steering wheel."""
 
-    road_wheels: Any
-    wheel: Any
+    road_wheels: Memory
+    wheel: Memory
 
 
 class SteerByWireSignals(NamedTuple):
@@ -46,22 +47,22 @@ class SteerByWireSignals(NamedTuple):
     The driver's torque is measured between steering wheel and feedback motor; friction of the unit is below.
     """
 
-    steering_wheel_angle: Annotated[Any, "rad"]
-    steering_wheel_rate: Annotated[Any, "rad/s"]
-    driver_torque: Annotated[Any, "N*m"]
-    feedback_torque: Annotated[Any, "N*m"]
-    road_wheel_angle: Annotated[Any, "rad"]
-    road_wheel_rate: Annotated[Any, "rad/s"]
-    road_wheel_angle_left: Annotated[Any, "rad"]
-    road_wheel_angle_right: Annotated[Any, "rad"]
-    pinion_angle: Annotated[Any, "rad"]
-    rack_position: Annotated[Any, "m"]
-    motor_torque: Annotated[Any, "N*m"]
-    motor_current: Annotated[Any, "A"]
-    road_wheel_torque: Annotated[Any, "N*m"]
-    truth_road_wheel_friction: Annotated[Any, "N*m"]
-    truth_road_wheel_friction_level: Annotated[Any, "N*m"]
-    truth_road_wheel_acceleration: Annotated[Any, "rad/s**2"]
+    steering_wheel_angle: Annotated[Scalar, "rad"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    driver_torque: Annotated[Scalar, "N*m"]
+    feedback_torque: Annotated[Scalar, "N*m"]
+    road_wheel_angle: Annotated[Scalar, "rad"]
+    road_wheel_rate: Annotated[Scalar, "rad/s"]
+    road_wheel_angle_left: Annotated[Scalar, "rad"]
+    road_wheel_angle_right: Annotated[Scalar, "rad"]
+    pinion_angle: Annotated[Scalar, "rad"]
+    rack_position: Annotated[Scalar, "m"]
+    motor_torque: Annotated[Scalar, "N*m"]
+    motor_current: Annotated[Scalar, "A"]
+    road_wheel_torque: Annotated[Scalar, "N*m"]
+    truth_road_wheel_friction: Annotated[Scalar, "N*m"]
+    truth_road_wheel_friction_level: Annotated[Scalar, "N*m"]
+    truth_road_wheel_acceleration: Annotated[Scalar, "rad/s**2"]
 
 
 @dataclass(frozen=True)
@@ -80,11 +81,11 @@ class HandWheel:
 
 
 class _Balance(NamedTuple):
-    driving: Any
+    driving: Scalar
     resistance: Resistance
-    acceleration: Any
-    wheel_friction: Any
-    wheel_acceleration: Any
+    acceleration: Scalar
+    wheel_friction: Scalar
+    wheel_acceleration: Scalar
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,7 @@ class SteerByWire:
         """At rest."""
         return self.init()
 
-    def sticking(self, motion: SteerByWireMotion, memory: SteerByWireMemory) -> dict[tuple[str, str], Any]:
+    def sticking(self, motion: SteerByWireMotion, memory: SteerByWireMemory) -> dict[tuple[str, str], Scalar]:
         """What dry friction adds to the Jacobian, see `Steering.sticking`."""
         road = self.linkage.stiffness(motion.angle, motion.rate, memory.road_wheels)
         hands = self.hand_wheel.friction.stiffness(memory.wheel, motion.wheel.rate)
@@ -223,13 +224,13 @@ class SteerByWire:
             (loads.hand_torque + self.feedback.ratio * wheel.torque - friction) / self._hand_inertia(),
         )
 
-    def _inertia(self) -> Any:
+    def _inertia(self) -> Scalar:
         """Of everything that turns with the road wheels, at the pinion [kg*m**2]."""
         linkage, motor = self.linkage, self.motor
         return (
             linkage.ratio * linkage.ratio * self.inertia + linkage.inertia + motor.ratio * motor.ratio * motor.inertia
         )
 
-    def _hand_inertia(self) -> Any:
+    def _hand_inertia(self) -> Scalar:
         """Of steering wheel and feedback motor [kg*m**2]."""
         return self.hand_wheel.inertia + self.feedback.ratio * self.feedback.ratio * self.feedback.inertia

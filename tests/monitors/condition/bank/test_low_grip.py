@@ -18,8 +18,7 @@ from tierod.papers.condition.recorded import as_recorded, recorded
 from tierod.papers.condition.vehicles import vehicle
 from tierod.proving_ground.courses.catalogue import load as course
 from tierod.proving_ground.courses.circuit import Halt
-from tierod.proving_ground.courses.conditions import Adhesion
-from tierod.proving_ground.courses.window import Along
+from tierod.proving_ground.courses.conditions import Adhesion, Along
 from tierod.proving_ground.run import run
 from tierod.vehicles import load
 

@@ -3,30 +3,117 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from tierod.core.block import Ring
-from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
-from tierod.core.graph.maths import absolute, arctan, limit, maximum, minimum
+from tierod.core.block import Ring, Scalar
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
+from tierod.core.graph.maths import absolute, arctan, both, limit, maximum, minimum, where
 from tierod.physics.planar_motion import pursuit_curvature
 from tierod.physics.single_track import steady_road_wheel_angle
-from tierod.proving_ground.driving.pedals import Foot, Pedals
 from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
+
+STANDING = 0.02
+"""Speed below which a car counts as standing [m/s]."""
+
+
+class Foot(NamedTuple):
+    """What the foot remembers, as accelerations [m/s**2].
+
+    Args:
+        learnt: what gradients and drag have asked for
+        pressed: what is pressed now
+        resting: least braking of a halting car, which grows until it stands
+    """
+
+    learnt: Scalar
+    pressed: Scalar
+    resting: Scalar
+
+
+@dataclass(frozen=True)
+class Pedals:
+    """Keeps a target speed: its planned acceleration ahead, proportional and integral action on the speed error.
+
+    With the defaults the closed loop has both poles near -0.5 1/s. The slower the car, the lighter the foot brakes: a
+    stop is eased, since the tyres throw a car back that is stopped at once. Where the target is zero and the car has
+    almost stopped, the foot rests on the brake until the target rises.
+
+    Args:
+        proportional: acceleration per speed error
+        integral: growth of acceleration per speed error
+        learnt_limit: of what the integral can reach: a gradient of 20 %, drag at high speed
+        foot_time: lag of the foot
+        strongest_acceleration, strongest_braking: what is asked for at the most
+        easing_speed: below it braking becomes the lighter
+        last_share: of the braking that is left at the end of a stop
+        holding: deceleration that would result from the brake's force at rest
+        resting_speed: below it, the target at zero, the foot comes to rest on the brake
+        resting_rate: at which its weight grows while the car still rolls
+    """
+
+    proportional: Annotated[float, "1/s", POSITIVE] = 1.0
+    integral: Annotated[float, "1/s**2", NOT_NEGATIVE] = 0.25
+    learnt_limit: Annotated[float, "m/s**2", NOT_NEGATIVE] = 2.0
+    foot_time: Annotated[float, "s", POSITIVE] = 0.15
+    strongest_acceleration: Annotated[float, "m/s**2", POSITIVE] = 5.0
+    strongest_braking: Annotated[float, "m/s**2", POSITIVE] = 9.0
+    easing_speed: Annotated[float, "m/s", POSITIVE] = 0.8
+    last_share: Annotated[float, "", SHARE] = 0.2
+    holding: Annotated[float, "m/s**2", POSITIVE] = 3.0
+    resting_speed: Annotated[float, "m/s", POSITIVE] = 0.3
+    resting_rate: Annotated[float, "m/s**3", POSITIVE] = 3.0
+
+    def remembered(self) -> Foot:
+        """At ease."""
+        return Foot(0.0, 0.0, 0.0)
+
+    def press(
+        self, foot: Foot, speed: Scalar, wanted_speed: Scalar, planned: Scalar, step: Scalar
+    ) -> tuple[Foot, Scalar]:
+        """Once a step: the foot afterwards, and the acceleration [m/s**2] that it asks of the car.
+
+        Args:
+            foot: before
+            speed: forward speed [m/s]
+            wanted_speed: target [m/s]
+            planned: acceleration of the target [m/s**2]
+            step: [s]
+        """
+        error = wanted_speed - speed
+        asked = self._eased(planned + self.proportional * error, speed) + foot.learnt
+        wanted = limit(asked, -self.strongest_braking, self.strongest_acceleration)
+        halting = both(wanted_speed < 0.5 * self.resting_speed, speed < self.resting_speed)
+        resting = where(halting, self._resting(foot, speed, step), 0.0)
+        wanted = where(halting, minimum(wanted, -resting), wanted)
+        learning = where(both(wanted == asked, speed >= self.resting_speed), self.integral * error, 0.0)
+        learnt = limit(foot.learnt + step * learning, -self.learnt_limit, self.learnt_limit)
+        pressed = foot.pressed + step / self.foot_time * (wanted - foot.pressed)
+        return Foot(learnt, pressed, resting), pressed
+
+    def _eased(self, acceleration: Scalar, speed: Scalar) -> Scalar:
+        """Braking at walking pace becomes lighter; anything else stays [m/s**2]."""
+        share = self.last_share + (1.0 - self.last_share) * limit(speed / self.easing_speed, 0.0, 1.0)
+        return where(acceleration < 0.0, share * acceleration, acceleration)
+
+    def _resting(self, foot: Foot, speed: Scalar, step: Scalar) -> Scalar:
+        """Weight of the foot on the brake [m/s**2]: all of it at rest, growing until then."""
+        growing = minimum(foot.resting + step * self.resting_rate, self.holding)
+        return where(speed < STANDING, self.holding, growing)
 
 
 class Muscles(NamedTuple):
     """What the arms' differential equations carry on: angle of the muscles, its rate, and patience [rad], ..."""
 
-    angle: Any
-    rate: Any
-    persistent_angle: Any
+    angle: Scalar
+    rate: Scalar
+    persistent_angle: Scalar
 
 
 class Mind(NamedTuple):
     """What a driver remembers: offsets not yet reacted to, curvature that is being steered, and the foot."""
 
     offset_ahead: Ring
-    curvature: Any
+    curvature: Scalar
     foot: Foot
 
 
@@ -39,11 +126,11 @@ class HumanDriver:
     (2008). The person knows a car by four numbers of their own, which need not be those of the car.
 
     Args:
-        mass: believed, of the car
-        wheelbase: believed
-        understeer_gradient: believed, extra road-wheel angle per lateral acceleration
-        rear_distance: believed, from the centre of gravity to the rear axle; a car's middle turns in before its rear
-        steering_ratio: believed, road-wheel angle per steering-wheel angle
+        mass: assumed, of the car
+        wheelbase: assumed
+        understeer_gradient: assumed, extra road-wheel angle per lateral acceleration
+        rear_distance: assumed, from the centre of gravity to the rear axle; a car's middle turns in before its rear
+        steering_ratio: assumed, road-wheel angle per steering-wheel angle
         arm_stiffness: torque per angle between muscles and wheel
         arm_damping: torque per rate between muscles and wheel
         muscle_time: time constant of the muscles, twice in a row
@@ -52,8 +139,8 @@ class HumanDriver:
         anticipation: how early the road's curvature is steered, makes up for muscles and vehicle
         correction: share of the offset correction that the person makes with full attention
         greatest_offset: an offset beyond it is corrected no faster
-        expected_effort: believed torque at the steering wheel per lateral acceleration, which the arms press in advance
-        persistence: integral gain on the remaining angle error, for a person told to reach an angle (no attention to
+        expected_effort: assumed torque at the steering wheel per lateral acceleration, which the arms press in advance
+        persistence: integral gain on the remaining angle error, for a person who has to reach an angle (no attention to
             a lane, hands on the wheel)
         slowest_correction: speed below which the offset is corrected the less, not at all at rest
         pedals: speed keeping
@@ -112,12 +199,12 @@ class HumanDriver:
         noticed = memory.offset_ahead.push(near + self.preview_time * seen.offset_rate)
         return Mind(noticed, ahead, foot), Intent(wanted, self.mass * acceleration)
 
-    def _correcting(self, offset_ahead: Any, speed: Any) -> Any:
+    def _correcting(self, offset_ahead: Scalar, speed: Scalar) -> Scalar:
         """Curvature [1/m] that would lead back to the path over the preview distance."""
         reach = self.preview_time * maximum(speed, self.slowest_correction)
         return self.correction * pursuit_curvature(offset_ahead, reach)
 
-    def hand_torque(self, motion: Muscles, hand: Hand, demand: Demand) -> Any:
+    def hand_torque(self, motion: Muscles, hand: Hand, demand: Demand) -> Scalar:
         """Torque of the hands on the steering wheel [N*m].
 
         Args:
@@ -138,8 +225,8 @@ class HumanDriver:
             demand: of the course: grip and attention
         """
         wanted, lag = intent.steering_wheel_angle + motion.persistent_angle, self.muscle_time
-        told = demand.grip * (1.0 - demand.attention)
-        remaining = told * (intent.steering_wheel_angle - hand.angle) - (1.0 - told) * motion.persistent_angle
+        open_loop = demand.grip * (1.0 - demand.attention)
+        remaining = open_loop * (intent.steering_wheel_angle - hand.angle) - (1.0 - open_loop) * motion.persistent_angle
         return Muscles(
             angle=motion.rate,
             rate=((wanted - motion.angle) / lag - 2.0 * motion.rate) / lag,

@@ -3,40 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import arctan, limit, maximum, where
 from tierod.physics.planar_motion import pursuit_curvature
 from tierod.physics.single_track import steady_road_wheel_angle
-from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory
-from tierod.proving_ground.control.speed_control import SpeedControl
+from tierod.proving_ground.control.angle_control import AngleControl, AngleMemory, SpeedControl
 from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
 
 
-class Place(NamedTuple):
-    """Where localisation says that the car is; takes the place of an `Intent`, since commands come from sensed signals.
-
-    Args:
-        steering_wheel_angle, force: of an intent, zero
-        lateral_offset: from the path, positive to the left [m]
-        offset_rate: [m/s]
-        curvature: of the path here [1/m]
-    """
-
-    steering_wheel_angle: Any
-    force: Any
-    lateral_offset: Any
-    offset_rate: Any
-    curvature: Any
-
-
 class Sensed(NamedTuple):
-    """What sensors tell: speed [m/s], yaw rate [rad/s], steering-wheel angle [rad]."""
+    """Sensor readings: speed [m/s], yaw rate [rad/s], steering-wheel angle [rad]."""
 
-    speed: Any
-    yaw_rate: Any
-    steering_wheel_angle: Any
+    speed: Scalar
+    yaw_rate: Scalar
+    steering_wheel_angle: Scalar
 
 
 class Targets(NamedTuple):
@@ -50,21 +33,21 @@ class Targets(NamedTuple):
         drive_difference: torque of the right wheel less that of the left one [N*m]
     """
 
-    steering_wheel_angle: Any
-    speed: Any
-    steering_torque_1: Any
-    steering_torque_2: Any
-    force: Any
-    drive_difference: Any
+    steering_wheel_angle: Scalar
+    speed: Scalar
+    steering_torque_1: Scalar
+    steering_torque_2: Scalar
+    force: Scalar
+    drive_difference: Scalar
 
 
 class Command(NamedTuple):
     """What the automated driver remembers: its controls, its last target angle [rad], and the time of the split [s]."""
 
     angle: AngleMemory
-    speed: Any
-    target: Any
-    time: Any
+    speed: Scalar
+    target: Scalar
+    time: Scalar
 
 
 @dataclass(frozen=True)
@@ -73,7 +56,7 @@ class Split:
 
     Args:
         share: of the first motor, in the mean
-        swing: by which the share swings about its mean, so that a loss of one motor can be told from that of the other
+        swing: by which the share swings about its mean, so that a loss of one motor differs from that of the other
         period: of the swing
     """
 
@@ -81,7 +64,7 @@ class Split:
     swing: Annotated[float, "", SHARE] = 0.0
     period: Annotated[float, "s", POSITIVE] = 0.24
 
-    def first(self, time: Any) -> Any:
+    def first(self, time: Scalar) -> Scalar:
         """Share of the first motor [-] at a time within the period [s]."""
         return self.share + where(time < 0.5 * self.period, self.swing, -self.swing)
 
@@ -90,11 +73,11 @@ class Split:
 class AutomatedDriver:
     """Pure pursuit with the path's curvature ahead, an angle control for two steering motors, and a speed control.
 
-    Localisation (offset and course against the path) is sound; speed, yaw rate and steering-wheel angle are what
+    Localisation (offset and course against the path) is exact; speed, yaw rate and steering-wheel angle are what
     sensors say. The driver knows the car by numbers of its own.
 
     Args:
-        mass, wheelbase, understeer_gradient, steering_ratio: believed; the ratio is road wheel per steering wheel
+        mass, wheelbase, understeer_gradient, steering_ratio: assumed; the ratio is road wheel per steering wheel
         anticipation: how far ahead in time the curvature is read: the lag of steering and tyres
         preview_time: how far ahead the offset is judged
         least_preview: distance below which the preview does not shrink
@@ -128,23 +111,23 @@ class AutomatedDriver:
     speed_control: SpeedControl = field(default_factory=SpeedControl)
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
-    def init(self) -> tuple:
+    def init(self) -> tuple[()]:
         """No muscles."""
         return ()
 
-    def remembered(self) -> tuple:
+    def remembered(self) -> tuple[()]:
         """Localisation has no memory."""
         return ()
 
-    def decide(self, memory: tuple, seen: Seen, demand: Demand) -> tuple[tuple, Intent]:
-        """Once a step: where the car is; see `command`."""
-        return (), Place(0.0, 0.0, seen.lateral_offset, seen.offset_rate, seen.curvature)  # type: ignore[return-value]
+    def decide(self, memory: tuple[()], seen: Seen, demand: Demand) -> tuple[tuple[()], Intent]:
+        """Nothing by hand or foot: see `command`."""
+        return (), Intent(0.0, 0.0)
 
-    def hand_torque(self, motion: tuple, hand: Hand, demand: Demand) -> Any:
-        """Nobody's hands; what a course adds by hand torque acts all the same [N*m]."""
+    def hand_torque(self, motion: tuple[()], hand: Hand, demand: Demand) -> Scalar:
+        """No hands; what a course adds by hand torque acts all the same [N*m]."""
         return demand.hand_torque
 
-    def derivative(self, motion: tuple, intent: Intent, hand: Hand, demand: Demand) -> tuple:
+    def derivative(self, motion: tuple[()], intent: Intent, hand: Hand, demand: Demand) -> tuple[()]:
         """No muscles."""
         return ()
 
@@ -152,17 +135,17 @@ class AutomatedDriver:
         """Memory of the controls before the first step."""
         return Command(self.angle_control.remembered(), self.speed_control.remembered(), 0.0, 0.0)
 
-    def command(self, memory: Command, place: Place, demand: Demand, sensed: Sensed) -> tuple[Command, Targets]:
+    def command(self, memory: Command, seen: Seen, demand: Demand, sensed: Sensed) -> tuple[Command, Targets]:
         """Once a step: all targets from sensed signals.
 
         Args:
             memory: of the step before
-            place: from `decide`
+            seen: as localisation gives it, against the path
             demand: of the course
             sensed: through the ports of the car
         """
         most = self.target_rate * self.step_time
-        target = limit(self._wanted_angle(place, demand, sensed), memory.target - most, memory.target + most)
+        target = limit(self._wanted_angle(seen, demand, sensed), memory.target - most, memory.target + most)
         angle, torque = self.angle_control.decide(memory.angle, target, sensed.steering_wheel_angle)
         speed, acceleration = self.speed_control.decide(memory.speed, demand.speed, demand.acceleration, sensed.speed)
         first = self.split.first(memory.time) * torque
@@ -178,15 +161,15 @@ class AutomatedDriver:
         )
         return Command(angle, speed, target, time), targets
 
-    def _wanted_angle(self, place: Place, demand: Demand, sensed: Sensed) -> Any:
+    def _wanted_angle(self, seen: Seen, demand: Demand, sensed: Sensed) -> Scalar:
         """Steering-wheel angle [rad] that follows the path."""
         reach = maximum(self.preview_time * sensed.speed, self.least_preview)
-        ahead = place.lateral_offset + self.preview_time * place.offset_rate
+        ahead = seen.lateral_offset + self.preview_time * seen.offset_rate
         back = self.correction * demand.attention * pursuit_curvature(ahead, reach)
         steer = arctan(
             steady_road_wheel_angle(
                 demand.curvature_ahead + back, sensed.speed, self.wheelbase, self.understeer_gradient
             )
         )
-        steer = steer - self.yaw_feedback * demand.attention * (sensed.yaw_rate - sensed.speed * place.curvature)
+        steer = steer - self.yaw_feedback * demand.attention * (sensed.yaw_rate - sensed.speed * seen.curvature)
         return demand.steering_wheel_angle + steer / self.steering_ratio

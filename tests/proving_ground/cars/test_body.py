@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from proving_ground.chassis.bench import STEP, drive
-from tierod.proving_ground.cars.imu import InertialUnit
+from tierod.proving_ground.cars.body import START, InertialUnit, moved, path_rate
 from tierod.proving_ground.chassis import TwoTrack
+from tierod.proving_ground.integration import runge_kutta
 
 G = 9.81
 UNIT = InertialUnit(forward=0.8, left=0.3, up=-0.4)
@@ -54,3 +55,30 @@ def test_standing_on_a_slope_it_feels_gravity_alone():
     assert UNIT.lateral_acceleration(out) == pytest.approx(G * (math.sin(0.06) + out.roll_angle), rel=1e-3)
     assert out.roll_angle > 0.0
     assert UNIT.longitudinal_acceleration(out) == pytest.approx(G * math.sin(0.08), rel=1e-3)
+
+
+RADIUS = 40.0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_car_that_wanders_about_a_circle_is_where_geometry_says(side):
+    path, position = START._replace(lateral_offset=1.5, heading_error=0.1, heading=0.1), (0.0, 1.5)
+    for k in range(8000):
+        time = k * STEP
+        reaction = SimpleNamespace(
+            speed=12.0 + math.sin(time),
+            lateral_speed=0.4 * math.cos(2.0 * time),
+            yaw_rate=side * 0.3 + 0.1 * math.sin(time),
+        )
+        position = moved(position, reaction, path.heading, STEP)
+        path = runge_kutta(lambda now, at=reaction: path_rate(now, at, side / RADIUS), path, STEP)
+    outward, along = position[1] - side * RADIUS, position[0]
+    turned = math.atan2(along, -side * outward) % (2.0 * math.pi)
+    assert path.distance == pytest.approx(RADIUS * turned, abs=0.02)
+    assert path.lateral_offset == pytest.approx(side * (RADIUS - math.hypot(along, outward)), abs=0.02)
+    assert path.heading_error == pytest.approx(path.heading - side * turned, abs=1e-3)
+
+
+def test_far_inside_a_bend_the_distance_stays_finite():
+    reaction = SimpleNamespace(speed=10.0, lateral_speed=0.0, yaw_rate=0.0)
+    assert path_rate(START._replace(lateral_offset=40.0), reaction, 1.0 / RADIUS).distance == pytest.approx(50.0)

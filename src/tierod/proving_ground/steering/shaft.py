@@ -1,14 +1,35 @@
-"""The electric motor of a steering, with its current control as a lag."""
+"""What sits on a steering's shaft: the torsion bar below the steering wheel, and the electric motor."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit
 from tierod.physics.motor_torque import driving_limit, torque_ripple
+from tierod.physics.steering_ratio import torsion_bar_torque
+
+
+class Wheel(NamedTuple):
+    """Motion of the steering wheel, where a torsion bar parts it from the column."""
+
+    angle: Scalar
+    rate: Scalar
+
+
+@dataclass(frozen=True)
+class TorsionBar:
+    """An elastic bar below the steering wheel; 140 N*m/rad is 2.4 N*m per degree."""
+
+    stiffness: Annotated[float, "N*m/rad", POSITIVE] = 140.0
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.05
+
+    def torque(self, wheel: Wheel, angle: Scalar, rate: Scalar) -> Scalar:
+        """Torque on the column [N*m]."""
+        return torsion_bar_torque(wheel.angle, angle, self.stiffness, wheel.rate, rate, self.damping)
 
 
 @dataclass(frozen=True)
@@ -20,7 +41,7 @@ class Ripple:
     order: Annotated[float, "", POSITIVE] = 24.0
 
 
-def rippled(torque: Any, angle: Any, ripple: Ripple | None) -> Any:
+def rippled(torque: Scalar, angle: Scalar, ripple: Ripple | None) -> Scalar:
     """Torque at the shaft [N*m] of one of the currents [N*m], at an angle of the rotor [rad]."""
     if ripple is None:
         return torque
@@ -40,7 +61,7 @@ class SpeedLimit:
     base_speed: Annotated[float, "rad/s", POSITIVE] = 150.0
     no_load_speed: Annotated[float, "rad/s", POSITIVE] = 350.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.no_load_speed > self.base_speed:
             raise ParameterError(
                 f"a motor without load turns at {self.no_load_speed:g} rad/s, which is not above its base speed of "
@@ -70,7 +91,7 @@ class Motor:
     ripple: Ripple | None = None
     speed_limit: SpeedLimit | None = None
 
-    def torque_rate(self, torque: Any, request: Any, speed: Any = 0.0) -> Any:
+    def torque_rate(self, torque: Scalar, request: Scalar, speed: Scalar = 0.0) -> Scalar:
         """Rate of change [N*m/s] of the torque of the currents [N*m].
 
         Args:
@@ -80,12 +101,12 @@ class Motor:
         """
         return (limit(request, -self._most(-speed), self._most(speed)) - torque) / self.lag
 
-    def _most(self, speed: Any) -> Any:
+    def _most(self, speed: Scalar) -> Scalar:
         if self.speed_limit is None:
             return self.maximum_torque
         return driving_limit(speed, self.maximum_torque, self.speed_limit.base_speed, self.speed_limit.no_load_speed)
 
-    def shaft_torque(self, torque: Any, angle: Any) -> Any:
+    def shaft_torque(self, torque: Scalar, angle: Scalar) -> Scalar:
         """Torque at the shaft [N*m] at an angle of the rotor [rad]."""
         return rippled(torque, angle, self.ripple)
 

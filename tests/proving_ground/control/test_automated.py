@@ -3,11 +3,11 @@ import math
 import pytest
 
 from tierod.physics.single_track import steady_road_wheel_angle
-from tierod.proving_ground.driving.automated import AutomatedDriver, Place, Sensed, Split
-from tierod.proving_ground.parts import Demand, Hand, Seen
+from tierod.proving_ground.control.automated import AutomatedDriver, Sensed, Split
+from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
 
 DRIVER = AutomatedDriver(target_rate=1e6)
-ON_THE_PATH = Place(0.0, 0.0, 0.0, 0.0, 0.0)
+ON_THE_PATH = Seen(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Hand(0.0, 0.0))
 STRAIGHT = Demand(8.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
 CRUISING = Sensed(8.0, 0.0, 0.0)
 
@@ -29,7 +29,7 @@ def test_a_bend_ahead_is_steered_as_the_single_track_needs():
     assert bend.steering_wheel_angle == pytest.approx(19.7 * steer)
 
 
-@pytest.mark.parametrize("place", [ON_THE_PATH._replace(lateral_offset=0.3), ON_THE_PATH._replace(offset_rate=0.3)])
+@pytest.mark.parametrize("place", [ON_THE_PATH._replace(lateral_offset=0.3), ON_THE_PATH._replace(lateral_speed=0.3)])
 def test_offset_and_course_are_corrected_only_where_there_is_a_path(place):
     assert targets(place=place).steering_wheel_angle < 0.0
     assert targets(place=place, demand=STRAIGHT._replace(attention=0.0)).steering_wheel_angle == 0.0
@@ -64,9 +64,8 @@ def test_the_split_swings_about_its_mean():
     assert split.first(0.12) == split.first(0.23) == pytest.approx(0.35)
 
 
-def test_localisation_tells_offset_and_course_and_hands_are_nobodys():
+def test_it_has_neither_hands_nor_feet_and_sees_how_the_offset_grows():
     seen = Seen(8.0, 0.0, 0.2, 0.1, 0.3, 0.05, 0.02, Hand(0.1, 0.0))
-    _, place = DRIVER.decide((), seen, STRAIGHT)
-    assert (place.lateral_offset, place.curvature) == (0.3, 0.02)
-    assert place.offset_rate == pytest.approx(8.0 * 0.05 + 0.2)
+    assert DRIVER.decide((), seen, STRAIGHT) == ((), Intent(0.0, 0.0))
+    assert seen.offset_rate == pytest.approx(8.0 * 0.05 + 0.2)
     assert DRIVER.hand_torque((), Hand(1.0, 1.0), STRAIGHT) == 0.0

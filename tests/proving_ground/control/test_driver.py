@@ -8,7 +8,7 @@ import pytest
 from tierod.core.block import Ring
 from tierod.core.graph import scan
 from tierod.core.graph.derivatives import jacobian
-from tierod.proving_ground.driving import HumanDriver, Pedals
+from tierod.proving_ground.control.driver import HumanDriver, Pedals
 from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
 
 DRIVER = HumanDriver()

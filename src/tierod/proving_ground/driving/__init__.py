@@ -1,6 +1,0 @@
-"""Whoever drives the virtual car: eyes, arms and foot, or their automatic stand-ins."""
-
-from tierod.proving_ground.driving.driver import HumanDriver
-from tierod.proving_ground.driving.pedals import Pedals
-
-__all__ = ["HumanDriver", "Pedals"]
