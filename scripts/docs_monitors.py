@@ -245,13 +245,13 @@ def _meaning(name: str) -> str:
 
 
 def _decisions(monitor: Monitor) -> str:
-    told: list[Any] = []
+    listed: list[Any] = []
     rows = []
     for variant in monitor.variants.values():
         for each in variant.decisions:
-            if each in told:
+            if each in listed:
                 continue
-            told.append(each)
+            listed.append(each)
             sharing = [other.name for other in monitor.variants.values() if each in other.decisions]
             which = "all" if len(sharing) == len(monitor.variants) else names(sharing)
             rows.append((each.name, each.distance, each.rule_told, each.false_alarms_told, which, _linked(each.source)))

@@ -20,7 +20,10 @@ HEAD = """\
 # for vehicles that are calibrated, `uncalibrated` that by the shipped vehicle file, in the unit of the signal. Written
 # by scripts/substitutes.py; `tierod study condition` measures the same.
 """
-SOURCES = {True: "offsets on three vehicles, while declared", False: f"{HOURS:g} h of sound drives of three vehicles"}
+SOURCES = {
+    True: "offsets on three vehicles, while declared",
+    False: f"{HOURS:g} h of fault-free drives of three vehicles",
+}
 
 
 def text(errors: dict[str, dict[str, Error]]) -> str:

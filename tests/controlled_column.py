@@ -35,7 +35,7 @@ class Seen(NamedTuple):
     control: PositionControl.Output
 
 
-class Told(NamedTuple):
+class Driven(NamedTuple):
     """Reference, whether control is on, and a torque that disturbs the motor."""
 
     reference: Reference
@@ -50,13 +50,13 @@ class Rig:
     control: PositionControl = CONTROL
     parameters: Any = PLANT.parameters
 
-    Sample = Told
+    Sample = Driven
 
     def init(self) -> Any:
         """At rest."""
         return Turned(SteeringColumn.State(*[0.0] * 6), 0.0), self.control.init()
 
-    def step(self, state: Any, sample: Told) -> Any:
+    def step(self, state: Any, sample: Driven) -> Any:
         """One sample on."""
         (column, torque), memory = state
         observed = ObservedColumn(

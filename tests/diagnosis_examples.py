@@ -127,7 +127,7 @@ def not_identifiable():
 
 
 def several_elements():
-    """Six states: a sensor with two faults, two actuators that are not told apart, and what was not judged."""
+    """Six states: a sensor with two faults, two actuators not isolable from each other, and one not judged."""
     offset = Estimate("offset of the yaw rate", 0.29, 0.004, "rad/s")
     shorter = Episode("outlier", 12.0, 12.4)
     longer = Episode("positive offset", 31.2, None, offset)

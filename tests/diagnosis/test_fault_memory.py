@@ -24,27 +24,27 @@ def test_the_status_byte_bit_by_bit():
     """Bits as ISO 14229-1, annex D.2 draws them: test failed 01, this cycle 02, pending 04, confirmed 08, not completed
     since clear 10, failed since clear 20, not completed this cycle 40, warning lamp 80."""
     memory = FaultMemory(table(a=code(1, confirmation_cycles=2, healing_cycles=1, aging_cycles=1, lamp=True)))
-    told = []
+    statuses = []
 
     def cycle(*results):
         memory.begin_cycle()
-        told.append(int(status(memory)))
+        statuses.append(int(status(memory)))
         for instant, result in enumerate(results):
             memory.absorb([float(instant)], {"a": [result]})
-            told.append(int(status(memory)))
+            statuses.append(int(status(memory)))
         memory.end_cycle()
-        told.append(int(status(memory)))
+        statuses.append(int(status(memory)))
 
     cycle(-1.0, 1.0, -1.0)
-    assert told == [0x50, 0x00, 0x27, 0x26, 0x26]
+    assert statuses == [0x50, 0x00, 0x27, 0x26, 0x26]
     cycle()
-    assert told[5:] == [0x64, 0x64]
+    assert statuses[5:] == [0x64, 0x64]
     cycle(1.0, -1.0, 1.0)
-    assert told[7:] == [0x64, 0xAF, 0xAE, 0xAF, 0xAF]
+    assert statuses[7:] == [0x64, 0xAF, 0xAE, 0xAF, 0xAF]
     cycle(-1.0)  # passes: neither pending nor, after one such cycle, a reason for the lamp
-    assert told[12:] == [0xED, 0xAC, 0x28]
+    assert statuses[12:] == [0xED, 0xAC, 0x28]
     cycle(-1.0)  # ages: only "failed since clear" stays
-    assert told[15:] == [0x68, 0x28, 0x20]
+    assert statuses[15:] == [0x68, 0x28, 0x20]
 
 
 def test_a_failure_is_pending_at_once_and_confirmed_in_the_second_cycle():

@@ -270,7 +270,7 @@ def test_a_file_of_before_recordings_were_known_is_read(tmp_path):
 
 
 def child(path, acknowledged, last_byte):
-    """Confirm one code after the other and tell of each that is safe, until killed."""
+    """Confirm one code after the other and report each once it is safe, until killed."""
     memory = FaultMemory.opened(path, "car", CODES)
     if last_byte is not None:
         signal.signal(signal.SIGXFSZ, signal.SIG_DFL)

@@ -89,17 +89,17 @@ def after(count, start, value, before=0.0):
 
 
 def test_sound_sensors_are_passed_through():
-    told = driven(5)
-    assert np.all(told["left.value"] == 10.0)
-    assert np.all(told["left.source"] == SENSOR)
-    assert np.all(told["left.deviation"] == 0.0)
+    substituted = driven(5)
+    assert np.all(substituted["left.value"] == 10.0)
+    assert np.all(substituted["left.source"] == SENSOR)
+    assert np.all(substituted["left.deviation"] == 0.0)
 
 
 def test_a_faulty_sensor_is_replaced_at_once_and_without_a_trace_of_its_wrong_value():
-    told = driven(20, left__faulty=after(20, 5, 1.0), left__measured=after(20, 5, 0.0, 10.0))
-    assert np.all(told["left.value"][5:] == 10.3)
-    assert np.all(told["left.source"][5:] == 1.0)
-    assert np.all(told["left.deviation"][5:] == 0.1)
+    substituted = driven(20, left__faulty=after(20, 5, 1.0), left__measured=after(20, 5, 0.0, 10.0))
+    assert np.all(substituted["left.value"][5:] == 10.3)
+    assert np.all(substituted["left.source"][5:] == 1.0)
+    assert np.all(substituted["left.deviation"][5:] == 0.1)
 
 
 def test_back_to_the_sensor_without_a_bump():
@@ -114,34 +114,34 @@ def test_back_to_the_sensor_without_a_bump():
 
 
 def test_from_one_substitute_to_the_next_without_a_bump_and_with_its_larger_deviation():
-    told = driven(300, left__faulty=1.0, yaw__faulty=after(300, 100, 1.0))
-    assert told["left.source"][[99, 100]].tolist() == [1.0, 2.0]
-    assert told["left.value"][100] == pytest.approx(10.3)
-    assert told["left.deviation"][100] == pytest.approx(math.hypot(0.5, 1.3))
-    assert told["left.value"][-1] == pytest.approx(9.0, abs=1e-3)
-    assert told["left.deviation"][-1] == pytest.approx(0.5, rel=1e-3)
+    substituted = driven(300, left__faulty=1.0, yaw__faulty=after(300, 100, 1.0))
+    assert substituted["left.source"][[99, 100]].tolist() == [1.0, 2.0]
+    assert substituted["left.value"][100] == pytest.approx(10.3)
+    assert substituted["left.deviation"][100] == pytest.approx(math.hypot(0.5, 1.3))
+    assert substituted["left.value"][-1] == pytest.approx(9.0, abs=1e-3)
+    assert substituted["left.deviation"][-1] == pytest.approx(0.5, rel=1e-3)
 
 
 def test_with_nothing_left_the_last_value_is_held_and_grows_uncertain():
-    told = driven(60, yaw__faulty=after(60, 10, 1.0), left__faulty=after(60, 20, 1.0), left__model=NAN)
-    assert told["yaw.source"][[9, 10, 19, 20]].tolist() == [SENSOR, 1.0, 1.0, HELD]
-    assert np.all(told["yaw.value"][20:] == told["yaw.value"][19])
-    grown = told["yaw.deviation"][59] - told["yaw.deviation"][19]
+    substituted = driven(60, yaw__faulty=after(60, 10, 1.0), left__faulty=after(60, 20, 1.0), left__model=NAN)
+    assert substituted["yaw.source"][[9, 10, 19, 20]].tolist() == [SENSOR, 1.0, 1.0, HELD]
+    assert np.all(substituted["yaw.value"][20:] == substituted["yaw.value"][19])
+    grown = substituted["yaw.deviation"][59] - substituted["yaw.deviation"][19]
     assert grown == pytest.approx(0.1 * 40 * SAMPLE_TIME)
 
 
 def test_a_missing_sample_of_a_sound_sensor_is_supplied_like_a_lost_one():
     measured = np.full(30, 10.0)
     measured[10] = NAN
-    told = driven(30, left__measured=measured)
-    assert told["left.source"][[9, 10, 11]].tolist() == [SENSOR, 1.0, SENSOR]
-    assert told["left.value"][10] == 10.3
+    substituted = driven(30, left__measured=measured)
+    assert substituted["left.source"][[9, 10, 11]].tolist() == [SENSOR, 1.0, SENSOR]
+    assert substituted["left.value"][10] == 10.3
 
 
 def test_before_anything_is_told_nothing_is():
-    told = driven(3, yaw__measured=[NAN, NAN, 0.5], yaw__wheels=NAN)
-    assert told["yaw.source"].tolist() == [NOTHING, NOTHING, SENSOR]
-    assert told["yaw.value"].tolist() == [0.0, 0.0, 0.5]
+    substituted = driven(3, yaw__measured=[NAN, NAN, 0.5], yaw__wheels=NAN)
+    assert substituted["yaw.source"].tolist() == [NOTHING, NOTHING, SENSOR]
+    assert substituted["yaw.value"].tolist() == [0.0, 0.0, 0.5]
 
 
 def test_a_substitute_tells_its_error_and_where_it_was_measured():

@@ -65,8 +65,8 @@ def test_supported_codes(memory):
 
 def test_the_freeze_frame(memory):
     (found,) = ask(memory, bytes([0x19, 0x04, 0x5A, 0x01, 0x62, 0x01])).dtcs
-    told = {each.did: each.data for each in found.snapshots}
-    assert told == pytest.approx({0xD001: 15.0, 0xD006: math.sin(5.0)}, rel=1e-6)
+    snapshots = {each.did: each.data for each in found.snapshots}
+    assert snapshots == pytest.approx({0xD001: 15.0, 0xD006: math.sin(5.0)}, rel=1e-6)
     (both,) = ask(memory, bytes([0x19, 0x04, 0x5A, 0x01, 0x62, 0xFF])).dtcs
     assert sorted({each.record_number for each in both.snapshots}) == [1, 2]
 

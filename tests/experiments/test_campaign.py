@@ -129,7 +129,7 @@ def test_keys_know_all_that_decides(folder):
         ('own_level = "first sound drive"', 'own_level = "learnt"', 23, "not among none, first sound drive"),
         ('same_car = ["seed"]', 'same_car = ["sed"]', 5, "'sed' is no axis of cars; did you mean 'seed'?"),
         ('same_car = ["seed"]', 'same_car = ["seed"]\nexclude = [{ fault = "sound", seed = 2 }]', 5,
-         "no sound drive of the same car (seed 2)"),
+         "no fault-free drive of the same car (seed 2)"),
         ('same_car = ["seed"]\n', "", None, "'same_car' is missing"),
         ('"missed_share"', '"missed_shar"', 26, "no figure is called 'missed_shar'; did you mean 'missed_share'"),
         ('"<= 0.1"', '"< 0.1"', 27, "'< 0.1' is no goal"),
@@ -140,16 +140,16 @@ def test_keys_know_all_that_decides(folder):
 )  # fmt: skip
 def test_slips_and_contradictions_are_refused_with_their_line(folder, old, new, line, message):
     assert old in FILE
-    told = refusal(folder, FILE.replace(old, new, 1))
-    assert message in told
+    refused = refusal(folder, FILE.replace(old, new, 1))
+    assert message in refused
     if line is not None:
-        assert told.startswith(f"line {line}: ")
+        assert refused.startswith(f"line {line}: ")
 
 
 def test_a_scenario_that_scatters_needs_the_seed_to_tell_cars_apart(folder):
     text = FILE.replace('same_car = ["seed"]', 'same_car = ["friction"]') + "\n"
-    told = refusal(folder, text.replace("seconds = 30.0", "seconds = 30.0\nscatter = {}"))
-    assert "'seed' belongs to same_car" in told
+    refused = refusal(folder, text.replace("seconds = 30.0", "seconds = 30.0\nscatter = {}"))
+    assert "'seed' belongs to same_car" in refused
 
 
 def test_a_base_scenario_with_faults_is_refused(folder):

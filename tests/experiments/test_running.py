@@ -46,10 +46,10 @@ def contents(store):
 
 
 def ran(store, planned, processes=2):
-    """What was told of the progress."""
-    told = []
-    run(planned, store, processes, told.append)
-    return told
+    """Reports of the progress."""
+    reports = []
+    run(planned, store, processes, reports.append)
+    return reports
 
 
 def drives(store):
@@ -61,7 +61,7 @@ MIXED = [ToyScenario(seed=n, faults=(FAULT,) if n % 2 else ()) for n in range(4)
 
 @pytest.fixture(scope="module")
 def ran_once(tmp_path_factory):
-    """What two workers make of MIXED, and what they told."""
+    """Results of two workers for MIXED, and their reports of progress."""
     store = prepared(tmp_path_factory.mktemp("whole") / "runs")
     return store, ran(store, plan(*MIXED))
 
@@ -74,9 +74,9 @@ def whole(ran_once, tmp_path):
 
 
 def test_every_cell_gives_a_drive_a_recording_and_a_verdict(ran_once):
-    store, told = ran_once
-    assert [each.done for each in told] == list(range(5))
-    assert {each.outcome for each in told[1:]} == {"driven"}
+    store, reports = ran_once
+    assert [each.done for each in reports] == list(range(5))
+    assert {each.outcome for each in reports[1:]} == {"driven"}
     for kind in ("drives", "recordings", "verdicts"):
         assert len(list((store.folder / kind).iterdir())) == 4
     record = next(drive for drive in drives(store) if drive["place"]["fault"] == "step")
@@ -135,11 +135,11 @@ def test_a_lost_recording_is_driven_again(whole):
     assert contents(whole) == before
 
 
-def test_what_fails_is_told_and_stops_nothing(store):
+def test_failed_drives_are_reported_and_stop_nothing(store):
     kinds = ["well", "diverges", "refused", "defect", "killed", "poor"]
     scenarios = [ToyScenario(course=kind) for kind in kinds]
-    told = ran(store, plan(*scenarios))
-    assert told[-1].done == 6
+    reports = ran(store, plan(*scenarios))
+    assert reports[-1].done == 6
     found = {drive["provenance"]["scenario"]["course"]: drive for drive in drives(store)}
     assert {kind: found[kind]["outcome"] for kind in kinds} == {
         "well": "driven", "diverges": "diverged", "refused": "failed", "defect": "failed", "killed": "failed",
@@ -177,19 +177,19 @@ def test_a_full_disk_stops_the_campaign_and_leaves_what_is_finished(whole, store
 
 def test_teachers_come_first_and_their_pupils_learn_that_they_taught_nothing(store):
     scenarios = [replace(each, seed=number) for number, each in enumerate([MIXED[1], MIXED[0], MIXED[3]])]
-    told = ran(store, plan(*scenarios, learns=True), processes=1)
-    assert [each.name for each in told[1:]] == ["sound_0_1", "step_0_0", "step_0_2"]
+    reports = ran(store, plan(*scenarios, learns=True), processes=1)
+    assert [each.name for each in reports[1:]] == ["sound_0_1", "step_0_0", "step_0_2"]
     verdicts = {path.name[:8]: json.loads(path.read_text()) for path in (store.folder / "verdicts").iterdir()}
     assert verdicts["sound_0_"]["judged"]["status"] == "not ready"
     assert verdicts["step_0_0"]["judged"] is None
-    assert verdicts["step_0_0"]["reason"].endswith("taught no own level: it was judged 'not ready'")
+    assert verdicts["step_0_0"]["reason"].endswith("set no baseline: it was judged 'not ready'")
 
 
 def test_pupils_are_judged_once_their_teacher_could_be(store, monkeypatch):
     scenarios = [ToyScenario(course="killed"), replace(MIXED[1], seed=2)]
     ran(store, plan(*scenarios, learns=True))
     (verdict,) = (json.loads(path.read_text()) for path in (store.folder / "verdicts").iterdir())
-    assert verdict["reason"].endswith("taught no own level: it was failed")
+    assert verdict["reason"].endswith("set no baseline: it was failed")
     assert not verdict["lasting"]
     assert len(ran(store, plan(*scenarios, learns=True))) == 3
     diverged = [ToyScenario(course="diverges"), replace(MIXED[1], seed=3)]
@@ -199,8 +199,8 @@ def test_pupils_are_judged_once_their_teacher_could_be(store, monkeypatch):
 
 def test_code_that_changes_under_a_campaign_fails_its_drives_for_now(store, monkeypatch):
     monkeypatch.setattr(running, "code", lambda: ("other", "code"))
-    told = ran(store, plan(*MIXED[:2]))
-    assert [each.outcome for each in told[1:]] == ["failed"] * 2
+    reports = ran(store, plan(*MIXED[:2]))
+    assert [each.outcome for each in reports[1:]] == ["failed"] * 2
     assert "has changed since the campaign began" in drives(store)[0]["reason"]
     monkeypatch.undo()
     assert [each.outcome for each in ran(store, plan(*MIXED[:2]))[1:]] == ["driven"] * 2

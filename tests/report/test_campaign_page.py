@@ -26,9 +26,9 @@ def content(rows=ROWS, gates=()):
     return json.loads(text(document(summary(rows, gates), f"tierod campaign {EVIL}")))
 
 
-def printed(function, told):
+def printed(function, content_):
     console = Console(width=200, record=True, file=io.StringIO())
-    function(told, console)
+    function(content_, console)
     return console.export_text()
 
 
@@ -104,29 +104,29 @@ def test_the_grid_counts_what_went_right():
     ]  # fmt: skip
 
 
-def test_the_terminal_tells_the_same():
-    told = printed(
+def test_the_terminal_prints_the_same():
+    printed_ = printed(
         show, content(gates=[gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="sound")])
     )
-    assert re.search(r"step 4 +2 +1 of 2 +5 s +never +never", told)
-    assert "1 drive of 6 failed" in told
-    assert "diverged: vehicle car, seed 2, lost: gone" in told
-    assert "✕ MISSED  detection_worst_s <= 10: never; 6 drives" in told
-    assert "✓ met  false_alarms (fault sound) <= 9: 1; 2 drives" in told
+    assert re.search(r"step 4 +2 +1 of 2 +5 s +never +never", printed_)
+    assert "1 drive of 6 failed" in printed_
+    assert "diverged: vehicle car, seed 2, lost: gone" in printed_
+    assert "✕ MISSED  detection_worst_s <= 10: never; 6 drives" in printed_
+    assert "✓ met  false_alarms (fault sound) <= 9: 1; 2 drives" in printed_
 
 
-def test_a_comparison_tells_what_differs_and_what_changed(tmp_path):
+def test_a_comparison_lists_differences_and_changes(tmp_path):
     first, second = compared(tmp_path / "a", 10.0, 0.1), compared(tmp_path / "b", 7.0, -0.3)
-    told = comparison_document(compare(first, second), (first, second), "tierod campaign --compare a b")
-    page = render_comparison(told)
+    printed_ = comparison_document(compare(first, second), (first, second), "tierod campaign --compare a b")
+    page = render_comparison(printed_)
     assert "0 verdicts of 9 changed; time to the alarm fell by 3 s, bias fell by 0.356 N·m" in page
     assert "differences-0" in page
-    text_ = printed(show_comparison, told)
+    text_ = printed(show_comparison, printed_)
     assert re.search(r"Time to the alarm +8 +−3 s +−3 s to −3 s +−3 s +0 / 8 +0.0078", text_)
 
 
 @pytest.mark.parametrize(
-    ("told", "meant"),
+    ("written", "meant"),
     [
         (seconds("inf"), NEVER),
         (seconds(None), "–"),
@@ -136,8 +136,8 @@ def test_a_comparison_tells_what_differs_and_what_changed(tmp_path):
         (amount(0.5, "rad"), "28.6 °"),
     ],
 )
-def test_figures_in_words(told, meant):
-    assert told == meant
+def test_figures_in_words(written, meant):
+    assert written == meant
 
 
 def test_numbers_of_the_document():

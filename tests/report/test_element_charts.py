@@ -45,9 +45,9 @@ def test_every_element_has_a_row_of_its_states():
     assert heat["text"][0][40] == "fault"
     assert heat["text"][0][10] == "not testable now"
     assert (heat["z"][0][-1], heat["text"][0][-1]) == (None, "not judged")
-    assert heat["text"][1][0] == "sound"
+    assert heat["text"][1][0] == "fault-free"
     assert [each["name"] for each in figure.data[1:]] == [
-        "sound",
+        "fault-free",
         "not testable now",
         "one of several that may be at fault",
         "fault",

@@ -80,7 +80,7 @@ def test_levels_truth_and_enabled_stretches_are_drawn(fault_page):
 
 
 @pytest.mark.parametrize(
-    ("origin", "told"),
+    ("origin", "printed"),
     [
         (1533198887.0, "<dt>Began</dt><dd>2018-08-02 08:34:47 UTC</dd>"),
         (0.0, "<dt>Origin</dt><dd>0</dd>"),
@@ -88,10 +88,10 @@ def test_levels_truth_and_enabled_stretches_are_drawn(fault_page):
         (float("nan"), "<dt>Origin</dt>"),
     ],
 )
-def test_when_a_recording_began_is_told_as_a_date(origin, told):
+def test_when_a_recording_began_is_printed_as_a_date(origin, printed):
     made = friction_fault()
     text = render(dataclasses.replace(made, recording={**made.recording, "origin": origin}))
-    assert told in text
+    assert printed in text
 
 
 def test_a_long_name_of_a_source_breaks_at_its_separators_only(fault_page):

@@ -120,7 +120,7 @@ def test_small_values_along_a_logarithmic_axis_are_kept():
 
 def test_cells_are_drawn_from_the_top_with_their_shares_in_them():
     cells = Cells("share", ["yaw rate", "angle"], ["yaw rate", "angle", "torque"], np.array([[1, 0, 0.25], [0, 1, 0]]))
-    figure = study_figure(Chart("told", "Told", "", "", (Panel("", "named", "true", (cells,)),)))
+    figure = study_figure(Chart("named", "Named", "", "", (Panel("", "named", "true", (cells,)),)))
     (drawn,) = figure.data
     assert drawn["type"] == "heatmap"
     assert drawn["z"][0] == [1.0, 0.0, 0.25]

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 _PER_SECOND = {"s": 1, "ms": 1_000, "us": 1_000_000, "ns": 1_000_000_000}
 
 
-def is_number(kind: Any) -> bool:
+def is_number(kind: pa.DataType) -> bool:
     """Whether a type of Arrow holds numbers, decimals or truth values, which `floats` reads."""
     import pyarrow.types as types
 
@@ -17,7 +20,7 @@ def is_number(kind: Any) -> bool:
     return any(test(kind) for test in tests)
 
 
-def floats(column: Any) -> np.ndarray:
+def floats(column: pa.Array | pa.ChunkedArray) -> np.ndarray:
     """A column of numbers, decimals or truth values as floats; nulls become NaN.
 
     Args:
@@ -36,7 +39,7 @@ def floats(column: Any) -> np.ndarray:
     return parts[0] if len(parts) == 1 else np.concatenate(parts or [np.empty(0)])
 
 
-def calendar_seconds(column: Any) -> np.ndarray:
+def calendar_seconds(column: pa.Array | pa.ChunkedArray) -> np.ndarray:
     """A column of calendar times in seconds since 1970; nulls become NaN."""
     import pyarrow as pa
 
@@ -50,18 +53,18 @@ def calendar_seconds(column: Any) -> np.ndarray:
     return np.concatenate(parts or [np.empty(0)])
 
 
-def _chunks(column: Any) -> list[Any]:
+def _chunks(column: pa.Array | pa.ChunkedArray) -> list[pa.Array]:
     return column.chunks if hasattr(column, "chunks") else [column]
 
 
-def _memory(chunk: Any, kind: Any) -> np.ndarray:
+def _memory(chunk: pa.Array, kind: type[np.generic]) -> np.ndarray:
     values = chunk.buffers()[1]
     if values is None:
         return np.empty(0, dtype=kind)
     return np.frombuffer(values, dtype=kind)[chunk.offset : chunk.offset + len(chunk)]
 
 
-def _valid(chunk: Any) -> np.ndarray:
+def _valid(chunk: pa.Array) -> np.ndarray:
     bitmap = chunk.buffers()[0]
     if bitmap is None:
         return np.full(len(chunk), chunk.null_count == 0)
@@ -69,7 +72,7 @@ def _valid(chunk: Any) -> np.ndarray:
     return bits[chunk.offset : chunk.offset + len(chunk)].astype(bool)
 
 
-def column_of(values: np.ndarray, length: int | None = None) -> Any:
+def column_of(values: np.ndarray, length: int | None = None) -> pa.Array:
     """Floats as an Arrow column; padded with nulls to a length."""
     import pyarrow as pa
 

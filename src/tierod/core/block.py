@@ -90,7 +90,7 @@ def leaves(tree: Tree, path: str = "") -> Iterator[tuple[str, Any]]:
         yield path, tree
 
 
-def rebuild(tree: T, values: Iterable[Any]) -> T:
+def rebuild(tree: T, values: Iterable[object]) -> T:
     """A tree of the same shape as `tree` with its leaves taken from `values` in order."""
     source = iter(values)
     return map_leaves(lambda _leaf: next(source), tree)
@@ -105,7 +105,7 @@ def map_leaves(function: Callable[[Any], Any], tree: T) -> T:
     return function(tree)  # type: ignore[no-any-return]  # a leaf for a leaf
 
 
-def skeleton(annotation: Any) -> Tree:
+def skeleton(annotation: object) -> Tree:
     """A tree of zeros of the shape that a NamedTuple class or annotation declares."""
     if get_origin(annotation) is Annotated:
         return skeleton(get_args(annotation)[0])
@@ -136,7 +136,7 @@ def named_tuple(name: str, fields: Iterable[tuple[str, object]]) -> type:
     return NamedTuple(name, fields)  # type: ignore[return-value]  # a call of NamedTuple gives a class
 
 
-def derived(annotation: Any, name: str, unit: str) -> Any:
+def derived(annotation: object, name: str, unit: str) -> Any:
     """A NamedTuple class like another, its units put into a pattern: `derived(State, "Variance", "({})**2")`."""
     if get_origin(annotation) is Annotated:
         inner, *notes = get_args(annotation)
@@ -162,12 +162,12 @@ def tuning(block: object, path: str = "") -> Iterator[tuple[str, float]]:
             yield from tuning(value, f"{path}.{name}" if path else name)
 
 
-def with_tuning(block: Any, values: Any) -> Any:
+def with_tuning(block: object, values: Iterable[object]) -> Any:
     """The block with its floats replaced, in the order of `tuning`; used to trace it with symbols."""
     return _with_tuning(block, iter(values))
 
 
-def _with_tuning(block: Any, values: Iterator[Any]) -> Any:
+def _with_tuning(block: object, values: Iterator[object]) -> Any:
     if isinstance(block, float):
         return next(values)
     if dataclasses.is_dataclass(block) and not isinstance(block, type):

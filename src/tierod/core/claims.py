@@ -1,4 +1,4 @@
-"""Claims: what somebody says, what was measured, the goal, and whether it holds; one form for every study."""
+"""Claims: a published or own statement, the measured figure, the goal, and whether it holds."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ class Goal:
 
     @classmethod
     def read(cls, text: str) -> Goal:
-        """The goal that a text of this class says: "<= 0.3", ">= 0.999", "= 0" or "1.5 to 2.2".
+        """The goal that a text of this class writes: "<= 0.3", ">= 0.999", "= 0" or "1.5 to 2.2".
 
         Raises:
-            ParameterError: it says none
+            ParameterError: the text is no goal
         """
         try:
             if found := _BOUND.fullmatch(text):

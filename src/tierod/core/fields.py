@@ -47,7 +47,7 @@ COUNT = Range(1.0)
 
 
 class Meaning(NamedTuple):
-    """What an annotation says.
+    """Unit and range of an annotation.
 
     Args:
         hint: the type without its notes
@@ -69,14 +69,14 @@ class Number(NamedTuple):
 
 
 @cache
-def hints(kind: Any) -> dict[str, Any]:
+def hints(kind: object) -> dict[str, Any]:
     """Annotations of a class by field, with their notes."""
     return get_type_hints(kind, include_extras=True)
 
 
 @cache
 def meaning(annotation: object) -> Meaning:
-    """What an annotation like `Annotated[float, "kg", POSITIVE]` says."""
+    """Unit and range of an annotation like `Annotated[float, "kg", POSITIVE]`."""
     if get_origin(annotation) is not Annotated:
         return Meaning(annotation, None, None)
     hint, *notes = get_args(annotation)
@@ -123,7 +123,7 @@ def _numbers(value: object, means: Meaning, path: str) -> Iterator[tuple[str, Nu
 
 
 @cache
-def _meanings(kind: Any) -> list[tuple[str, Meaning]]:
+def _meanings(kind: type) -> list[tuple[str, Meaning]]:
     """What the annotation of every field of a dataclass means."""
     known = hints(kind)
     return [(each.name, meaning(known[each.name])) for each in dataclasses.fields(kind)]
@@ -144,7 +144,7 @@ def _parts(value: object, means: Meaning) -> list[tuple[str, Any, Meaning]]:
     return []
 
 
-def replaced(instance: Any, changes: Mapping[str, Any]) -> Any:
+def replaced(instance: Any, changes: Mapping[str, object]) -> Any:
     """The dataclass with the values at some dotted paths replaced; the paths have to be there."""
     below: dict[str, dict[str, Any]] = {}
     values: dict[str, Any] = {}
@@ -159,13 +159,13 @@ def replaced(instance: Any, changes: Mapping[str, Any]) -> Any:
     return _with(instance, values)
 
 
-def _part(instance: Any, name: str) -> Any:
+def _part(instance: object, name: str) -> Any:
     if isinstance(instance, Mapping):
         return instance[name]
     return instance[int(name)] if isinstance(instance, tuple) else getattr(instance, name)
 
 
-def _with(instance: Any, values: dict[str, Any]) -> Any:
+def _with(instance: Any, values: Mapping[str, object]) -> Any:
     if isinstance(instance, Mapping):
         return {**instance, **values}
     if isinstance(instance, tuple):
@@ -173,7 +173,7 @@ def _with(instance: Any, values: dict[str, Any]) -> Any:
     return dataclasses.replace(instance, **values)
 
 
-def check_ranges(instance: Any) -> None:
+def check_ranges(instance: object) -> None:
     """Hold the numbers of a dataclass against the ranges in its annotations; what is nested looks after itself.
 
     Raises:
@@ -181,7 +181,7 @@ def check_ranges(instance: Any) -> None:
     """
     kind: Any = type(instance)
     known = hints(kind)
-    for field in dataclasses.fields(instance):
+    for field in dataclasses.fields(kind):
         value = getattr(instance, field.name)
         if isinstance(value, bool) or not isinstance(value, float | int):
             continue

@@ -1,4 +1,4 @@
-"""What a monitor says in the end: never a bare flag."""
+"""Findings: the verdict of a monitor with its reason, never a bare flag."""
 
 from __future__ import annotations
 

@@ -10,12 +10,17 @@ from __future__ import annotations
 import importlib
 import json
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from tierod.core.arrow import column_of, floats
 from tierod.core.errors import InputError, MissingExtra, nearest
+
+if TYPE_CHECKING:
+    import pandas
+    import pyarrow as pa
+    import xarray
 
 TIME = "time"
 """Name of the column, index or coordinate of the time stamps [s]."""
@@ -69,7 +74,7 @@ def to_arrow(channels: Iterable[Column]) -> Any:
     return pa.table(columns, schema=pa.schema(fields, metadata={KEY: json.dumps(_about(signals))}))
 
 
-def from_arrow(data: Any, time: str = TIME, units: Mapping[str, str] | None = None) -> list[Column]:
+def from_arrow(data: object, time: str = TIME, units: Mapping[str, str] | None = None) -> list[Column]:
     """The columns of any table that has the Arrow PyCapsule interface: pyarrow, pandas, Polars, DuckDB and others.
 
     Args:
@@ -114,7 +119,9 @@ def to_pandas(channels: Iterable[Column]) -> Any:
     return frame
 
 
-def from_pandas(frame: Any, units: Mapping[str, str] | None = None, sparse: bool | None = None) -> list[Column]:
+def from_pandas(
+    frame: pandas.DataFrame, units: Mapping[str, str] | None = None, sparse: bool | None = None
+) -> list[Column]:
     """The columns of a pandas DataFrame whose index, or column "time", is the time [s] or a calendar time.
 
     Args:
@@ -145,7 +152,9 @@ def to_xarray(channels: Iterable[Column]) -> Any:
     return xarray.Dataset(variables, coords={TIME: (TIME, time, {"unit": "s"})}, attrs={"sparse": sparse})
 
 
-def from_xarray(data: Any, units: Mapping[str, str] | None = None, sparse: bool | None = None) -> list[Column]:
+def from_xarray(
+    data: xarray.Dataset, units: Mapping[str, str] | None = None, sparse: bool | None = None
+) -> list[Column]:
     """The variables of an xarray Dataset over the coordinate "time" [s]; arguments as of `from_pandas`."""
     about = {str(name): dict(variable.attrs) for name, variable in data.data_vars.items()}
     sparse = bool(data.attrs.get("sparse", False)) if sparse is None else sparse
@@ -193,7 +202,7 @@ def _dense(signals: list[Column]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
 def _columns(
     time: np.ndarray,
     table: Mapping[str, np.ndarray],
-    about: Mapping[str, Any],
+    about: Mapping[str, Mapping[str, str]],
     units: Mapping[str, str] | None,
     sparse: bool,
 ) -> list[Column]:
@@ -218,7 +227,7 @@ def _about(signals: list[Column]) -> dict[str, Any]:
     return {each.name: {"unit": each.unit, "source": each.source, "note": each.note} for each in signals}
 
 
-def _numbers(table: Any, name: str) -> np.ndarray:
+def _numbers(table: pa.Table, name: str) -> np.ndarray:
     import pyarrow as pa
 
     try:

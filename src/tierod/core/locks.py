@@ -7,7 +7,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from types import ModuleType
+from typing import Annotated
 
 PATIENCE: Annotated[float, "s"] = 30.0
 """Longest wait: what is done under a lock takes milliseconds, so that a queue of a hundred processes fits into it."""
@@ -74,7 +75,7 @@ class _NoLocks(Exception):
     """The file system has no locks."""
 
 
-def _taken(fcntl: Any, handle: int) -> bool:
+def _taken(fcntl: ModuleType, handle: int) -> bool:
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except (BlockingIOError, PermissionError):

@@ -42,7 +42,7 @@ class Registry(Mapping[str, T], Generic[T]):
         obstacle: why a loaded object cannot be used, as a half-sentence ("has no variant"); "" where it can
     """
 
-    def __init__(self, group: str, kind: str, own: Mapping[str, str], obstacle: Callable[[str, Any], str]):
+    def __init__(self, group: str, kind: str, own: Mapping[str, str], obstacle: Callable[[str, object], str]):
         self.group, self.kind, self.own = group, kind, own
         self._obstacle = obstacle
         self._loaded: dict[str, T] = {}

@@ -156,9 +156,9 @@ _MOTOR: tuple[Row, ...] = (
      "into the motor", (-100.0, 100.0), "u_alpha v_alpha valpha ualpha sless_v_alpha"),
     ("motor_voltage_beta", "V", "Voltage along the stator axis beta.",
      "into the motor", (-100.0, 100.0), "u_beta v_beta vbeta ubeta sless_v_beta"),
-    ("motor_target_voltage_alpha", "V", "Voltage along the stator axis alpha that the inverter is told to make.",
+    ("motor_target_voltage_alpha", "V", "Voltage along the stator axis alpha that is commanded to the inverter.",
      "into the motor", (-100.0, 100.0), ""),
-    ("motor_target_voltage_beta", "V", "Voltage along the stator axis beta that the inverter is told to make.",
+    ("motor_target_voltage_beta", "V", "Voltage along the stator axis beta that is commanded to the inverter.",
      "into the motor", (-100.0, 100.0), ""),
     ("motor_duty_cycle_a", "", "Share of the period for which phase a is tied to the supply.",
      "", (0.0, 1.0), "duty_a pwm_duty_a"),
@@ -293,7 +293,7 @@ def _by_alias() -> dict[str, Signal]:
 def match(source: str, unit: str = "", qualified: bool = False) -> Signal | None:
     """The canonical signal that a name from a recording means, by name or alias; None where none is known.
 
-    A general word behind a qualifier is not believed by itself: "Engine.Speed" is the speed of the vehicle only where
+    A general word behind a qualifier does not count by itself: "Engine.Speed" is the speed of the vehicle only where
     the unit is one of speed, as in km/h.
 
     Args:

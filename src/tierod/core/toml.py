@@ -24,7 +24,13 @@ __all__ = ["Document", "Location", "build", "override"]
 
 
 def build(
-    kind: Any, table: Any, document: Document, location: Location = (), *, base: Any = None, signal: str | None = None
+    kind: object,
+    table: object,
+    document: Document,
+    location: Location = (),
+    *,
+    base: object = None,
+    signal: str | None = None,
 ) -> Any:
     """A frozen dataclass from a table.
 
@@ -43,7 +49,11 @@ def build(
 
 
 def override(
-    instance: Any, changes: Mapping[str, Any], document: Document | None = None, location: Location = (), what: str = ""
+    instance: object,
+    changes: Mapping[str, object],
+    document: Document | None = None,
+    location: Location = (),
+    what: str = "",
 ) -> Any:
     """A nested frozen dataclass with some of its fields replaced.
 
@@ -72,9 +82,9 @@ def override(
     return Builder(source, None).value(Meaning(type(instance), None, None), nested, tuple(location), instance)
 
 
-def _flat(changes: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
+def _flat(changes: Mapping[str, object], above: str = "") -> list[tuple[str, object]]:
     """(dotted path, value) of nested tables; a table with `kind` is a value."""
-    pairs: list[tuple[str, Any]] = []
+    pairs: list[tuple[str, object]] = []
     for name, value in changes.items():
         path = f"{above}{name}"
         if isinstance(value, Mapping) and "kind" not in value:

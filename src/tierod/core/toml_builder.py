@@ -32,7 +32,7 @@ class Builder:
     document: Document
     signal: str | None
 
-    def value(self, means: Meaning, given: object, location: tuple[str | int, ...], base: Any = None) -> Any:
+    def value(self, means: Meaning, given: object, location: tuple[str | int, ...], base: object = None) -> Any:
         """A value of the type that an annotation means."""
         known = members(means)
         classes: list[Any] = [each.hint for each in known if dataclasses.is_dataclass(each.hint)]
@@ -64,7 +64,7 @@ class Builder:
         name = ".".join(map(str, location))
         return self.document.error(location, f"'{name}' {message}" if name else f"the document {message}")
 
-    def _plain(self, means: Meaning, given: object, location: tuple[str | int, ...], base: Any) -> Any:
+    def _plain(self, means: Meaning, given: object, location: tuple[str | int, ...], base: object) -> Any:
         hint = means.hint
         origin = get_origin(hint)
         if hint is Any:
@@ -88,7 +88,7 @@ class Builder:
             raise self._error(location, f"is {given}, but has to be {means.limits}")
         return given
 
-    def _number(self, means: Meaning, given: object, location: tuple[str | int, ...], base: Any) -> float:
+    def _number(self, means: Meaning, given: object, location: tuple[str | int, ...], base: object) -> float:
         unit = self._unit(means)
         beside, within = (f" {unit}", f" in {unit}") if unit else ("", "")
         if isinstance(given, str):
@@ -131,14 +131,16 @@ class Builder:
             wanted = f"is measured in '{unit}': {error}" if unit else "has to be a number without unit"
             raise self._error(location, f"is '{given}', but {wanted}") from None
 
-    def _choice(self, members: tuple[Any, ...], given: object, location: tuple[str | int, ...]) -> Any:
+    def _choice(self, members: tuple[object, ...], given: object, location: tuple[str | int, ...]) -> Any:
         for member in members:
             if type(member) is type(given) and member == given:
                 return member
         known = [str(member) for member in members]
         raise self._error(location, f"is {_shown(given)}, which is not among {', '.join(known)}")
 
-    def _elements(self, means: Meaning, given: object, location: tuple[str | int, ...], base: Any) -> tuple[Any, ...]:
+    def _elements(
+        self, means: Meaning, given: object, location: tuple[str | int, ...], base: object
+    ) -> tuple[Any, ...]:
         inner = get_args(means.hint)
         if isinstance(given, dict) and isinstance(base, tuple) and all(key.isdigit() for key in given):
             merged: list[Any] = list(base)
@@ -160,16 +162,18 @@ class Builder:
             for number, (hint, value) in enumerate(zip(inner, given, strict=True))
         )
 
-    def _mapping(self, means: Meaning, given: object, location: tuple[str | int, ...], base: Any) -> dict[str, Any]:
+    def _mapping(self, means: Meaning, given: object, location: tuple[str | int, ...], base: object) -> dict[str, Any]:
         if not isinstance(given, dict):
             raise self._error(location, f"is {_shown(given)}, but has to be a table")
         inner = (get_args(means.hint) or (str, Any))[1]
-        known = dict(base or {})
+        known: dict[str, Any] = dict(base) if isinstance(base, Mapping) else {}
         for name, value in given.items():
             known[name] = self.value(below(inner, means), value, (*location, name), known.get(name))
         return known
 
-    def _instance(self, classes: tuple[Any, ...], table: dict[str, Any], location: tuple[Any, ...], base: Any) -> Any:
+    def _instance(
+        self, classes: tuple[type, ...], table: dict[str, object], location: tuple[str | int, ...], base: object
+    ) -> Any:
         kind, given = self._chosen(classes, table, location, base)
         if hasattr(kind, "from_table"):
             return kind.from_table(given, self.document, location, base if isinstance(base, kind) else None)
@@ -194,7 +198,9 @@ class Builder:
         except TierodError as error:
             raise self.document.error(location, str(error)) from None
 
-    def _chosen(self, classes: tuple[Any, ...], table: dict[str, Any], location: tuple[Any, ...], base: Any) -> Any:
+    def _chosen(
+        self, classes: tuple[type, ...], table: dict[str, object], location: tuple[str | int, ...], base: object
+    ) -> Any:
         """(class, table without the key that chose it)."""
         named = {kind_name(each): each for each in classes}
         own = len(classes) == 1 and "kind" in hints(classes[0])
@@ -208,7 +214,7 @@ class Builder:
         return named[name], {key: value for key, value in table.items() if key != "kind"}
 
 
-def _default(field: Any) -> Any:
+def _default(field: dataclasses.Field[object]) -> Any:
     if field.default is not dataclasses.MISSING:
         return field.default
     return None if field.default_factory is dataclasses.MISSING else field.default_factory()

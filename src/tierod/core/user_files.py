@@ -193,7 +193,7 @@ def _too_long(document: object) -> str | None:
     return next((name[:80] for name, number in numbers if number.bit_length() > 64), None)
 
 
-def _levels(document: Any) -> Iterator[list[tuple[str, Any]]]:
+def _levels(document: object) -> Iterator[list[tuple[str, Any]]]:
     """(dotted key, value) of all that a document holds, level by level; what is in a list has the key of the list."""
     level = [("", document)]
     while level:

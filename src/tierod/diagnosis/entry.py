@@ -115,16 +115,16 @@ _RANGES = {
 }
 
 
-def _is_whole(value: Any) -> bool:
+def _is_whole(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-def _is_finite(value: Any) -> bool:
+def _is_finite(value: object) -> bool:
     """Whether it is a number that a float holds: JSON knows neither a largest number nor, in Python, NaN."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
-def _frame(content: Any) -> FreezeFrame | None:
+def _frame(content: object) -> FreezeFrame | None:
     if content is None:
         return None
     if not isinstance(content, dict) or set(content) != {each.name for each in dataclasses.fields(FreezeFrame)}:

@@ -145,7 +145,7 @@ class FaultMemory:
         self.save()
 
     def absorb(
-        self, time: Any, results: Mapping[str, Any], signals: Mapping[str, Any] | None = None
+        self, time: np.ndarray, results: Mapping[str, np.ndarray], signals: Mapping[str, np.ndarray] | None = None
     ) -> tuple[tuple[float, str, str], ...]:
         """Take in results of tests.
 
@@ -246,7 +246,7 @@ class FaultMemory:
             "entries": {name: entry.document() for name, entry in self.entries.items()},
         }
 
-    def _check(self, time: np.ndarray, results: Mapping[str, Any], signals: Mapping[str, Any]) -> None:
+    def _check(self, time: np.ndarray, results: Mapping[str, np.ndarray], signals: Mapping[str, np.ndarray]) -> None:
         for name in results:
             if name not in self.entries:
                 raise InputError(f"there is no trouble code '{name}'{nearest(name, self.entries)}")

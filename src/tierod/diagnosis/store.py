@@ -109,14 +109,14 @@ def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
     return Kept(content, entries, document["digest"], str(document["vehicle"]))
 
 
-def _are_recordings(found: Any) -> bool:
+def _are_recordings(found: object) -> bool:
     """Whether this is fingerprint -> (number of the cycle, its date)."""
     return isinstance(found, dict) and all(
         isinstance(each, list) and [type(part) for part in each] == [int, str] for each in found.values()
     )
 
 
-def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, Any], before: str) -> str:
+def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, object], before: str) -> str:
     """Write a file, whole or not at all, and give the digest of what was written.
 
     Args:
@@ -133,7 +133,7 @@ def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, An
         return save_held(target, codes, vehicle, content, before)
 
 
-def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, Any], before: str) -> str:
+def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, object], before: str) -> str:
     """As `save`, of a file that is held.
 
     Args:
@@ -157,7 +157,7 @@ def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[st
     return digest
 
 
-def digest_of(content: Mapping[str, Any], vehicle: Any) -> str:
+def digest_of(content: Mapping[str, object], vehicle: object) -> str:
     """A digest of content and vehicle."""
     text = json.dumps([vehicle, content], sort_keys=True, ensure_ascii=False)
     return hashlib.sha256(text.encode()).hexdigest()

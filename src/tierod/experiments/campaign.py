@@ -69,7 +69,7 @@ def load(name_or_path: str | Path) -> Campaign:
         name_or_path: a name that `shipped` lists, or the path of a campaign file (.toml)
 
     Raises:
-        ParameterError: no such campaign, or one with a slip or a contradiction; file, line and nearest name are told
+        ParameterError: no such campaign, or one with a slip or a contradiction (message: file, line, nearest name)
     """
     return from_document(Document.read(_find(str(name_or_path)), "campaign"))
 
@@ -139,12 +139,12 @@ def _belief(given: str, beside: Path) -> Vehicle:
 
 
 def _taught(file: CampaignFile, document: Document, matrix: Sequence[Point], scattered: bool) -> list[int | None]:
-    """Who teaches whom; every car needs a drive that can teach."""
+    """For every cell the one whose drive sets its car's baseline; every car needs a fault-free drive for that."""
     if file.same_car is None:
         raise document.error(
             ("same_car",),
-            "'same_car' is missing: an own level is learnt from the first sound drive of the same car; name the axes "
-            f"that make a car what it is, of: {', '.join(matrix[0].place)}",
+            "'same_car' is missing: a baseline is learnt from the first fault-free drive of the same car; name the "
+            f"axes that make a car what it is, of: {', '.join(matrix[0].place)}",
         )
     for number, axis in enumerate(file.same_car):
         if axis not in matrix[0].place or axis in (FAULT, SIZE):
@@ -159,7 +159,9 @@ def _taught(file: CampaignFile, document: Document, matrix: Sequence[Point], sca
     if -1 in taught:
         place = matrix[taught.index(-1)].place
         car = ", ".join(f"{axis} {place[axis]}" for axis in file.same_car) or "any car"
-        raise document.error(("same_car",), f"there is no sound drive of the same car ({car}) to learn its level from")
+        raise document.error(
+            ("same_car",), f"there is no fault-free drive of the same car ({car}) to learn its baseline from"
+        )
     return taught
 
 

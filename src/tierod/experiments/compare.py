@@ -132,10 +132,10 @@ def document(found: Sequence[Comparison], folders: tuple[Path, Path], command: s
 
 
 def _of_monitor(found: Comparison) -> dict[str, Any]:
-    changed = [pair for pair in found.pairs if _told(pair.first) != _told(pair.second)]
+    changed = [pair for pair in found.pairs if _verdict_of(pair.first) != _verdict_of(pair.second)]
     outcomes: dict[tuple[str, str], int] = {}
     for pair in found.pairs:
-        key = (_told(pair.first)[1], _told(pair.second)[1])
+        key = (_verdict_of(pair.first)[1], _verdict_of(pair.second)[1])
         outcomes[key] = outcomes.get(key, 0) + 1
     return {
         "labels": list(found.monitors),
@@ -144,7 +144,11 @@ def _of_monitor(found: Comparison) -> dict[str, Any]:
         "only_second": found.alone[1],
         "outcomes": [{"first": a, "second": b, "drives": drives} for (a, b), drives in sorted(outcomes.items())],
         "changed": [
-            {"place": dict(pair.place), "first": list(_told(pair.first)), "second": list(_told(pair.second))}
+            {
+                "place": dict(pair.place),
+                "first": list(_verdict_of(pair.first)),
+                "second": list(_verdict_of(pair.second)),
+            }
             for pair in changed
         ],
         "right": _right(found.pairs),
@@ -153,7 +157,7 @@ def _of_monitor(found: Comparison) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _told(row: Row) -> tuple[str, str]:
+def _verdict_of(row: Row) -> tuple[str, str]:
     """(status, outcome) of a row."""
     if row.judged is None:
         return "no verdict", row.drive["outcome"] if row.drive["outcome"] != "driven" else "not judged"
@@ -162,31 +166,31 @@ def _told(row: Row) -> tuple[str, str]:
 
 def _right(pairs: Sequence[Pair]) -> dict[str, Any]:
     """How many verdicts were right in one campaign alone; McNemar's test is the sign test of these."""
-    flags = [(_told(pair.first)[1] in RIGHT, _told(pair.second)[1] in RIGHT) for pair in pairs]
-    told = paired([float(second) - float(first) for first, second in flags])
+    flags = [(_verdict_of(pair.first)[1] in RIGHT, _verdict_of(pair.second)[1] in RIGHT) for pair in pairs]
+    test = paired([float(second) - float(first) for first, second in flags])
     return {
         "first": sum(first for first, _ in flags),
         "second": sum(second for _, second in flags),
-        "only_first": told.negative,
-        "only_second": told.positive,
-        "sign_p": _finite(told.sign_p),
+        "only_first": test.negative,
+        "only_second": test.positive,
+        "sign_p": _finite(test.sign_p),
     }
 
 
 def _figure(pairs: Sequence[Pair], get: Callable[[Judged], float]) -> dict[str, Any]:
     values = [(get(both[0]), get(both[1])) for pair in pairs if (both := pair.both) is not None]
-    told = paired([second - first for first, second in values if math.isfinite(first) and math.isfinite(second)])
+    test = paired([second - first for first, second in values if math.isfinite(first) and math.isfinite(second)])
     return {
-        "pairs": told.count,
+        "pairs": test.count,
         "first_only": sum(math.isfinite(first) and not math.isfinite(second) for first, second in values),
         "second_only": sum(math.isfinite(second) and not math.isfinite(first) for first, second in values),
-        "mean": _finite(told.mean),
-        "median": _finite(told.median),
-        "interval": [_finite(end) for end in told.interval],
-        "greater": told.positive,
-        "smaller": told.negative,
-        "sign_p": _finite(told.sign_p),
-        "rank_p": _finite(told.rank_p),
+        "mean": _finite(test.mean),
+        "median": _finite(test.median),
+        "interval": [_finite(end) for end in test.interval],
+        "greater": test.positive,
+        "smaller": test.negative,
+        "sign_p": _finite(test.sign_p),
+        "rank_p": _finite(test.rank_p),
         "differences": [second - first for first, second in values if math.isfinite(first) and math.isfinite(second)],
     }
 

@@ -1,4 +1,4 @@
-"""What a campaign file says: the base scenario, the matrix around it, the monitors, and the gates."""
+"""Content of a campaign file: the base scenario, the matrix around it, the monitors, and the gates."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 
 LEARNT = "first sound drive"
-"""Own level that a monitor judges against: learnt from the first drive without a fault of the same car."""
+"""Baseline that a monitor judges against: learnt from the first fault-free drive of the same car."""
 
 
 @dataclass(frozen=True)
@@ -50,13 +50,13 @@ class Seeds:
 
 @dataclass(frozen=True)
 class MonitorChoice:
-    """A monitor with what it believes.
+    """A monitor with its parameters.
 
     Args:
         monitor: as `tierod monitors` lists them
-        vehicle: parameter set that it believes in, a name or a file
+        vehicle: parameter set of the monitor, a name or a file
         variant: of the monitor; its default where empty
-        own_level: "none", or learnt from the "first sound drive" of the same car
+        own_level: baseline, "none" or learnt from the "first sound drive" (fault-free) of the same car
         label: how the campaign calls it; monitor and variant where empty
     """
 
@@ -97,7 +97,7 @@ class CampaignFile:
         changes: of the scenario by dotted name, for all drives
         axes: name -> axis, outermost first
         faults: name -> table of a fault as in a scenario, and its `sizes`, one level each; further faults that act with
-            it stand in `together`; an axis of its own, with the sound drive before them
+            it stand in `together`; an axis of its own, with the fault-free drive before them
         sound: whether drives without a fault belong to the matrix
         exclude: axis -> level or levels: cells that are left out
         include: axis -> level or levels, and "seeds": cells that are added; axes that are not named have all levels
@@ -124,7 +124,7 @@ class CampaignFile:
     gates: tuple[GateEntry, ...] = ()
 
 
-def label(value: Any) -> str:
+def label(value: object) -> str:
     """What a level with this value is called."""
     if isinstance(value, bool):
         return "true" if value else "false"

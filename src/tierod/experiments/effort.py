@@ -13,7 +13,7 @@ from typing import Any
 
 from tierod.core.errors import InputError
 from tierod.core.graph.kernel_cache import Bounds, KernelCache
-from tierod.experiments.executor import Executor, Failure, Passing, Work, run
+from tierod.experiments.executor import Executor, Failure, Given, Passing, Result, Work, run
 from tierod.experiments.fingerprint import fingerprint, work_code
 
 Progress = Callable[[float, str], None]
@@ -57,7 +57,9 @@ class Effort:
         with Executor(self.workers) as executor:
             yield replace(self, executor=executor, results=Results(folder) if folder else None)
 
-    def outcomes(self, work: Work, given: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+    def outcomes(
+        self, work: Callable[[Given], Result], given: Sequence[Given]
+    ) -> Iterator[tuple[int, Result | Failure]]:
         """(number, result or Failure) of everything given: what is kept first, then the rest as it ends.
 
         Args:
@@ -82,7 +84,9 @@ class Effort:
                 self.results.keep(keys[missing[at]], result)
             yield missing[at], result
 
-    def _worked(self, work: Work, tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+    def _worked(
+        self, work: Callable[[Given], Result], tasks: Sequence[Given]
+    ) -> Iterator[tuple[int, Result | Failure]]:
         if self.executor:
             return self.executor.run(work, tasks)
         workers = min(self.workers, len(tasks))
@@ -90,10 +94,10 @@ class Effort:
 
     def made(
         self,
-        work: Work,
-        given: Sequence[Any],
-        what: Callable[[Any], str] = lambda each: f"a drive of the study ({each})",
-    ) -> list[Any]:
+        work: Callable[[Given], Result],
+        given: Sequence[Given],
+        what: Callable[[Given], str] = lambda each: f"a drive of the study ({each})",
+    ) -> list[Result]:
         """The results of everything given, in its order; arguments as of `outcomes`.
 
         Args:
@@ -103,7 +107,7 @@ class Effort:
             InputError: one failed, with the reason
             OSError, OutputError: as of `outcomes`
         """
-        results = {}
+        results: dict[int, Result] = {}
         for number, result in self.outcomes(work, given):
             if isinstance(result, Failure):
                 raise InputError(f"{what(given[number])} failed: {result.reason}")
@@ -127,7 +131,7 @@ class Results:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self.usable = folder.is_dir() and os.access(folder, os.W_OK) and not self.cache.trouble()
 
-    def key(self, work: Work, given: Any) -> str:
+    def key(self, work: Work, given: object) -> str:
         """Of the result of a task: the function and its code, and what it is given; "" where that has no content."""
         try:
             return f"result-{fingerprint(work, given, _code(work))[:24]}"
@@ -142,7 +146,7 @@ class Results:
                 return (pickle.loads(content),)
         return None
 
-    def keep(self, key: str, result: Any) -> None:
+    def keep(self, key: str, result: object) -> None:
         """Write a result, whole or not at all.
 
         Raises:
@@ -156,7 +160,7 @@ def _code(work: Work) -> str:
     return work_code((work.func if isinstance(work, partial) else work).__module__)
 
 
-def _with_code(code: str, work: Work, given: Any) -> Any:
+def _with_code(code: str, work: Callable[[Given], Result], given: Given) -> Result:
     """The result of a task, from the code that it is kept for: this process may have been started after a change."""
     if _code(work) != code:
         raise Passing("the code of tierod has changed since the study began; run it again")

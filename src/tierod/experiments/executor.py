@@ -20,10 +20,12 @@ from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
-from typing import Any
+from typing import Any, TypeVar
 
 from tierod.core.errors import CompileError, KernelWarning, MissingExtra, OutputError, ParameterError, TierodError
 
+Given = TypeVar("Given")
+Result = TypeVar("Result")
 Work = Callable[[Any], Any]
 """Importable function of one task; task and result can be pickled."""
 
@@ -50,7 +52,9 @@ class Passing(TierodError):
     """A failure that another run may not meet."""
 
 
-def run(work: Work, tasks: Sequence[Any], workers: int) -> Iterator[tuple[int, Any]]:
+def run(
+    work: Callable[[Given], Result], tasks: Sequence[Given], workers: int
+) -> Iterator[tuple[int, Result | Failure]]:
     """(number of the task, result or Failure) of one lot of tasks, in the order in which they end.
 
     Args:
@@ -91,7 +95,7 @@ class Executor:
         for _ in range(min(self.workers, count) - len(self.processes)):
             self._start(work)
 
-    def run(self, work: Work, tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+    def run(self, work: Callable[[Given], Result], tasks: Sequence[Given]) -> Iterator[tuple[int, Result | Failure]]:
         """(number of the task, result or Failure) of every task, in the order in which they end.
 
         Args:
@@ -115,7 +119,7 @@ class Executor:
                     self._give(each if each in self.processes else self._start(work), waiting)
                     yield answer
         finally:
-            self._stop(set(self.busy))  # nobody asks for their results any more
+            self._stop(set(self.busy))  # their results are not needed any more
 
     def _answer(self, connection: Connection) -> tuple[int, Any] | None:
         """(number of the task, what became of it); None where a process only says that it has started."""
@@ -141,7 +145,7 @@ class Executor:
         self.starting.add(ours)
         return ours
 
-    def _give(self, connection: Connection, waiting: Iterator[tuple[int, tuple[Work, Any]]]) -> None:
+    def _give(self, connection: Connection, waiting: Iterator[tuple[int, tuple[Work, object]]]) -> None:
         task = next(waiting, None)
         if task is not None:
             self.busy[connection] = task[0]
@@ -162,7 +166,7 @@ class Executor:
         return Failure(f"the process {how}; if memory was short, run with fewer --workers", lasting=False)
 
     def close(self) -> None:
-        """End all processes; those at work at once, the others when they see that nobody asks any more."""
+        """End all processes; those at work at once, the others when they find their connection closed."""
         self._stop(set(self.processes))
 
     def _stop(self, connections: set[Connection]) -> None:
@@ -208,7 +212,7 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def done(work: Work, task: Any) -> Any:
+def done(work: Callable[[Given], Result], task: Given) -> Result | Failure | OSError | OutputError:
     """The result of a task, a Failure, or the error that is to end the run."""
     try:
         return work(task)

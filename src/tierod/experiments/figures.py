@@ -88,7 +88,7 @@ def area_under_curve(lower: Sequence[float] | np.ndarray, higher: Sequence[float
     """Probability that a value of one group lies above one of the other, ties counting half; NaN without values.
 
     Args:
-        lower: values of the group that should lie below, such as healthy drives
+        lower: values of the group that should lie below, such as fault-free drives
         higher: values of the group that should lie above
 
     Source: Hanley and McNeil, Radiology 143 (1982): the area under the ROC curve is Wilcoxon's rank statistic.

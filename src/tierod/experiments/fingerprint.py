@@ -42,13 +42,13 @@ def fingerprint(*values: Any) -> str:
         TypeError: something of which the content is not known, such as a function without a name
     """
     digest = hashlib.sha256()
-    for part in _told(values):
+    for part in _encoded(values):
         digest.update(part)
         digest.update(b"\0")
     return digest.hexdigest()
 
 
-def _told(value: Any) -> Iterator[bytes]:
+def _encoded(value: object) -> Iterator[bytes]:
     if isinstance(value, Enum):
         yield f"{type(value).__qualname__}.{value.name}".encode()
     elif value is None or isinstance(value, bool | int | str | bytes):
@@ -62,33 +62,33 @@ def _told(value: Any) -> Iterator[bytes]:
     elif isinstance(value, Path):
         yield f"path {value.name}".encode()
     elif dataclasses.is_dataclass(value):
-        yield from _told_of_class(value)
+        yield from _encoded_object(value)
     elif isinstance(value, Mapping):
         yield f"mapping {len(value)}".encode()
         for key in sorted(value, key=str):
-            yield from _told(key)
-            yield from _told(value[key])
+            yield from _encoded(key)
+            yield from _encoded(value[key])
     elif isinstance(value, list | tuple | set | frozenset):
         items: Iterable[Any] = sorted(value, key=repr) if isinstance(value, set | frozenset) else value
         yield f"{'named ' + type(value).__name__ if hasattr(value, '_fields') else 'sequence'} {len(value)}".encode()
         for item in items:
-            yield from _told(item)
+            yield from _encoded(item)
     elif isinstance(value, partial):
-        yield from _told((value.func, value.args, value.keywords))
+        yield from _encoded((value.func, value.args, value.keywords))
     elif isinstance(value, FunctionType) and "<" not in value.__qualname__:
         yield f"function {value.__module__}.{value.__qualname__}".encode()
     else:
         raise TypeError(f"no fingerprint of {value!r} ({type(value).__name__}): its content is not known")
 
 
-def _told_of_class(value: Any) -> Iterator[bytes]:
+def _encoded_object(value: Any) -> Iterator[bytes]:
     if isinstance(value, type):
         yield f"class {value.__module__}.{value.__qualname__}".encode()
         return
     yield f"dataclass {type(value).__qualname__}".encode()
     for field in filter(lambda each: each.compare, dataclasses.fields(value)):
         yield field.name.encode()
-        yield from _told(getattr(value, field.name))
+        yield from _encoded(getattr(value, field.name))
 
 
 @cache

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from tierod.core.claims import Goal
 from tierod.experiments.definition import label
@@ -26,7 +25,7 @@ class Gate:
 
     figure: str
     goal: Goal
-    where: Mapping[str, Any]
+    where: Mapping[str, object]
     monitor: str
 
     @property
@@ -69,12 +68,12 @@ def pass_through(gate: Gate, rows: Sequence[Row]) -> Passed:
     return Passed(gate, measured, True, f"{figures.drives} drives")
 
 
-def pool_at(rows: Sequence[Row], where: Mapping[str, Any], monitor: str) -> Pool:
-    """The figures of the rows at some levels; faulty drives are held against the sound ones of the other levels."""
+def pool_at(rows: Sequence[Row], where: Mapping[str, object], monitor: str) -> Pool:
+    """Figures of the rows at some levels; faulty drives are compared with the fault-free ones of the other levels."""
     others = {axis: level for axis, level in where.items() if axis not in (FAULT, SIZE)}
     sound = matching(rows, {**others, FAULT: SOUND}, monitor)
     return pool(matching(rows, where, monitor), sound)
 
 
-def _levels(levels: Any) -> str:
+def _levels(levels: object) -> str:
     return " or ".join(map(label, levels)) if isinstance(levels, list | tuple) else label(levels)

@@ -17,7 +17,7 @@ from tierod.monitors.harness.session import StatusChange
 
 ALARMS = (Status.RISING, Status.FAULT)
 JUDGEMENTS = (Status.HEALTHY, Status.RISING, Status.SUSPECT, Status.FAULT)
-"""What a monitor says where it judges; all else says why it does not."""
+"""Statuses of a monitor that judges; all others give the reason why it does not."""
 
 
 class Window(NamedTuple):
@@ -61,8 +61,8 @@ def outcome(alarms: Sequence[Window], first: float, fault: Window | None, judged
     Args:
         alarms: all of the drive
         first: when the first one began in the fault [s]; infinite where none did
-        fault: when it acted; None in a sound drive
-        judged: whether the monitor judged at all in the fault, or in a sound drive
+        fault: when it acted; None in a fault-free drive
+        judged: whether the monitor judged at all in the fault, or in a fault-free drive
     """
     if fault is None:
         return "false alarm" if alarms else "quiet" if judged else "not judged"
@@ -94,9 +94,9 @@ class Judged:
         headline, cause: of the final finding
         value, deviation: of the final estimate, in its unit; NaN where it is withheld
         unit: of the estimate
-        ratio: to the own level at the end, NaN where the monitor has none
+        ratio: to the baseline at the end [-], NaN where the monitor has none
         outcome: of a drive with a fault: "found", "missed", "early" (an alarm stood already when the fault came) or
-            "not judged"; of a sound one: "quiet", "false alarm" or "not judged"
+            "not judged"; of a fault-free one: "quiet", "false alarm" or "not judged"
         detection_s, detection_enabled_s: from the fault's start to the first alarm; infinite where there was none
         fault_s, fault_enabled_s: the same to the first verdict "fault"
         false_alarms: alarms that began while no fault had acted yet
@@ -141,7 +141,7 @@ def plain(judged: Judged) -> dict[str, Any]:
     return found
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     if isinstance(value, dict):
         return {key: _plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):

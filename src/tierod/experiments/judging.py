@@ -48,13 +48,13 @@ def judge(
     Args:
         recording: measured channels, and the truth in channels prefixed `truth_`
         monitor: and its variant
-        belief: what the monitor believes of the car
+        belief: parameters that the monitor assumes of the car
         own_level: what was learnt of this car before
-        fault: when it acts; None in a sound drive
+        fault: when it acts; None in a fault-free drive
         settling: enabled time from the start of a fault until estimates count as those of the fault [s]
 
     Returns:
-        the judgement, and the own level that the drive has taught, if it has
+        the judgement, and the baseline that the drive has set, if it has
 
     Raises:
         TierodError: the recording is not fit for the monitor
@@ -86,7 +86,7 @@ class _Tap:
         self._pieces: list[Mapping[str, np.ndarray]] = []
 
     def __getattr__(self, name: str) -> Any:
-        """Parts of the session itself, by which its decisions are told."""
+        """Attributes of the session itself, which its decisions are described by."""
         if name.startswith("_"):
             raise AttributeError(name)
         return getattr(self._session, name)
@@ -111,7 +111,7 @@ class _Tap:
 
 
 def _at_the_end(finding: Finding, time: np.ndarray) -> tuple[StatusChange, ...]:
-    """The course of a monitor that judges a recording as a whole: it says nothing before the end."""
+    """The course of a monitor that judges a recording as a whole: it has no output before the end."""
     return (StatusChange(float(time[0]), Status.NOT_READY), StatusChange(float(time[-1]), finding.status))
 
 

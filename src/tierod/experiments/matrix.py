@@ -51,7 +51,7 @@ class Point:
     levels: tuple[Level, ...]
     seed: int
 
-    def changes(self, common: Mapping[str, Any]) -> dict[str, Any]:
+    def changes(self, common: Mapping[str, object]) -> dict[str, Any]:
         """Of the scenario by dotted name; a later axis replaces what an earlier one has set."""
         merged = dict(common)
         for level in self.levels:
@@ -89,7 +89,7 @@ def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
             raise document.error(("faults", name), f"a fault cannot be called '{SOUND}', which is a drive without one")
         faults += _distinct(_sizes(file, name, document), document)
     if not faults:
-        raise document.error(("sound",), "the matrix is empty: there are no faults, and sound drives are left out")
+        raise document.error(("sound",), "the matrix is empty: there are no faults, and fault-free drives are left out")
     return [*axes, faults]
 
 
@@ -115,7 +115,7 @@ def _sizes(file: CampaignFile, name: str, document: Document) -> list[Level]:
     return levels
 
 
-def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+def with_changes(content: Mapping[str, object], changes: Mapping[str, object]) -> dict[str, Any]:
     """Nested tables with values set at dotted names; a table on the way is made where it is absent.
 
     A name that stands dotted in the tables (`"steering.ratio" = 0.07`) is found as it stands. What stands higher is set
@@ -186,7 +186,7 @@ def _product(axes: Iterable[Sequence[Level]], seeds: Sequence[int]) -> list[Poin
 
 
 def _included(
-    where: Mapping[str, Any], axes: list[list[Level]], seeds: tuple[int, ...], document: Document, location: Location
+    where: Mapping[str, object], axes: list[list[Level]], seeds: tuple[int, ...], document: Document, location: Location
 ) -> list[Point]:
     own = where.get(SEEDS)
     if isinstance(own, Mapping) and set(own) == {"first", "count"}:
@@ -210,7 +210,7 @@ def _checked_seeds(seeds: Any, location: Location, document: Document) -> tuple[
 
 
 def check_where(
-    where: Mapping[str, Any],
+    where: Mapping[str, object],
     axes: Iterable[Sequence[Level]],
     seeds: Sequence[int] | None,
     document: Document,

@@ -22,8 +22,8 @@ class Judge:
     Args:
         label: as the campaign calls it
         monitor, variant: by name
-        belief: what it believes of the car
-        learns: whether it judges against what the first sound drive of the same car has taught
+        belief: parameters that it assumes of the car
+        learns: whether it judges against the baseline from the first fault-free drive of the same car
     """
 
     label: str
@@ -47,7 +47,7 @@ class Cell:
         point: where it stands in the matrix
         scenario: what is driven, with its seed
         key: of all that decides the drive
-        teacher: number of the cell whose drive teaches the own level of this one's car; None where nothing is learnt,
+        teacher: number of the cell whose drive sets the baseline of this one's car; None where nothing is learnt,
             or where this is the teacher itself
     """
 
@@ -148,7 +148,7 @@ def window_of(windows: Sequence[Mapping[str, Any]]) -> Window | None:
 
 
 def teachers(points: Sequence[Point], same_car: Sequence[str]) -> list[int | None]:
-    """For every cell the number of the first sound one of the same car; None for that one itself, -1 where none is."""
+    """Per cell the number of the first fault-free one of the same car; None for that one itself, -1 without one."""
     first: dict[tuple[str, ...], int] = {}
     cars = [tuple(point.place[axis] for axis in same_car) for point in points]
     for number, (point, car) in enumerate(zip(points, cars, strict=True)):

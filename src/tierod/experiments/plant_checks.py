@@ -22,7 +22,9 @@ SMALL_STEER = 1e-4
 Body = TypeVar("Body", SingleTrack, TwoTrack)
 
 
-def courses(steer: Any, speed: Any, bank: Any = 0.0, grade: Any = 0.0) -> np.ndarray:
+def courses(
+    steer: np.ndarray, speed: float | np.ndarray, bank: float | np.ndarray = 0.0, grade: float | np.ndarray = 0.0
+) -> np.ndarray:
     """Samples of a replay at 1 kHz.
 
     Args:

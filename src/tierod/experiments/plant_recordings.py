@@ -33,7 +33,7 @@ def _at(recording: Recording, names: tuple[str, ...], time: np.ndarray) -> list[
 def rav4_agreement(recording: Recording) -> Agreement:
     """The chassis with the parameters of the RAV4's vehicle file, steered as its recorded minute, beside its yaw rate.
 
-    The zero of the gyroscope, which the recording does not tell, is taken out by the mean of the difference.
+    The offset of the gyroscope, which the recording does not contain, is removed by the mean of the difference.
 
     Args:
         recording: the minute, with steering-wheel angle, speed, yaw rate and lateral acceleration

@@ -39,10 +39,10 @@ class Pool(NamedTuple):
         false_alarm_rate: false alarms per judged hour
         false_alarm_bound: its 95 % upper bound
         bias, deviation: of settled estimates against the truth, in the unit of the estimate
-        bias_sound, deviation_sound: before the fault, or in sound drives
+        bias_sound, deviation_sound: before the fault, or in fault-free drives
         bias_faulty, deviation_faulty: in the fault
         largest_bias: largest mean error of one drive, its sign dropped
-        area: under the ROC curve between the last estimates of sound and faulty drives
+        area: under the ROC curve between the last estimates of fault-free and faulty drives
         smallest_area: smallest area under the ROC curve between the estimates of one drive before and in its fault
         enabled_share, judged_share: of the time driven
     """
@@ -90,7 +90,7 @@ def pool(rows: Sequence[Row], sound: Sequence[Row] | None = None) -> Pool:
 
     Args:
         rows: the group
-        sound: rows of sound drives that its faulty ones are held against; those of the group itself where None
+        sound: rows of fault-free drives that its faulty ones are compared with; those of the group itself where None
     """
     judged = [row.judged for row in rows if row.judged is not None]
     faulty = [row.judged for row in rows if row.judged is not None and row.faulty]
@@ -177,7 +177,7 @@ class Box(NamedTuple):
 
 
 def boxes(rows: Sequence[Row]) -> list[Box]:
-    """The estimates by state: sound (before faults too), then every fault with its size."""
+    """The estimates by state: fault-free (before faults too), then every fault with its magnitude."""
     parts: dict[str, list[tuple[float, Moments, tuple[float, ...]]]] = {}
     for row in rows:
         each = row.judged

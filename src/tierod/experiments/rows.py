@@ -41,13 +41,13 @@ class Row:
 
     @property
     def given(self) -> str:
-        """The state that was given: sound, or the fault with its size; sound too where the fault never came."""
+        """True state: `SOUND`, or the fault with its magnitude; `SOUND` too where the fault never came."""
         if self.drive["outcome"] == "driven" and not self.faulty:
             return SOUND
         return " ".join(part for part in (self.place[FAULT], self.place[SIZE]) if part)
 
 
-def matching(rows: Iterable[Row], where: Mapping[str, Any], monitor: str | None = None) -> list[Row]:
+def matching(rows: Iterable[Row], where: Mapping[str, object], monitor: str | None = None) -> list[Row]:
     """The rows at some levels.
 
     Args:
@@ -58,7 +58,7 @@ def matching(rows: Iterable[Row], where: Mapping[str, Any], monitor: str | None 
     return [row for row in rows if monitor in (None, row.monitor) and is_at(row.place, where)]
 
 
-def is_at(place: Mapping[str, str], where: Mapping[str, Any]) -> bool:
+def is_at(place: Mapping[str, str], where: Mapping[str, object]) -> bool:
     """Whether a place has the levels asked for."""
     return all(
         place.get(axis) in [label(level) for level in (levels if isinstance(levels, list | tuple) else [levels])]

@@ -1,4 +1,4 @@
-"""Runs what a campaign lacks, on all cores: first the drives that teach own levels, then all that learn from them."""
+"""Runs what a campaign lacks, on all cores: first the drives that set baselines, then those judged against them."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def compile_once(cells: Sequence[Cell], judges: Sequence[Judge]) -> None:
             try:
                 replace(cell.scenario, faults=faults).with_run(seconds=TASTE).run()
             except TierodError:
-                continue  # told where the cell itself is driven
+                continue  # reported where the cell itself is driven
     for judge in judges:
         monitor, variant = judge.found()
         block = getattr(variant.open(judge.belief, monitor.rate, None), "block", None)
@@ -97,7 +97,7 @@ def _task(plan: Plan, store: Store, cell: Cell) -> Task:
 
 
 def _lesson(plan: Plan, store: Store, cell: Cell, judge: Judge) -> Lesson:
-    """What the first sound drive of the same car has taught."""
+    """Baseline from the first fault-free drive of the same car."""
     if cell.teacher is None or not judge.learns:
         return Lesson()
     teacher = plan.cells[cell.teacher]
@@ -106,9 +106,9 @@ def _lesson(plan: Plan, store: Store, cell: Cell, judge: Judge) -> Lesson:
     if known is not None:
         return Lesson(Baseline(**known))
     if record is not None:
-        told, lasting = record["judged"], record["lasting"]
-        why = f"it was judged '{told['status']}'" if told else record["reason"]
+        judged, lasting = record["judged"], record["lasting"]
+        why = f"it was judged '{judged['status']}'" if judged else record["reason"]
     else:
         drive = store.drive(teacher.name, teacher.key) or {"outcome": "not driven", "lasting": False}
         why, lasting = f"it was {drive['outcome']}", drive["lasting"] and drive["outcome"] != DRIVEN
-    return Lesson(None, f"the first sound drive of this car ({teacher.name}) taught no own level: {why}", lasting)
+    return Lesson(None, f"the first fault-free drive of this car ({teacher.name}) set no baseline: {why}", lasting)

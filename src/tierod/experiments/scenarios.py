@@ -7,7 +7,6 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document
@@ -21,7 +20,7 @@ from tierod.proving_ground.scenarios.scenario import require_sound
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def toml_text(content: Mapping[str, Any]) -> str:
+def toml_text(content: Mapping[str, object]) -> str:
     """A TOML document, one line per key of the top level; tables stand in line.
 
     Raises:
@@ -34,7 +33,7 @@ def _key(key: str) -> str:
     return key if _BARE.fullmatch(key) else _text(key)
 
 
-def _value(value: Any) -> str:
+def _value(value: object) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float) and not math.isfinite(value):
@@ -110,8 +109,8 @@ class Scenes:
 
     def _blamed(self, point: Point, error: ParameterError) -> ParameterError:
         """The error with the line of the first level that cannot be driven alone, or of them all together."""
-        told = str(error)
-        if told.startswith(f"{self.document.path}, line"):
+        message = str(error)
+        if message.startswith(f"{self.document.path}, line"):
             return error
         for path, value in self.file.changes.items():
             if alone := self._refused({path: value}, ()):
@@ -120,9 +119,9 @@ class Scenes:
             if alone := self._refused({**self.file.changes, **level.changes}, level.faults):
                 return self.document.error(level.location, f"{_called(level)}: {_bare(alone, self.base)}")
         names = ", ".join(_called(level) for level in point.levels)
-        return self.document.error(("axes",), f"{names}: {_bare(told, self.base)}")
+        return self.document.error(("axes",), f"{names}: {_bare(message, self.base)}")
 
-    def _refused(self, changes: Mapping[str, Any], faults: tuple[Fault, ...]) -> str:
+    def _refused(self, changes: Mapping[str, object], faults: tuple[Fault, ...]) -> str:
         try:
             self._built(changes, faults)
         except ParameterError as error:
@@ -130,14 +129,14 @@ class Scenes:
         return ""
 
     def _built(
-        self, changes: Mapping[str, Any], faults: tuple[Fault, ...], tables: Sequence[Mapping[str, Any]] = ()
+        self, changes: Mapping[str, object], faults: tuple[Fault, ...], tables: Sequence[Mapping[str, object]] = ()
     ) -> Scenario:
         content = with_changes(self.base.content, changes)
         # Without text no line of the base scenario is blamed for what the campaign has changed.
         made = scenarios.from_document(Document(content, "", self.base.path))
         whole = {**content, "faults": list(tables)} if tables else content
-        told = Document(whole, toml_text(whole), self.base.path)
-        driven = replace(made, faults=faults, document=told)
+        described = Document(whole, toml_text(whole), self.base.path)
+        driven = replace(made, faults=faults, document=described)
         require_sound(driven)
         return driven
 

@@ -97,7 +97,7 @@ class Store:
         """The record of a verdict, if there is a whole one of this key."""
         return _read(self.folder / "verdicts" / f"{name}-{key[:_SHOWN]}.json", VERDICT_SCHEMA, key)
 
-    def keep_drive(self, name: str, key: str, content: Mapping[str, Any]) -> None:
+    def keep_drive(self, name: str, key: str, content: Mapping[str, object]) -> None:
         """Write the record of a drive.
 
         Raises:
@@ -105,7 +105,7 @@ class Store:
         """
         _write(self.folder / "drives" / f"{name}-{key[:_SHOWN]}.json", DRIVE_SCHEMA, key, content)
 
-    def keep_verdict(self, name: str, key: str, content: Mapping[str, Any]) -> None:
+    def keep_verdict(self, name: str, key: str, content: Mapping[str, object]) -> None:
         """Write the record of a verdict.
 
         Raises:
@@ -114,7 +114,7 @@ class Store:
         _write(self.folder / "verdicts" / f"{name}-{key[:_SHOWN]}.json", VERDICT_SCHEMA, key, content)
 
     def keep_recording(self, name: str, key: str, recording: Recording) -> dict[str, Any]:
-        """Write a drive; what its record says of the file.
+        """Write a drive; return the file's entry in its record.
 
         Raises:
             OutputError: it cannot be written
@@ -134,12 +134,12 @@ class Store:
         """The kept drive of a record, if it is there, unchanged and readable."""
         from tierod.io.readers import read
 
-        told = drive.get("recording")
-        if not self.has_recording(drive) or told is None:
+        kept = drive.get("recording")
+        if not self.has_recording(drive) or kept is None:
             return None
-        path = self.folder / told["file"]
+        path = self.folder / kept["file"]
         try:
-            if hashlib.sha256(path.read_bytes()).hexdigest() != told["sha256"]:
+            if hashlib.sha256(path.read_bytes()).hexdigest() != kept["sha256"]:
                 return None
             return read(path)
         except (OSError, InputError):
@@ -147,9 +147,9 @@ class Store:
 
     def has_recording(self, drive: Mapping[str, Any]) -> bool:
         """Whether the kept drive of a record seems to be there, judged by its size."""
-        told = drive.get("recording")
+        kept = drive.get("recording")
         try:
-            return told is not None and (self.folder / told["file"]).stat().st_size == told["bytes"]
+            return kept is not None and (self.folder / kept["file"]).stat().st_size == kept["bytes"]
         except OSError:
             return False
 
@@ -157,7 +157,7 @@ class Store:
         return self.folder / "recordings" / f"{name}-{key[:_SHOWN]}.parquet"
 
 
-def slug(parts: Mapping[str, Any], longest: int = 120) -> str:
+def slug(parts: Mapping[str, object], longest: int = 120) -> str:
     """A file name from the place of a cell, readable and safe; whatever is cut off, the key keeps names apart."""
     text = "_".join(re.sub(r"[^A-Za-z0-9.+-]+", "-", str(part)).strip("-.") or "0" for part in parts.values())
     return text[:longest]
@@ -171,6 +171,6 @@ def _read(path: Path, schema: str, key: str) -> dict[str, Any] | None:
     return None
 
 
-def _write(path: Path, schema: str, key: str, content: Mapping[str, Any]) -> None:
+def _write(path: Path, schema: str, key: str, content: Mapping[str, object]) -> None:
     document = {"schema": schema, "key": key, **content}
     write_text(path, json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False) + "\n", sweeps=False)

@@ -15,6 +15,7 @@ from tierod.experiments.campaign import Campaign
 from tierod.experiments.figures import CONFIDENCE
 from tierod.experiments.gates import Passed, pass_through, pool_at
 from tierod.experiments.judged import from_plain
+from tierod.experiments.plan import Judge
 from tierod.experiments.pools import Pool, boxes, confusion
 from tierod.experiments.rows import FAULT, SEED, SIZE, SOUND, Row, matching
 from tierod.experiments.store import Store
@@ -66,7 +67,7 @@ def summarise(campaign: Campaign, store: Store) -> Summary:
     return Summary(campaign, rows, tuple(pass_through(gate, rows) for gate in campaign.gates))
 
 
-def _rows(campaign: Campaign, store: Store, judge: Any) -> Iterator[Row]:
+def _rows(campaign: Campaign, store: Store, judge: Judge) -> Iterator[Row]:
     none: dict[str, Any] = {"outcome": OPEN, "reason": "not driven yet", "last_good_s": None}
     none |= {"windows": [], "recording": None}
     for cell in campaign.plan.cells:
@@ -84,7 +85,7 @@ def _rows(campaign: Campaign, store: Store, judge: Any) -> Iterator[Row]:
 
 
 def groups(summary: Summary) -> list[dict[str, str]]:
-    """Places whose figures are told: the whole, every level of every axis but seeds, and every fault with its size."""
+    """Places with own figures: the whole, every level of every axis but seeds, and every fault with its magnitude."""
     axes = {axis: levels for axis, levels in summary.campaign.axes.items() if axis not in (SEED, SIZE)}
     single = [{axis: level} for axis, levels in axes.items() if len(levels) > 1 or axis == FAULT for level in levels]
     sized = dict.fromkeys((row.place[FAULT], row.place[SIZE]) for row in summary.rows if row.place[SIZE])
@@ -202,12 +203,12 @@ def _verdict(row: Row) -> dict[str, Any]:
     return content | {name: getattr(judged, name) for name in names}
 
 
-def text(content: Mapping[str, Any]) -> str:
+def text(content: Mapping[str, object]) -> str:
     """The document as it is written."""
     return json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
 
 
-def _json(value: Any) -> Any:
+def _json(value: object) -> Any:
     if isinstance(value, Mapping):
         return {str(key): _json(entry) for key, entry in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str):

@@ -7,7 +7,7 @@ import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tierod import __version__
 from tierod.core.errors import CompileError, MissingExtra, OutputError, TierodError
@@ -20,6 +20,9 @@ from tierod.experiments.plan import Cell, Judge, window_of
 from tierod.experiments.store import Store
 from tierod.monitors.harness.baseline import Baseline
 
+if TYPE_CHECKING:
+    from tierod.proving_ground.scenarios import Scenario
+
 DRIVEN, DIVERGED, FAILED = "driven", "diverged", "failed"
 """What can become of a drive."""
 
@@ -29,7 +32,7 @@ class Lesson:
     """What a monitor may judge against.
 
     Args:
-        level: own level that another drive has taught; None where the monitor learns for itself
+        level: baseline from another drive; None where the monitor learns for itself
         refusal: why there is none although there should be; "" where that is not so
         lasting: whether there would be none again
     """
@@ -162,7 +165,7 @@ def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | 
     return record | {"reason": "", "lasting": True, "judged": plain(judged), "own_level": own}
 
 
-def provenance(scenario: Any) -> dict[str, Any]:
+def provenance(scenario: Scenario) -> dict[str, Any]:
     """Where a drive comes from: the scenario whole, tierod's version, and the machine."""
     return {"scenario": _plain(scenario.provenance), **_machine()}
 
@@ -184,14 +187,14 @@ def _machine() -> dict[str, Any]:
     }
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """As JSON holds it; what it cannot hold becomes text."""
     import json
 
     return json.loads(json.dumps(_finite(value), default=str, allow_nan=False))
 
 
-def _finite(value: Any) -> Any:
+def _finite(value: object) -> Any:
     import math
 
     if isinstance(value, Mapping):

@@ -98,7 +98,7 @@ def description(recording: Recording, found: tuple[Group, ...]) -> dict[str, Any
     }
 
 
-def plain(metadata: Mapping[str, Any]) -> dict[str, Any]:
+def plain(metadata: Mapping[str, object]) -> dict[str, Any]:
     """Metadata as JSON can hold it, in whole characters."""
     text = json.dumps(dict(metadata), default=str, ensure_ascii=False).encode("utf-8", "replace")
     content: dict[str, Any] = json.loads(text)
@@ -135,7 +135,7 @@ def description_in(text: str | bytes) -> dict[str, Any]:
     return {**document, "channels": channels, "metadata": metadata_in(document.get("metadata", {}))}
 
 
-def metadata_in(document: Any) -> dict[str, Any]:
+def metadata_in(document: object) -> dict[str, Any]:
     """Metadata of a recording; what a reader of results must know of it is a list of texts.
 
     Raises:
@@ -147,13 +147,13 @@ def metadata_in(document: Any) -> dict[str, Any]:
     return _table(document)
 
 
-def _list(value: Any) -> list[Any]:
+def _list(value: object) -> list[Any]:
     if not isinstance(value, list):
         raise ValueError("a list is something else")
     return value
 
 
-def _table(value: Any) -> dict[str, Any]:
+def _table(value: object) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise ValueError("a table is something else")
     return value

@@ -1,1 +1,1 @@
-"""Methods that know no car: estimators, detectors, filters, identification, analysis."""
+"""Methods that are independent of any vehicle: estimators, detectors, filters, identification, analysis."""

@@ -1,4 +1,4 @@
-"""Which directions of a linear system its outputs do not show."""
+"""Modes of a linear system, and how far each is from being unobservable."""
 
 from __future__ import annotations
 

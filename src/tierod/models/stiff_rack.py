@@ -43,7 +43,7 @@ class StiffRack:
             rack_stiffness: of the rack to its middle
             rack_damping: of the rack
             rack_ratio: rack travel per turn of the column
-            nominal_friction: dry friction of the sound steering at the column
+            nominal_friction: dry friction of the fault-free steering at the column
             friction_width: rate over which the smoothed friction turns round
         """
 

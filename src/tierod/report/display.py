@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime
 import math
 import re
-from typing import Any
 
 from tierod.core.findings import Estimate
 from tierod.core.shown import shown
@@ -119,7 +118,7 @@ def interval(estimate: Estimate) -> tuple[str, str, str, str]:
     return ends[0], ends[1], ends[2], label
 
 
-def evidence(name: str, value: Any) -> tuple[str, str]:
+def evidence(name: str, value: object) -> tuple[str, str]:
     """(label, text) of one figure whose unit is in its name."""
     if not isinstance(value, int | float):
         return words(name), str(value)

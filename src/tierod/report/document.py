@@ -51,7 +51,7 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
     return json.dumps(plain(content), ensure_ascii=False, indent=None if series else 2, allow_nan=False)
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> Any:
     """The value in what JSON knows: dictionaries, lists, text, finite numbers, null."""
     if isinstance(value, dict):
         return {str(key): plain(entry) for key, entry in value.items()}

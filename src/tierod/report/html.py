@@ -136,12 +136,12 @@ def chart_script(figure: Figure, packed: Collection[str] = ()) -> str:
     return script_json({"name": figure.name, "timed": figure.timed, "data": data, "layout": figure.layout})
 
 
-def _without_points(mark: dict[str, Any]) -> dict[str, Any]:
+def _without_points(mark: Mapping[str, object]) -> dict[str, Any]:
     points = ("x", "z", "text") if mark["type"] == "heatmap" else ("x", "y")
     return {key: value for key, value in mark.items() if key not in points}
 
 
-def script_json(content: Any) -> str:
+def script_json(content: object) -> str:
     """Content as JSON that may stand in a script element."""
     # A "<" in the text of a name must not end the script element that holds it.
     return json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
@@ -156,7 +156,7 @@ def moment(text: str) -> str:
     return f"{when:%Y-%m-%d %H:%M} {when.tzname() or ''}".strip()
 
 
-def breakable(value: Any) -> Any:
+def breakable(value: object) -> Any:
     """The text with places at which a line may end: after the separators of paths and of names in recordings."""
     import markupsafe
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
@@ -215,7 +215,7 @@ def _parameter_row(row: tuple[str, float, str, float | None, str]) -> tuple[str,
     return words(name), number(value, 5), label, "" if spread is None else number(spread, 3), source
 
 
-def _facts(facts: dict[str, Any]) -> list[tuple[str, str]]:
+def _facts(facts: Mapping[str, object]) -> list[tuple[str, str]]:
     """What is known of something, less what is empty or nested."""
     rows = []
     for name, value in facts.items():
@@ -228,7 +228,7 @@ def _facts(facts: dict[str, Any]) -> list[tuple[str, str]]:
     return rows
 
 
-def _is_nested(value: Any) -> bool:
+def _is_nested(value: object) -> bool:
     inside = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
     return isinstance(value, dict) or any(isinstance(entry, dict | list | tuple) for entry in inside)
 

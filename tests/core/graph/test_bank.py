@@ -90,7 +90,7 @@ def test_a_lane_is_one_loop_for_all_and_the_library_is_called_between_loops():
 
 @dataclass(frozen=True)
 class Silent:
-    """Gives no feedback and adopts as it is told, whether such a lane exists or not."""
+    """Gives no feedback and adopts the given lanes, whether they exist or not."""
 
     adopt: tuple[float, ...]
 

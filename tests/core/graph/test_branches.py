@@ -64,10 +64,10 @@ class ChoosingJudge:
         seldom = maths.where(rarely, costly(doubled) + inner, 0.0)
         never_alone = costly(picked + 1.0)
         flags = (picked > 0.0) + (doubled > 0.0) + maths.negated(rarely)
-        told = maths.where(maths.negated(rarely), never_alone, seldom)
-        again = maths.where(told > 3.0, costly(told), maths.where(rarely, costly(told + 1.0), told))
-        count = state + maths.where(maths.either(rarely, told > 0.0), 1.0, 0.0)
-        return count, Verdict((picked, doubled, seldom, told, again, flags, count), (KEEP,) * self.count)
+        chosen = maths.where(maths.negated(rarely), never_alone, seldom)
+        again = maths.where(chosen > 3.0, costly(chosen), maths.where(rarely, costly(chosen + 1.0), chosen))
+        count = state + maths.where(maths.either(rarely, chosen > 0.0), 1.0, 0.0)
+        return count, Verdict((picked, doubled, seldom, chosen, again, flags, count), (KEEP,) * self.count)
 
 
 def bank():

@@ -226,7 +226,7 @@ def test_a_message_that_never_came_is_told_and_keeps_nothing_else_from_being_rea
     assert len(recording["yaw_rate"].time) == 100
     assert "vehicle_speed is not in the recording: Other.Speed never came on the bus" in recording.warnings
     turn = read(bus / "drive.log", dbc=bus / "car.dbc", channel_map=bus / "mine.toml", names=["yaw_rate"])
-    assert turn.warnings == (), "nobody asked for the other"
+    assert turn.warnings == (), "the other was not asked for"
 
 
 def test_a_log_without_any_wanted_message_says_so(bus):

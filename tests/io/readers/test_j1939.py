@@ -80,5 +80,5 @@ def test_a_signed_parameter_cannot_say_it(tmp_path):
     ],
 )
 def test_a_state_that_the_database_names_is_kept(tmp_path, names, values):
-    told = f"VAL_ 2364540158 S {names} ;\n"
-    assert decoded(tmp_path, '0|2@1+ (1,0) [0|0] ""', ["00", "01", "02", "03"], names=told) == expected(values)
+    states = f"VAL_ 2364540158 S {names} ;\n"
+    assert decoded(tmp_path, '0|2@1+ (1,0) [0|0] ""', ["00", "01", "02", "03"], names=states) == expected(values)

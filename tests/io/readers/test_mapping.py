@@ -81,9 +81,9 @@ def test_unknown_unit_of_a_wanted_signal(tmp_path):
     with pytest.raises(InputError, match=sentence):
         read(path, names=["yaw_rate"])
     assert "could be yaw_rate" in read(path).warnings[0]
-    told = mapped(tmp_path, '[signals.yaw_rate]\nsource = "yaw_rate [bananas]"\nunit = "bananas"\n')
+    mapping = mapped(tmp_path, '[signals.yaw_rate]\nsource = "yaw_rate [bananas]"\nunit = "bananas"\n')
     with pytest.raises(InputError, match=r"car.toml: \[signals.yaw_rate\] the unit 'bananas' is not known"):
-        read(path, channel_map=told)
+        read(path, channel_map=mapping)
 
 
 @pytest.mark.parametrize(

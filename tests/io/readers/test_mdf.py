@@ -1,4 +1,4 @@
-"""What an MDF file tells beside its channels."""
+"""Metadata of an MDF file beside its channels."""
 
 import datetime
 import time

@@ -121,7 +121,7 @@ def test_dates_as_large_integers_are_told_from_seconds(tmp_path, unit, per):
     assert f"time stamps taken as {unit} since 1970" in recording["yaw_rate"].note
 
 
-def test_large_stamps_with_a_unit_are_believed(tmp_path):
+def test_large_stamps_with_a_unit_are_accepted(tmp_path):
     table = pa.table({"time_s": 1.0e12 + np.arange(5.0), "yaw_rate": np.arange(5.0)})
     assert read(saved(tmp_path, table)).span == (0.0, 4.0)
 
@@ -151,9 +151,11 @@ def test_a_column_without_a_clock_is_told(tmp_path, ours):
     assert any("'lateral_acceleration' added to a file" in warning for warning in recording.warnings)
 
 
-@pytest.mark.parametrize("told", [b"no JSON", b"[]", b'{"layout": 2}', b'{"layout": 1, "clocks": [{"time": "gone"}]}'])
-def test_a_layout_that_does_not_fit_is_left_aside(tmp_path, ours, told):
-    recording = read(saved(tmp_path, ours().replace_schema_metadata({b"tierod": told})))
+@pytest.mark.parametrize(
+    "layout", [b"no JSON", b"[]", b'{"layout": 2}', b'{"layout": 1, "clocks": [{"time": "gone"}]}']
+)
+def test_a_layout_that_does_not_fit_is_left_aside(tmp_path, ours, layout):
+    recording = read(saved(tmp_path, ours().replace_schema_metadata({b"tierod": layout})))
     assert set(recording.names) == {"yaw_rate", "driver_torque"}
 
 

@@ -209,8 +209,8 @@ def test_a_folder_does_not_hide_the_shipped_name(tmp_path, monkeypatch):
     (tmp_path / "mine").mkdir()
     monkeypatch.chdir(tmp_path)
     assert "driver_torque" in read("can.log", dbc="rav4")
-    told = read("can.log", dbc="rav4", channel_map="rav4")
-    assert told.metadata["channel_map"].endswith("rav4.channels.toml")
+    recording = read("can.log", dbc="rav4", channel_map="rav4")
+    assert recording.metadata["channel_map"].endswith("rav4.channels.toml")
     with pytest.raises(InputError, match="there is no file mine, and tierod ships no 'mine.dbc'"):
         read("can.log", dbc="mine")
 
@@ -249,7 +249,7 @@ def test_a_log_whose_clock_falls_back_a_little_is_put_in_order_and_says_so(tmp_p
 @pytest.mark.parametrize("packed", [False, True])
 def test_nothing_is_lost_of_what_comes_through_a_pipe(tmp_path, packed):
     text = b"time,speed [m/s]\n" + b"".join(b"%d,%d\n" % (k, k % 9) for k in range(20_000))
-    assert len(text) > 2 * (1 << 16), "longer than what is looked at to tell the kind, and than the pipe holds"
+    assert len(text) > 2 * (1 << 16), "longer than the part read to detect the format, and than the pipe holds"
     with piped(tmp_path / "pipe", gzip.compress(text) if packed else text) as path:
         recording = read(path)
     assert recording.span == (0.0, 19_999.0)

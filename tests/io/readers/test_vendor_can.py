@@ -60,7 +60,7 @@ def test_the_frames_do_not_depend_on_the_blocks(tmp_path, monkeypatch, kind, blo
 
 
 def test_damage_after_some_blocks_is_counted_from_the_first_frame(tmp_path, monkeypatch):
-    def reader(can, content, kind):
+    def reader(content, kind):
         yield from map(message, range(25))
         raise ValueError("no such\nobject")
 
@@ -75,7 +75,7 @@ def test_only_the_frames_of_one_block_are_objects(tmp_path, monkeypatch):
     alive: set[int] = set()
     most = 0
 
-    def reader(can, content, kind):
+    def reader(content, kind):
         nonlocal most
         for k in range(200):
             made = message(k)

@@ -76,13 +76,13 @@ def test_an_ending_in_capitals(tmp_path, ending):
 def test_metadata_comes_back(tmp_path, ending):
     if ending == "mf4":
         pytest.importorskip("asammdf")
-    told = {"scenario": 'name = "a"\n<b> & ü\n  c', "faults": [{"start": 1.5, "end": None}], "seed": 7}
-    write(Recording(one().channels, told), tmp_path / f"drive.{ending}")
+    metadata = {"scenario": 'name = "a"\n<b> & ü\n  c', "faults": [{"start": 1.5, "end": None}], "seed": 7}
+    write(Recording(one().channels, metadata), tmp_path / f"drive.{ending}")
     again = read(tmp_path / f"drive.{ending}").metadata
-    assert {key: again[key] for key in told} == told
+    assert {key: again[key] for key in metadata} == metadata
 
 
-def test_nan_and_padding_are_told_apart(tmp_path):
+def test_nan_and_padding_are_kept_apart(tmp_path):
     slow = Channel("yaw_rate", np.array([0.0, 1.0]), np.array([np.nan, 2.0]), "rad/s")
     fast = Channel("vehicle_speed", np.arange(0.0, 1.0, 0.1), np.arange(10.0), "m/s")
     for ending in ("parquet", "csv"):

@@ -54,7 +54,7 @@ def test_angles_pushed_by_constant_torques_are_marginal():
 def test_a_hidden_direction_is_named():
     blind = replace(oscillator(), A=np.diag([-1.0, -2.0]))
     message = refused(blind, observable=True)
-    assert "do not show 1 rate" in message
+    assert "not observable: 1 rate" in message
     assert "add an output" in message
 
 

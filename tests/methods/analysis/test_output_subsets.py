@@ -52,9 +52,9 @@ def test_sentences_say_where_methods_disagree_and_why():
     assert disagreements(table[:2]) == []
 
 
-def test_the_bound_of_the_test_by_eigenvectors_is_told():
+def test_the_bound_of_the_test_by_eigenvectors_is_reported():
     table = output_subsets(extended(column(), TORQUES), SAMPLING)
-    assert any(told.startswith("The PBH test says otherwise for driver_torque:") for told in disagreements(table))
+    assert any(each.startswith("The PBH test says otherwise for driver_torque:") for each in disagreements(table))
 
 
 def test_bounds_and_conditions_are_better_with_more_outputs():

@@ -168,9 +168,9 @@ def test_physical_states_come_back():
     found = balanced_reduction(system, 4, **SIZES)
     names = ("motor_speed", "gear_angle")
     full = replace(system, C=np.eye(6)[[1, 5]], D=np.zeros((2, 3)), outputs=names)
-    told = replace(found.physical(*names, of=system), outputs=("",) * 5)
+    reduced = replace(found.physical(*names, of=system), outputs=("",) * 5)
     low = np.array([0.1, 1.0, 10.0])
-    gains = frequency_response(told, low).gain[:, 3:]
+    gains = frequency_response(reduced, low).gain[:, 3:]
     np.testing.assert_allclose(gains, frequency_response(full, low).gain, rtol=0.02)
 
 

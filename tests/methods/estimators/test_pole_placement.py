@@ -80,11 +80,11 @@ HIDDEN = LinearSystem.of(np.diag([0.9, 0.8, 0.7]), [[1.0, 0.0, 1.0]], states=("a
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: observer_gain(HIDDEN, (0.1, 0.2, 0.3)), "do not show the direction 1 bias .eigenvalue 0.8."),
+        (lambda: observer_gain(HIDDEN, (0.1, 0.2, 0.3)), "the direction 1 bias .eigenvalue 0.8. is not observable"),
         (lambda: observer_gain(HIDDEN, (0.1, 0.2)), "2 poles for 3 states"),
         (lambda: observer_gain(HIDDEN, (0.1, 0.2, 0.3j)), "not in complex pairs"),
         (lambda: observer_gain(HIDDEN, (0.1, 0.2, np.nan)), "not all finite"),
-        (lambda: reduced_observer_gain(HIDDEN, (0.1, 0.2)), "do not show the direction"),
+        (lambda: reduced_observer_gain(HIDDEN, (0.1, 0.2)), "the direction .* is not observable"),
         (lambda: reduced_observer_gain(LinearSystem.of(np.eye(2), np.ones((2, 2))), ()), "depend on each other"),
         (lambda: reduced_observer_gain(LinearSystem.of(np.eye(2), np.eye(2)), (0.1,)), "no poles to choose"),
     ],
@@ -100,7 +100,7 @@ def test_sparse_systems_are_placed_exactly_where_the_outputs_show_them(seed):
     moved = np.vstack([system.C @ np.linalg.matrix_power(system.A, k) for k in range(1, 5)])
     poles = (0.1, 0.2, 0.3, 0.4)
     if np.linalg.matrix_rank(moved, tol=1e-6) < 4:
-        with pytest.raises(ParameterError, match="do not show the direction"):
+        with pytest.raises(ParameterError, match="the direction .* is not observable"):
             observer_gain(system, poles)
     else:
         assert_poles(closed(system, observer_gain(system, poles)), poles, rtol=1e-4)

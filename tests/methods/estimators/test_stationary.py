@@ -75,7 +75,7 @@ def test_floats_agree_with_the_scan():
             lambda: stationary_gain(
                 LinearSystem.of(np.diag([1.0, 0.5]), [[0.0, 1.0]], states=("bias", "rate")), (1.0, 1.0), (1.0,)
             ),
-            "do not show the direction 1 bias .eigenvalue 1.",
+            "the direction 1 bias .eigenvalue 1. is not observable",
         ),
         (lambda: stationary_gain(LinearSystem.of([[1.0]], [[1.0]]), (None,), (1.0,)), "process noise"),
         (lambda: stationary_gain(SYSTEM, (1.0,), (1.0, 1.0)), "expected 2 variances"),

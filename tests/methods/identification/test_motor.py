@@ -1,4 +1,4 @@
-"""Identification of a motor: against closed forms, against the bench, and where a recording does not tell."""
+"""Identification of a motor: against closed forms, against the bench, and where a recording does not identify."""
 
 from dataclasses import replace
 
@@ -101,7 +101,7 @@ def driven():
 def test_a_drawn_motor_of_the_bench_is_found(driven):
     motor, recording = driven
     result = identify_motor(FILE, {"drive": recording})
-    assert not result.untold
+    assert not result.unidentified
     assert not result.doubt
     for name, each in study.errors([motor], [result]).items():
         assert abs(each.errors[0]) < 4.0 * each.deviations[0], name
@@ -121,13 +121,13 @@ def test_noise_in_the_loop_of_the_current_control_makes_no_bias():
         inputs |= {name: np.ones(10_000) for name in inputs if name.endswith(".gain") or name == "control"}
         inputs |= {f"ports.{name}.offset": noise[:, k] for k, name in enumerate(names)}
         found = scan(motor.plant, np.column_stack(list((inputs | {"target_motor_angle": course(time, seed)}).values())))
-        told = {
+        readings = {
             name: np.column_stack([found[f"motor.fine.{name}.{k}"] for k in range(10)]).ravel()
             for name in MotorAngleObserver.Sample._fields
         }
-        told |= {name: told[name] + np.repeat(noise[:, k], 10) for k, name in enumerate(names)}
+        readings |= {name: readings[name] + np.repeat(noise[:, k], 10) for k, name in enumerate(names)}
         fine = np.arange(100_000) * 1e-4
-        channels = {name: Channel(name, fine, values, "") for name, values in told.items()}
+        channels = {name: Channel(name, fine, values, "") for name, values in readings.items()}
         channels["motor_temperature"] = Channel("motor_temperature", fine, np.full(100_000, motor.temperature), "K")
         result = identify_motor(FILE, {"drive": Recording(channels)})
         errors = study.errors([motor], [result])
@@ -150,16 +150,16 @@ def test_a_measured_torque_is_held_against_that_of_the_currents(driven):
     course = result.mechanical.courses[0]
     assert result.torque_ratio is None
     torque = Channel("motor_torque", course.time, course.driving * 2.0 / 3.0, "N*m")
-    told = identify_motor(FILE, {"a": recording.with_channels([torque])})
-    assert told.torque_ratio.value == pytest.approx(2.0 / 3.0, rel=0.05)
-    assert any("not amplitude-invariant" in remark for remark in told.remarks)
+    scaled = identify_motor(FILE, {"a": recording.with_channels([torque])})
+    assert scaled.torque_ratio.value == pytest.approx(2.0 / 3.0, rel=0.05)
+    assert any("not amplitude-invariant" in remark for remark in scaled.remarks)
 
 
 def test_at_one_speed_and_current_resistance_and_flux_do_not_separate():
     time = np.arange(4000) * 1e-3
     seen = drive(bench(stiffness=0.0), 30.0 * time, np.full(4000, 0.2), 3)
     result = identify_motor(FILE, {"drive": study.recording(seen)})
-    assert {"motor_resistance", "motor_flux"} <= {each.name for each in result.untold}
+    assert {"motor_resistance", "motor_flux"} <= {each.name for each in result.unidentified}
     with pytest.raises(InputError, match="not identifiable here: motor_flux"):
         identify_motor(FILE, {"drive": study.recording(seen)}, ("motor_flux",))
 
@@ -227,8 +227,8 @@ def test_a_wrong_sampling_time_is_told():
     assert not any("come every" in each for each in identify_motor(FILE, {"drive": recording}).remarks)
 
 
-@pytest.mark.parametrize(("offset", "told"), [(0.0, False), (5.0, True)])
-def test_phase_currents_that_do_not_add_up_are_told(driven, offset, told):
+@pytest.mark.parametrize(("offset", "reported"), [(0.0, False), (5.0, True)])
+def test_phase_currents_that_do_not_add_up_are_reported(driven, offset, reported):
     _, recording = driven
     a, b, c = inverse_clarke(StatorVector(*(recording[f"motor_current_{axis}"].values for axis in ("alpha", "beta"))))
     time = recording["motor_current_alpha"].time
@@ -236,7 +236,7 @@ def test_phase_currents_that_do_not_add_up_are_told(driven, offset, told):
     channels = {n: each for n, each in recording.channels.items() if "motor_current" not in n}
     channels |= {name: Channel(name, time, values, "A") for name, values in phases.items()}
     remarks = identify_motor(FILE, {"drive": replace(recording, channels=channels)}).remarks
-    assert any("do not add up to zero" in each for each in remarks) == told
+    assert any("do not add up to zero" in each for each in remarks) == reported
 
 
 @pytest.mark.parametrize("whose", ["current", "voltage"])

@@ -43,9 +43,9 @@ def test_noise_in_a_regressor_makes_no_bias_where_instruments_have_noise_of_thei
     found, naive = [], []
     for seed in range(40):
         random, true = signals(seed)
-        seen, told = (true + 0.4 * random.normal(size=true.shape) for _ in range(2))
+        seen, instruments = (true + 0.4 * random.normal(size=true.shape) for _ in range(2))
         target = true @ [2.0, -1.0] + 0.1 * random.normal(size=len(true))
-        found.append(regress([Rows(target, seen, told)]).values)
+        found.append(regress([Rows(target, seen, instruments)]).values)
         naive.append(regress([Rows(target, seen, seen)]).values)
     assert np.mean(found, axis=0) == pytest.approx([2.0, -1.0], abs=0.01)
     assert np.mean(naive, axis=0)[0] < 1.9
@@ -82,8 +82,8 @@ def test_combinations_and_noise_are_not_told():
     assert fit.values[2] == pytest.approx(3.0, abs=1e-6)
     assert np.isfinite(fit.deviations[2])
     noise, other = (random.normal(size=len(true)) for _ in range(2))
-    seen, told = np.column_stack([true[:, 0], noise]), np.column_stack([true[:, 0], other])
-    fit = regress([Rows(true[:, 0], seen, told)])
+    seen, instruments = np.column_stack([true[:, 0], noise]), np.column_stack([true[:, 0], other])
+    fit = regress([Rows(true[:, 0], seen, instruments)])
     assert fit.values == pytest.approx([1.0, 0.0])
     assert np.isinf(fit.deviations[1])
 

@@ -61,11 +61,11 @@ def recorded(seed, drive, count=1500, noise=NOISE):
 def by_hand(experiment, decay, gain, drive, noise):
     """Negative log likelihood by a scalar Kalman filter in plain Python."""
     mean, variance, total = 0.0, 0.01, 0.0
-    for (given,), (told,) in zip(experiment.inputs, experiment.measured, strict=True):
+    for (given,), (measured,) in zip(experiment.inputs, experiment.measured, strict=True):
         spread = variance + noise**2
-        total += 0.5 * (told - mean) ** 2 / spread + 0.5 * np.log(spread)
+        total += 0.5 * (measured - mean) ** 2 / spread + 0.5 * np.log(spread)
         weight = variance / spread
-        mean, variance = mean + weight * (told - mean), variance * (1.0 - weight)
+        mean, variance = mean + weight * (measured - mean), variance * (1.0 - weight)
         mean, variance = decay * mean + gain * given, decay**2 * variance + gain**2 * drive**2
     return total
 

@@ -61,7 +61,7 @@ def test_hands_pull_twice_for_a_tenth_of_the_run():
     assert np.abs(np.diff(demands("ramps", 40.0, seed=3)[:, 3])).max() <= 2.0 / 100 + 1e-9
 
 
-class Told(NamedTuple):
+class Estimate(NamedTuple):
     """Output of `LateBar`."""
 
     hand_torque: float
@@ -80,7 +80,7 @@ class LateBar:
 
     def step(self, state, sample):
         state, late = self.delay.step(state, sample)
-        return state, Told(late.driver_torque)
+        return state, Estimate(late.driver_torque)
 
 
 def test_errors_take_the_lag_into_account():

@@ -30,9 +30,9 @@ def test_names_of_claims_are_sound_and_only_exact_models_have_goals():
     cases = identification._cases(Effort())
     claims = [claim for case in cases for claim in identification._bias(case, errors)]
     assert len({claim.id for claim in claims}) == len(claims) == 3 * len(cases)
-    told = [claim for claim in claims if claim.goal is None]
-    assert len(told) == 3 * (len(LAWS) + 2)
-    assert all(claim.measured == -1.0 for claim in told)
+    reported = [claim for claim in claims if claim.goal is None]
+    assert len(reported) == 3 * (len(LAWS) + 2)
+    assert all(claim.measured == -1.0 for claim in reported)
 
 
 def test_every_seed_has_noise_of_its_own_and_the_same_motion():

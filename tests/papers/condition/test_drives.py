@@ -71,8 +71,8 @@ def test_a_fault_of_a_sensor_changes_its_channel_alone_and_only_while_it_lasts()
 
 def test_an_automated_driver_that_believes_a_faulty_sensor_drives_otherwise():
     healthy = Drive("short-round", 8.0, seed=4)
-    believed = replace(healthy, injected=(Injected("wheel_speed_rear_left", OFFSET, 2.0, 4.0, 8.0, believed=True),))
-    sound, faulty = recorded(healthy), recorded(believed)
+    acted_on = replace(healthy, injected=(Injected("wheel_speed_rear_left", OFFSET, 2.0, 4.0, 8.0, in_the_loop=True),))
+    sound, faulty = recorded(healthy), recorded(acted_on)
     assert faulty["truth_speed"].values[-1] < sound["truth_speed"].values[-1] - 0.3
 
 

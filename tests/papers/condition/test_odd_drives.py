@@ -92,25 +92,25 @@ def test_what_the_monitor_says_becomes_a_row():
     episodes = Episode("", 10.0, 12.5), Episode("", 50.0), Episode("", 5.0, 6.0, candidates=("tie_rod_force",))
     off = Element("yaw_rate", "sensor", Status.FAULT, episodes=episodes)
     quiet = Element("tie_rod_force", "sensor", Status.NOT_AVAILABLE)
-    told = Diagnosis((Finding("condition", Status.FAULT, "The yaw rate is off.", cause="why"),), (off, quiet))
-    assert odd.row(told, made()) == ("fault", "yaw_rate", "12.50", "tie_rod_force (not available)", "why")
-    assert odd.accused(told) == ("yaw_rate",)
+    diagnosis = Diagnosis((Finding("condition", Status.FAULT, "The yaw rate is off.", cause="why"),), (off, quiet))
+    assert odd.row(diagnosis, made()) == ("fault", "yaw_rate", "12.50", "tie_rod_force (not available)", "why")
+    assert odd.declared_faulty(diagnosis) == ("yaw_rate",)
     assert odd.row("no wheel speeds", made()) == ("refused", "", "", "", "no wheel speeds")
-    assert odd.accused("no wheel speeds") == ()
+    assert odd.declared_faulty("no wheel speeds") == ()
 
 
 def test_a_verdict_must_be_the_right_one_and_have_a_cause():
     sound = Diagnosis((Finding("condition", Status.HEALTHY, "Sound."),))
     stood, bare = (Diagnosis((Finding("condition", Status.NOT_TESTABLE, "", cause=cause),)) for cause in ("stood", ""))
-    assert odd.told("restart in mid-drive", sound)
-    assert odd.told("standstill", stood)
-    assert not odd.told("standstill", bare)
-    assert not odd.told("standstill", sound)
-    assert not odd.told("restart in mid-drive", stood)
-    assert not odd.told("standstill", "refused")
+    assert odd.as_expected("restart in mid-drive", sound)
+    assert odd.as_expected("standstill", stood)
+    assert not odd.as_expected("standstill", bare)
+    assert not odd.as_expected("standstill", sound)
+    assert not odd.as_expected("restart in mid-drive", stood)
+    assert not odd.as_expected("standstill", "refused")
 
 
-def test_the_part_counts_recordings_in_which_something_is_accused(monkeypatch):
+def test_the_part_counts_recordings_in_which_something_is_declared_faulty(monkeypatch):
     vehicle = SimpleNamespace(vehicle=None)
     monkeypatch.setattr(odd, "calibrations", lambda *given: {(odd.VARIANTS[odd.BEST].module, 1): vehicle})
     monkeypatch.setattr(odd, "odd_drives", lambda number: {"fine": made(50.0), "odd": made()})
@@ -118,7 +118,7 @@ def test_the_part_counts_recordings_in_which_something_is_accused(monkeypatch):
     off = Element("yaw_rate", "sensor", Status.FAULT, episodes=(Episode("", 58.0),))
     faulty = Diagnosis((Finding("condition", Status.FAULT, "Off."),), (off,))
     monkeypatch.setattr(odd, "said", lambda recording, vehicle: sound if recording.span[1] < 55.0 else faulty)
-    _, table, wrong, time, untold = odd.items(Effort())
+    _, table, wrong, time, unexpected = odd.items(Effort())
     assert [row[1] for row in table.rows] == ["healthy", "fault"]
-    assert [claim.measured for claim in (wrong, time, untold)] == [1, pytest.approx(2.0), 1]
-    assert not any(claim.met for claim in (wrong, time, untold))
+    assert [claim.measured for claim in (wrong, time, unexpected)] == [1, pytest.approx(2.0), 1]
+    assert not any(claim.met for claim in (wrong, time, unexpected))

@@ -1,4 +1,4 @@
-"""The parts of the study, on a diagnosis that is told the truth a little late: every figure is then known."""
+"""The parts of the study, on a diagnosis that declares the truth a little late: every figure is then known."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ def _declare(known: float, recording: Recording, name: str) -> Declared:
 
 
 @pytest.fixture
-def told(monkeypatch):
-    module = ModuleType("told_the_truth")
+def late_truth(monkeypatch):
+    module = ModuleType("late_truth")
     module.calibrate, module.declare = lambda number, quick: LATE, _declare
-    monkeypatch.setitem(sys.modules, "told_the_truth", module)
-    variants = {"bank": runs.Variant("told the truth", "told_the_truth")}
+    monkeypatch.setitem(sys.modules, "late_truth", module)
+    variants = {"bank": runs.Variant("the truth, late", "late_truth")}
     for part in (runs, sensors, actuators, beyond, healthy, theory, sensors.tables):
         monkeypatch.setattr(part, "VARIANTS", variants)
 
@@ -52,7 +52,7 @@ def _claims(part) -> dict[str, Claim]:
     return {each.id: each for each in found if isinstance(each, Claim)}
 
 
-def test_the_tests_of_the_sensors_are_as_good_as_the_diagnosis(told):
+def test_the_tests_of_the_sensors_are_as_good_as_the_diagnosis(late_truth):
     claims = _claims(sensors)
     assert claims["sensors.accuracy"].measured == pytest.approx(1.0 - LATE / 60.0)
     assert claims["sensors.offsets"].measured == pytest.approx(LATE)
@@ -61,20 +61,20 @@ def test_the_tests_of_the_sensors_are_as_good_as_the_diagnosis(told):
     assert not [claim for claim in claims.values() if claim.goal and not claim.met]
 
 
-def test_the_tests_of_the_actuators_are_as_good_as_the_diagnosis(told):
+def test_the_tests_of_the_actuators_are_as_good_as_the_diagnosis(late_truth):
     claims = _claims(actuators)
     assert claims["actuators.lost-accuracy"].measured == pytest.approx(1.0 - LATE / 200.0)
     assert claims["actuators.half-named"].measured == claims["actuators.both-named"].measured == 1.0
     assert not [claim for claim in claims.values() if claim.goal and not claim.met]
 
 
-def test_pairs_kinds_and_small_faults_are_all_found_by_who_is_told(told):
+def test_pairs_kinds_and_small_faults_are_all_found_by_the_late_truth(late_truth):
     claims = _claims(beyond)
     assert claims["beyond.pairs-isolated"].measured == 1.0
     assert not [claim for claim in claims.values() if claim.goal and not claim.met]
 
 
-def test_faults_of_uncalibrated_vehicles_are_counted_by_kind(told, monkeypatch):
+def test_faults_of_uncalibrated_vehicles_are_counted_by_kind(late_truth, monkeypatch):
     def scored(drive, recording):
         return score(drive, truth_of(drive, recording), _declare(LATE, recording, ""))
 
@@ -89,15 +89,15 @@ def test_faults_of_uncalibrated_vehicles_are_counted_by_kind(told, monkeypatch):
     assert measured["uncalibrated.wrong"] == measured["uncalibrated.alarms"] == 0.0
 
 
-def test_healthy_driving_without_alarms_leaves_a_bound(told):
+def test_healthy_driving_without_alarms_leaves_a_bound(late_truth):
     claims = _claims(healthy)
     assert claims["healthy.alarms"].measured == 0
     assert "29.9 per hour" in claims["healthy.alarms"].note or "30 per hour" in claims["healthy.alarms"].note
 
 
-def test_a_variant_is_calibrated_once_for_a_vehicle(told, monkeypatch):
+def test_a_variant_is_calibrated_once_for_a_vehicle(late_truth, monkeypatch):
     asked = []
-    sys.modules["told_the_truth"].calibrate = lambda number, quick: asked.append(number) or LATE
+    sys.modules["late_truth"].calibrate = lambda number, quick: asked.append(number) or LATE
     monkeypatch.setattr(runs, "_known", {})
     for _ in range(2):
         runs.scores([Drive("short-round", 4.0, number) for number in (1, 2)], Effort(True, 1))
@@ -107,17 +107,17 @@ def test_a_variant_is_calibrated_once_for_a_vehicle(told, monkeypatch):
     assert not runs.diagnosed("bank", Drive("short-round", 4.0, 1), made, known).faulty
 
 
-def test_every_variant_is_calibrated_on_every_vehicle(told, monkeypatch):
-    monkeypatch.setitem(sys.modules, "told_otherwise", sys.modules["told_the_truth"])
-    runs.VARIANTS["other"] = runs.Variant("told the truth too", "told_otherwise")
+def test_every_variant_is_calibrated_on_every_vehicle(late_truth, monkeypatch):
+    monkeypatch.setitem(sys.modules, "other_truth", sys.modules["late_truth"])
+    runs.VARIANTS["other"] = runs.Variant("the truth as well", "other_truth")
     monkeypatch.setattr(runs, "_known", {})
     found = runs.calibrations(runs.VARIANTS, (number for number in (1, 2)), Effort(True, 1))
-    assert set(found) == {(module, number) for module in ("told_the_truth", "told_otherwise") for number in (1, 2)}
+    assert set(found) == {(module, number) for module in ("late_truth", "other_truth") for number in (1, 2)}
 
 
-def test_a_diagnosis_that_is_told_disagrees_with_structure_on_the_motors_alone(told):
+def test_the_late_truth_disagrees_with_structure_on_the_motors_alone(late_truth):
     *_, disagreements = (each for each in theory.items(Effort(quick=True, processes=1)) if isinstance(each, Table))
-    motors = [row for row in disagreements.rows if "told from all others" not in row[1]]
+    motors = [row for row in disagreements.rows if "isolable" not in row[1]]
     assert motors
     assert all("structure sees no time" in row[-1] for row in motors)
     assert all(
@@ -125,7 +125,7 @@ def test_a_diagnosis_that_is_told_disagrees_with_structure_on_the_motors_alone(t
     )
 
 
-def test_faults_inside_the_loop_change_the_drive_and_are_scored_like_all_others(told, monkeypatch):
+def test_faults_inside_the_loop_change_the_drive_and_are_scored_like_all_others(late_truth, monkeypatch):
     chosen = [each for each in closed_loop.drives(Effort(quick=True)) if each.injected[0].element == "yaw_rate"][:2]
     assert all(not each.injected[0].in_recording_alone for each in closed_loop.drives(Effort()))
     monkeypatch.setattr(closed_loop, "drives", lambda effort: [replace(each, seconds=30.0) for each in chosen])

@@ -27,9 +27,9 @@ def test_the_bank_finds_what_shows_names_nobody_else_and_is_silent_where_nothing
     found = judged(car, car.recording())
     assert found.quiet.false_alarms == 0
     assert found.quiet.healthy_hours * 3600.0 > 10.0
-    known, told = summary(found.found), isolated(found.found)
+    known, isolation = summary(found.found), isolated(found.found)
     assert (known.missed, known.wrong, known.false_alarms) == (0, 0.0, 0)
-    assert told.right == 1.0
+    assert isolation.right == 1.0
     assert max(known.delays_shown) <= 0.2
     assert summary(found.asked).missed <= 2
 
@@ -63,4 +63,4 @@ def test_what_shows_is_found_and_named_at_other_instants_too(car):
     (row,) = table.rows
     of = dict(zip(table.header, row, strict=True))
     assert int(of["faults"]) == 16 * int(of["instants"]) > 100
-    assert (of["missed"], of["named rightly"], of["accused afterwards"]) == ("0", "1.000", "0")
+    assert (of["missed"], of["named rightly"], of["declared afterwards"]) == ("0", "1.000", "0")

@@ -47,7 +47,7 @@ def test_a_fault_found_late_and_given_up_while_it_cannot_be_told():
     fault = found.faults[0]
     # Late by 0.3 s, given up for 5.1 s, held 0.5 s too long.
     assert fault.accuracy == pytest.approx(1.0 - 5.9 / 60.0)
-    # From 30.1 s (0.1 s of memory and a mean square) to 35 s the fault cannot be told.
+    # From 30.1 s (0.1 s of memory and a mean square) to 35 s the fault is not observable.
     assert fault.accuracy_excused == pytest.approx(1.0 - 1.0 / 55.1, abs=2e-3)
     assert (fault.outcome, fault.delay) == (FOUND, pytest.approx(0.3))
     assert fault.shown == pytest.approx(15.1, abs=0.03)

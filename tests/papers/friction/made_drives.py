@@ -1,4 +1,4 @@
-"""Drives that nobody drove: digests in which every estimator behaves as the test says."""
+"""Synthetic drives: digests in which every estimator behaves as the test prescribes."""
 
 import math
 

@@ -15,7 +15,7 @@ from tierod.proving_ground import FrictionCourse
 
 
 def silent(share, what):
-    """Tells nobody."""
+    """Ignores the progress."""
 
 
 @pytest.fixture(scope="module")
@@ -87,16 +87,16 @@ def test_a_case_with_an_unknown_name_is_refused(wrong):
 def test_drives_run_once_in_worker_processes_references_first():
     reference = Case(11, 4.0, 0.2)
     judged = Case(12, 5.5, 0.2, reference=reference)
-    told = []
+    reports = []
     drives = run_drives(
         [{judged: (PRINTED,)}, {judged: (BASELINE,)}],
         Effort(processes=1),
-        lambda share, what: told.append((share, what)),
+        lambda share, what: reports.append((share, what)),
     )
     assert set(drives.digests) == {reference, judged}
     assert set(drives.digests[judged].courses) == {DEFAULT, PRINTED}
     assert set(drives.digests[judged].windows) == {BASELINE}
-    assert told[-1] == (1.0, "2 drives, 0.0 h")
+    assert reports[-1] == (1.0, "2 drives, 0.0 h")
     assert drives.hours == pytest.approx(0.4 / 60.0, abs=1e-4)
 
 

@@ -15,7 +15,7 @@ def test_a_quick_run_tells_every_claim_and_meets_it():
     table = next(each for each in found if isinstance(each, Table) and each.title.startswith("Error"))
     rms = {row[0]: float(row[2]) for row in table.rows}
     assert rms["command taken for the voltage"] > 1.0
-    assert rms["held, knee 2 A told"] > 3.0 * rms["loss and knee identified"]
+    assert rms["held, knee 2 A assumed"] > 3.0 * rms["loss and knee identified"]
 
 
 def test_an_inverter_identified_from_another_drive_is_not_called_wrong():

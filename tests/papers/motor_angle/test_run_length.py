@@ -33,13 +33,13 @@ def test_sound_drives_are_counted_in_hours():
 
 def test_motors_in_a_row_spread_over_their_ranges():
     p = bench_monitor().observer.parameters
-    told = [other_motor(bench_monitor(), number).observer.parameters for number in range(3, 63)]
+    drawn = [other_motor(bench_monitor(), number).observer.parameters for number in range(3, 63)]
     for name, (low, high) in (
         ("motor_resistance", RESISTANCE),
         ("motor_flux", FLUX),
         ("motor_inductance", INDUCTANCE),
     ):
-        shares = np.sort([(getattr(p, name) / getattr(each, name) - low) / (high - low) for each in told])
+        shares = np.sort([(getattr(p, name) / getattr(each, name) - low) / (high - low) for each in drawn])
         assert np.abs(shares - (np.arange(60) + 0.5) / 60.0).max() < 0.06
 
 

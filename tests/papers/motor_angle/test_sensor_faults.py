@@ -104,10 +104,10 @@ def test_quantiles_of_what_was_not_found_are_infinite():
 
 
 def test_the_quick_study_names_every_fault():
-    told = list(items(Effort(quick=True, processes=1)))
-    table = next(item for item in told if isinstance(item, Table))
+    found = list(items(Effort(quick=True, processes=1)))
+    table = next(item for item in found if isinstance(item, Table))
     assert [row[0] for row in table.rows] == [fault.name for fault in FAULTS]
-    claims = {item.id: item for item in told if isinstance(item, Claim)}
+    claims = {item.id: item for item in found if isinstance(item, Claim)}
     assert claims["faults.offset-median"].met
 
 

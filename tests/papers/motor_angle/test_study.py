@@ -33,5 +33,5 @@ def test_a_quick_study_runs_from_end_to_end(tmp_path, capsys):
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert Page(text).open == []
     assert {f"motor-angle-figure-{number}" for number in range(4, 8)} <= set(charts(text))
-    told = capsys.readouterr().err
-    assert all(title in told for title in PARTS.values())
+    printed = capsys.readouterr().err
+    assert all(title in printed for title in PARTS.values())

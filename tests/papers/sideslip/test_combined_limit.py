@@ -34,10 +34,10 @@ def test_a_peak_that_is_never_announced_has_no_lead():
 def test_false_ice_is_a_friction_below_the_road_s(monkeypatch):
     time = np.arange(0.0, 10.0, 0.01)
     road = np.where(time < 5.0, 1.0, 0.35)
-    told = {"friction": np.where((time >= 2.0) & (time < 3.0), 0.5, road)}
+    estimate = {"friction": np.where((time >= 2.0) & (time < 3.0), 0.5, road)}
     drive = SimpleNamespace(time=time, truth=lambda name: {"road_friction": road}[name])
     monkeypatch.setattr(combined_limit, "on", lambda name, seed: drive)
-    monkeypatch.setattr(combined_limit, "estimated", lambda drive, readings: told)
+    monkeypatch.setattr(combined_limit, "estimated", lambda drive, readings: estimate)
     least, below, total = false_ice((1, 2), "all")
     assert least == pytest.approx(0.5)
     assert below == pytest.approx(2.0)

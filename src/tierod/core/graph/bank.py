@@ -16,7 +16,7 @@ KEEP = -1.0
 
 
 class JudgeSample(NamedTuple):
-    """What a judge sees.
+    """Sample of a judge.
 
     Args:
         sample: of the bank
@@ -48,7 +48,7 @@ class Judge(Protocol):
         """The state before the first sample."""
 
     def feedback(self) -> Tree:
-        """What every lane is given with the first sample; () where the judge never says anything to the lanes."""
+        """What every lane is given with the first sample; () where the judge gives the lanes no feedback."""
 
     def step(self, state: Tree, sample: JudgeSample) -> tuple[Tree, Verdict]:
         """One sample on."""
@@ -58,7 +58,7 @@ class Judge(Protocol):
 class Bank:
     """Blocks of one structure side by side, and a judge over them.
 
-    With every sample each lane steps; the judge then sees the sample and what all lanes put out, gives the output of
+    With every sample each lane steps; the judge then takes the sample and the outputs of all lanes, gives the output of
     the bank, and may let lanes take over the state of others. Lanes that take over and are taken over in one sample
     exchange the states that they had after their own step. Compiled, eight lanes are stepped at once.
 

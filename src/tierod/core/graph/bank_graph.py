@@ -21,7 +21,7 @@ class BankGraph:
         lane: takes the sample of the bank and the feedback
         judge: takes the sample of the bank and the outputs of all lanes; gives output, adopted lanes and feedback
         count: of lanes
-        feedback: dotted names of what the judge says to the lanes
+        feedback: dotted names of the judge's feedback to the lanes
         sample_tree, output_tree: trees of zeros in the shapes of the bank's
     """
 

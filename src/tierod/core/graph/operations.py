@@ -6,9 +6,12 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from tierod.core.errors import TraceError
+
+if TYPE_CHECKING:
+    import casadi
 
 TUNING, STATE, RING, SAMPLE = range(4)
 NEXT_STATE, PUSH, OUTPUT = range(3)
@@ -61,7 +64,7 @@ class Program:
         )
 
 
-def program(function: Any) -> Program:
+def program(function: casadi.Function) -> Program:
     """The operations of a traced function: equal ones merged, selects recognised, shared divisors inverted once."""
     operations, outputs = _read(function)
     operations, outputs = _invert_shared_divisors(operations, outputs)
@@ -77,7 +80,7 @@ class _Builder:
         self.operations: list[Operation] = []
         self.known: dict[Operation, int] = {}
 
-    def add(self, name: str, arguments: Iterable[int] = (), constant: Any = None) -> int:
+    def add(self, name: str, arguments: Iterable[int] = (), constant: object = None) -> int:
         arguments = tuple(arguments)
         if name in COMMUTATIVE:
             arguments = tuple(sorted(arguments))
@@ -88,7 +91,7 @@ class _Builder:
         return self.known[operation]
 
 
-def _read(function: Any) -> tuple[list[Operation], Outputs]:
+def _read(function: casadi.Function) -> tuple[list[Operation], Outputs]:
     names = _instruction_names()
     builder = _Builder()
     slot: dict[int, int] = {}
@@ -102,7 +105,7 @@ def _read(function: Any) -> tuple[list[Operation], Outputs]:
                 "write it with the functions of tierod.core.graph.maths"
             )
         if name == "output":
-            outputs[tuple(results)] = slot[arguments[0]]
+            outputs[results[0], results[1]] = slot[arguments[0]]
         elif name == "input":
             slot[results[0]] = builder.add("input", constant=tuple(arguments))
         elif name == "constant":

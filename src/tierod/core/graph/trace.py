@@ -6,13 +6,16 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from tierod.core.block import Block, Ring, Tree, leaves, map_leaves, rebuild, skeleton, structure, tuning, with_tuning
 from tierod.core.errors import TraceError
 from tierod.core.graph.memory_layout import flat_memory
+
+if TYPE_CHECKING:
+    import casadi
 
 TRUTH_VALUE = "truth value"
 
@@ -220,7 +223,7 @@ def _next_state(initial: Tree, state: Tree, name: str) -> tuple[list[Any], list[
     return plain, [ring.newest for _, ring in rings]
 
 
-def _refuse_nan(function: Any, name: str) -> None:
+def _refuse_nan(function: casadi.Function, name: str) -> None:
     import casadi
 
     for k in range(function.n_instructions()):

@@ -17,7 +17,7 @@ unit = "ms"                   # left out, what the title says, else s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -120,7 +120,7 @@ def load_maps_beside(paths: Sequence[Path]) -> ChannelMap:
     return ChannelMap(entries, ", ".join(map(str, paths)))
 
 
-def parse_channel_map(document: dict[str, Any], path: str = "the channel map") -> ChannelMap:
+def parse_channel_map(document: Mapping[str, object], path: str = "the channel map") -> ChannelMap:
     """The channel map of a TOML document that was parsed already.
 
     Raises:
@@ -146,7 +146,7 @@ def parse_channel_map(document: dict[str, Any], path: str = "the channel map") -
     return ChannelMap(entries, path, time)
 
 
-def _time(table: Any, path: str) -> TimeEntry:
+def _time(table: object, path: str) -> TimeEntry:
     keys = ("column", "unit")
     if not isinstance(table, dict) or not table or not all(isinstance(value, str) for value in table.values()):
         raise InputError(f'{path}: [time] must be a table with column = "column of the file", unit = "ms", or both')

@@ -14,7 +14,10 @@ import os
 import runpy
 import sys
 import warnings
-from typing import Any
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 def main() -> None:
@@ -72,11 +75,11 @@ def limit_time(seconds: float) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (int(used.ru_utime + used.ru_stime + seconds) + 1, hard))
 
 
-def _send(answers: Any, columns: dict[str, Any], about: dict[str, Any]) -> None:
+def _send(answers: BinaryIO, columns: dict[str, np.ndarray], about: dict[str, object]) -> None:
     listed = {name: (values.dtype.str, values.shape) for name, values in columns.items()}
     answers.write(json.dumps(about | {"arrays": listed}).encode() + b"\n")
     for values in columns.values():
-        answers.write(memoryview(values).cast("B") if values.size else b"")
+        answers.write(values.data.cast("B") if values.size else b"")
     answers.flush()
 
 

@@ -127,7 +127,7 @@ def unit_of(column: Column, given: TimeEntry = GUESSED) -> str:
 
     Args:
         column: of the time
-        given: what the user says of it
+        given: clock description of the user
 
     Returns:
         the unit as written; "" where none is given

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
@@ -73,7 +73,7 @@ def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
 
 
 def _clocks(
-    path: Any, columns: Sequence[Column], head: dict[str, np.ndarray], time: TimeEntry
+    path: Path, columns: Sequence[Column], head: dict[str, np.ndarray], time: TimeEntry
 ) -> tuple[tuple[Clock, ...], dict[str, str]]:
     """The clocks, and the unit of each; "" where none is given."""
     increasing = [name for name, part in head.items() if len(part) > 2 and bool((part[1:] > part[:-1]).all())]
@@ -89,7 +89,7 @@ def _clocks(
     return clocks, units
 
 
-def _refuse_text_as_clock(path: Any, layout: Layout, usable: Sequence[Column]) -> None:
+def _refuse_text_as_clock(path: Path, layout: Layout, usable: Sequence[Column]) -> None:
     clock = unread_clock([column for column in layout.columns if column.name in layout.texts], usable)
     if clock is not None:
         raise InputError(

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from tierod.core.errors import InputError
 from tierod.io.readers.clocks import DATES
 from tierod.io.readers.content import Content, whole_lines
 from tierod.io.readers.csv_layout import MISSING, SAMPLE, Layout
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 
 @dataclass(frozen=True)
@@ -151,14 +154,14 @@ def _as_text(block: bytes, table: Table, names: Sequence[str]) -> Rows:
         ) from None
 
 
-def _rows(block: bytes, table: Table, names: Sequence[str], kind: Any) -> Rows:
+def _rows(block: bytes, table: Table, names: Sequence[str], kind: pa.DataType) -> Rows:
     import pyarrow as pa
     import pyarrow.csv as text
 
     layout = table.layout
     broken: list[int] = []
 
-    def skip(row: Any) -> str:
+    def skip(row: text.InvalidRow) -> str:
         broken.append(row.actual_columns)
         return "skip"
 
@@ -194,7 +197,7 @@ def _in_unicode(block: bytes) -> bytes:
     return block
 
 
-def _tolerant(column: Any, decimal: str) -> tuple[np.ndarray, int]:
+def _tolerant(column: pa.ChunkedArray, decimal: str) -> tuple[np.ndarray, int]:
     """Cells as floats, each by itself, and how many of them are no number."""
     import pyarrow as pa
     import pyarrow.compute as compute
@@ -217,7 +220,7 @@ def _cell_by_cell(cells: list[bytes | None], decimal: str) -> tuple[np.ndarray, 
     return values, bad
 
 
-def calendar(column: Any, name: str) -> np.ndarray:
+def calendar(column: pa.ChunkedArray, name: str) -> np.ndarray:
     """A column of dates in seconds since 1970, (n,); NaN where a cell is missing. Dates without a zone are in UTC.
 
     Args:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -152,13 +153,13 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
     )
 
 
-def _as_written(column: Column, about: dict[str, Any]) -> Column:
+def _as_written(column: Column, about: Mapping[str, Any]) -> Column:
     """The column under the name that the CSV writer of tierod gave it, else as it is."""
     entry = about.get("channels", {}).get(column.name)
     return column if entry is None else Column(entry["name"], entry["unit"], entry["name"])
 
 
-def _mostly(rows: list[list[str]], place: int, test: Any) -> bool:
+def _mostly(rows: list[list[str]], place: int, test: Callable[[str], bool]) -> bool:
     filled = [row[place] for row in rows if row[place].strip() not in MISSING]
     return bool(filled) and sum(map(test, filled)) > 0.6 * len(filled)
 

@@ -6,10 +6,10 @@ import contextlib
 import logging
 import re
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +20,11 @@ from tierod.io.readers.bits import Payloads, span
 from tierod.io.readers.frames import EXTENDED, Frames, identifier_text, messages, parameter_group, without_value
 from tierod.io.readers.log import Heard, InOrder, Log
 from tierod.io.readers.source import Column, Lane, Piece, Source
+
+if TYPE_CHECKING:
+    from cantools.database.can import Message, Signal
+    from cantools.database.can.database import Database as CanDatabase
+    from cantools.database.diagnostics.database import Database as DiagnosticsDatabase
 
 _KINDS = ("arxml", "dbc", "kcd", "sym", "cdd")
 _ENTRY = re.compile(r"""\b(VAL_|SIG_VALTYPE_)\s+(\d+)\s+(\w+)\b(?:"(?:[^"\\]|\\.)*"|[^;"])*;""")
@@ -35,12 +40,12 @@ class Found:
         where: identifier and bus, for the source of a channel
     """
 
-    message: Any
+    message: Message
     prefix: str
     where: str
 
 
-def load_databases(paths: Sequence[str | Path]) -> list[Any]:
+def load_databases(paths: Sequence[str | Path]) -> list[Message]:
     """The messages of one or several databases.
 
     Raises:
@@ -48,15 +53,15 @@ def load_databases(paths: Sequence[str | Path]) -> list[Any]:
         InputError: a file that cannot be read or is no database
     """
     try:
-        import cantools
+        import cantools  # noqa: F401
     except ImportError:
         raise MissingExtra("cantools", "can", "decoding a CAN log") from None
-    found: list[Any] = []
+    found: list[Message] = []
     for path in paths:
         content = read_bytes(path, "the CAN database", most=MOST_DATA_BYTES)
         try:
             with _quiet():
-                found += getattr(_database(cantools, Path(path), content), "messages", [])
+                found += getattr(_database(Path(path), content), "messages", [])
         except Exception as error:
             reason = " ".join(str(error).split())[:200]
             raise InputError(f"{path} is not a CAN database that can be read: {reason}; give a DBC file") from None
@@ -79,17 +84,19 @@ def _quiet() -> Iterator[None]:
         logger.setLevel(level)
 
 
-def _database(cantools: Any, path: Path, content: bytes) -> Any:
+def _database(path: Path, content: bytes) -> CanDatabase | DiagnosticsDatabase:
     """A database; entries on signals that it does not describe, which cantools refuses, are left out of a DBC.
 
     Its letters are those that cantools expects: Windows-1252 in a DBC and SYM file, UTF-8 in all others.
     """
+    import cantools.database
+
     kind = path.suffix[1:].lower()
     text = content.decode("cp1252" if kind in ("dbc", "sym") else "utf-8", errors="replace")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     try:
         return cantools.database.load_string(text, kind if kind in _KINDS else None, strict=False)
-    except cantools.database.UnsupportedDatabaseFormatError as error:
+    except cantools.database.UnsupportedDatabaseFormatError as error:  # type: ignore[attr-defined]  # not re-exported
         orphans = re.findall(r"(VAL_|SIG_VALTYPE_) (\d+) (\w+)", str(error))
         if "unused" not in str(error) or not orphans:
             raise
@@ -98,7 +105,7 @@ def _database(cantools: Any, path: Path, content: bytes) -> Any:
     return cantools.database.load_string(text, "dbc", strict=False)
 
 
-def match_messages(log: Heard, database: Sequence[Any]) -> dict[tuple[int, int], Found]:
+def match_messages(log: Heard, database: Sequence[Message]) -> dict[tuple[int, int], Found]:
     """The messages of a database that a log holds, one per message, bus and sender, by bus and identifier.
 
     Args:
@@ -131,7 +138,7 @@ def match_messages(log: Heard, database: Sequence[Any]) -> dict[tuple[int, int],
     return found
 
 
-def _no_match(log: dict[int, int], database: dict[int, Any]) -> str:
+def _no_match(log: dict[int, int], database: Collection[int]) -> str:
     def some(ids: list[int]) -> str:
         text = ", ".join(identifier_text(identifier) for identifier in ids[:6])
         return text + (f" and {len(ids) - 6} more" if len(ids) > 6 else "")
@@ -143,7 +150,7 @@ def _no_match(log: dict[int, int], database: dict[int, Any]) -> str:
     )
 
 
-def bus_source(log: Log, content: Heard, database: Sequence[Any], metadata: dict[str, Any]) -> Source:
+def bus_source(log: Log, content: Heard, database: Sequence[Message], metadata: Mapping[str, object]) -> Source:
     """A CAN log with its database as a source of columns named "Message.Signal".
 
     A message that several buses or senders carry keeps its plain name for the first and gets a prefix for the others.
@@ -161,7 +168,7 @@ def bus_source(log: Log, content: Heard, database: Sequence[Any], metadata: dict
     columns = tuple(Column(name, item.unit or "", item.name, True) for name, (_, item) in places.items())
 
     def lanes(names: Sequence[str]) -> list[Lane]:
-        wanted: dict[tuple[int, int], list[tuple[str, Any]]] = {}
+        wanted: dict[tuple[int, int], list[tuple[str, Signal]]] = {}
         for name in names:
             key, item = places[name]
             wanted.setdefault(key, []).append((name, item))
@@ -177,7 +184,7 @@ def _decoded(
     log: Log,
     content: Heard,
     found: dict[tuple[int, int], Found],
-    wanted: dict[tuple[int, int], list[tuple[str, Any]]],
+    wanted: dict[tuple[int, int], list[tuple[str, Signal]]],
 ) -> Lane:
     """The wanted signals of a log, block by block; at first all without a sample: a message may come late."""
     yield Piece([channel for key, items in wanted.items() for channel in _silent(found[key], items)])
@@ -216,14 +223,14 @@ class Rows:
         return Rows(frames.time[index], Payloads(frames.payload[index]), length, int(length.min()))
 
 
-def _silent(entry: Found, items: Sequence[tuple[str, Any]]) -> list[Channel]:
+def _silent(entry: Found, items: Sequence[tuple[str, Signal]]) -> list[Channel]:
     """Signals of a message without a sample; those that every frame carries share their time stamps."""
     none = np.empty((0, 8), dtype=np.uint8)
     rows = Rows(np.empty(0), Payloads(none), np.empty(0, dtype=int), 8)
     return [_channel(name, entry, item, rows) for name, item in items]
 
 
-def _channel(name: str, entry: Found, item: Any, rows: Rows) -> Channel:
+def _channel(name: str, entry: Found, item: Signal, rows: Rows) -> Channel:
     time, values = rows.time, physical(entry.message, item, rows)
     chosen = selected(entry.message, item, rows)
     if chosen is not None:
@@ -231,7 +238,7 @@ def _channel(name: str, entry: Found, item: Any, rows: Rows) -> Channel:
     return Channel(name, time, values, item.unit or "", f"{name} ({entry.where})")
 
 
-def selected(message: Any, item: Any, rows: Rows) -> np.ndarray | None:
+def selected(message: Message, item: Signal, rows: Rows) -> np.ndarray | None:
     """Which frames carry a multiplexed signal; None where all do. Multiplexers may be multiplexed themselves."""
     if not item.multiplexer_ids or not item.multiplexer_signal:
         return None
@@ -242,7 +249,7 @@ def selected(message: Any, item: Any, rows: Rows) -> np.ndarray | None:
     return mask if above is None else mask & above
 
 
-def physical(message: Any, item: Any, rows: Rows) -> np.ndarray:
+def physical(message: Message, item: Signal, rows: Rows) -> np.ndarray:
     """The values of a signal; NaN where the frame is too short for it, or a J1939 sender has none to give."""
     raw = _raw(item, rows)
     with np.errstate(all="ignore"):
@@ -259,11 +266,11 @@ def physical(message: Any, item: Any, rows: Rows) -> np.ndarray:
     return values
 
 
-def _raw(item: Any, rows: Rows) -> np.ndarray:
+def _raw(item: Signal, rows: Rows) -> np.ndarray:
     big_endian = item.byte_order == "big_endian"
     return rows.payloads.raw(item.start, item.length, big_endian, bool(item.is_signed), bool(item.is_float))
 
 
-def _bytes(item: Any) -> int:
+def _bytes(item: Signal) -> int:
     """How many bytes a frame needs to hold a signal."""
     return -(-span(item.start, item.length, item.byte_order == "big_endian")[1] // 8)

@@ -1,16 +1,19 @@
-"""CAN frames as arrays, their identifiers, and what J1939 says of them."""
+"""CAN frames as arrays, their identifiers, and their meaning in J1939."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.io.readers.bits import LONGEST
+
+if TYPE_CHECKING:
+    from cantools.database.can import Signal
 
 EXTENDED = 1 << 31
 """Marks a 29-bit identifier in `Frames.identifier`."""
@@ -120,7 +123,10 @@ def _in_order(frames: Frames) -> Frames:
     return taken(frames, np.argsort(frames.time, kind="stable"))
 
 
-def bus_number(buses: dict[Any, int], name: Any) -> int:
+Name = TypeVar("Name", int, str)
+
+
+def bus_number(buses: dict[Name, int], name: Name) -> int:
     """The number of a bus, a new one for a name that was not there before.
 
     Raises:
@@ -154,7 +160,7 @@ def parameter_group(identifier: int) -> int:
     return group & 0x3FF00 if (group >> 8) & 0xFF < _PGN_WITH_ADDRESS else group
 
 
-def without_value(item: Any, raw: np.ndarray) -> np.ndarray | None:
+def without_value(item: Signal, raw: np.ndarray) -> np.ndarray | None:
     """Where the sender says that it has no value, or only an error; None where it cannot say so.
 
     J1939-71, ranges of transmitted signals: a parameter of one byte is in error at 0xFE and not available at 0xFF, a
@@ -174,6 +180,6 @@ def without_value(item: Any, raw: np.ndarray) -> np.ndarray | None:
         return raw >= np.uint64(0xFE << (item.length - 8))
     ones = (1 << item.length) - 1
     states = (ones - 1, ones) if item.length in (2, 4) else (ones,)
-    names = item.choices or {}
+    names: Mapping[int, object] = item.choices or {}
     silent = [state for state in states if state not in names or _SAYS_NOTHING.search(str(names[state]))]
     return np.isin(raw, np.array(silent, dtype=np.uint64)) if silent else None

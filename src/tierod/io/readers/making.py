@@ -55,7 +55,7 @@ class Doubts:
             self._most[channel.name] = max(self._most.get(channel.name, 0.0), float(np.abs(finite).max()))
 
     def sentences(self, plan: Plan) -> tuple[str, ...]:
-        """What to say of the signals of a plan."""
+        """Remarks on the signals of a plan."""
         seen = (pick for pick in plan.picks if pick.assumed and pick.name in self._most)
         return tuple(filter(None, (_doubt(pick, self._most[pick.name]) for pick in seen)))
 
@@ -81,7 +81,7 @@ def _made(pick: Pick, parts: list[Channel]) -> Channel:
 
 
 def _doubt(pick: Pick, most: float) -> str:
-    """What to say of a signal without a unit whose values, up to a magnitude, do not look like its SI unit."""
+    """Remark on a signal without a unit whose values, up to a magnitude, do not look like its SI unit."""
     known = SIGNALS[pick.name]
     low, high = known.plausible
     angular, speed = known.unit.startswith("rad"), known.unit == "m/s"

@@ -147,7 +147,7 @@ def _refuse_large(path: Path) -> None:
                         data = worker.unconsumed_tail
 
 
-def _kept(value: Any, vectors: Mapping[str, np.ndarray], kept: Kept) -> Any:
+def _kept(value: object, vectors: Mapping[str, np.ndarray], kept: Kept) -> object:
     """A value with the vectors in it replaced by what is kept of them."""
     if isinstance(value, list):
         return [_kept(entry, vectors, kept) for entry in value]
@@ -176,7 +176,7 @@ def _lane(signals: list[Signal]) -> Lane:
         )
 
 
-def _structures(prefix: str, members: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+def _structures(prefix: str, members: Mapping[str, object]) -> Iterator[tuple[str, Mapping[str, object]]]:
     """(name, members) of the file itself and of every structure in it."""
     yield prefix, members
     for name, value in members.items():
@@ -190,7 +190,7 @@ def _structures(prefix: str, members: dict[str, Any]) -> Iterator[tuple[str, dic
 
 
 def _timed(
-    prefix: str, members: dict[str, Any], given: TimeEntry, clocks: list[tuple[str, str, np.ndarray]]
+    prefix: str, members: Mapping[str, object], given: TimeEntry, clocks: list[tuple[str, str, np.ndarray]]
 ) -> Iterator[Signal]:
     """The vectors of one structure that have as many samples as its time, or as its sampling period allows.
 
@@ -206,7 +206,9 @@ def _timed(
         count = clock.count
         to_seconds(clock.part(0, 1), unit, name)
     else:
-        period = next((members[name] for name in _PERIODS if np.ndim(members.get(name, [0])) == 0), None)
+        period = next(
+            (members[name] for name in _PERIODS if name in members and not isinstance(members[name], list)), None
+        )
         if not isinstance(period, float) or not vectors:
             return
         clock, unit = float(period), ""

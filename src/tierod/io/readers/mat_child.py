@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
 
 _AT_ONCE, _STRUCTURE = 1 << 25, 1 << 16
 """Bytes of variables that are loaded at a time, and what one is taken to hold whose size is unknown."""
@@ -25,7 +28,7 @@ class Reader:
         """Import what is needed, before memory is limited."""
         import scipy.io  # noqa: F401
 
-    def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    def answer(self, request: dict[str, object]) -> tuple[dict[str, Any], dict[str, Any]]:
         """(vectors by number, where they belong) of the next variables.
 
         Args:
@@ -46,7 +49,7 @@ class Reader:
             loaded = scipy.io.loadmat(self._path, squeeze_me=True, struct_as_record=False, variable_names=names)
         except NotImplementedError:
             return {}, {"newer": True}
-        vectors: dict[str, Any] = {}
+        vectors: dict[str, np.ndarray] = {}
         members = {name: _plain(value, vectors) for name, value in loaded.items() if not name.startswith("__")}
         return vectors, {"end": False, "variables": members}
 
@@ -64,7 +67,7 @@ def _together(variables: list[tuple[str, tuple[int, ...], str]]) -> list[list[st
     return [part for part in parts if part]
 
 
-def _plain(value: Any, vectors: dict[str, Any]) -> Any:
+def _plain(value: object, vectors: dict[str, np.ndarray]) -> object:
     """A value as JSON holds it, with the vectors in it taken out."""
     import numpy as np
 

@@ -154,7 +154,7 @@ class Reader:
             else:
                 yield self._samples(group, channels, fragment)
 
-    def _samples(self, group: int, channels: list[int], fragment: Any) -> dict[str, Any]:
+    def _samples(self, group: int, channels: list[int], fragment: object) -> dict[str, Any]:
         import numpy as np
 
         file = self._file._mdf
@@ -172,7 +172,7 @@ class Reader:
             columns[str(channel)] = np.ascontiguousarray(values)
         return columns
 
-    def _frames(self, group: int, fragment: Any) -> dict[str, Any]:
+    def _frames(self, group: int, fragment: object) -> dict[str, Any]:
         import numpy as np
 
         signal = self._file._mdf.get(FRAME, group=group, data=fragment)

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from tierod.core.errors import InputError, PluginWarning, TierodError, nearest
 from tierod.core.plugins import Registry
@@ -54,7 +53,7 @@ _OWN = {
 _FALLBACK = "csv"
 
 
-def _obstacle(name: str, given: Any) -> str:
+def _obstacle(name: str, given: object) -> str:
     """Why what a package registers cannot read files."""
     if not isinstance(given, Format):
         return f"is of the type '{type(given).__name__}'; expected a tierod.io.readers.Format"

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,15 @@ from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.clocks import Clock, find_clocks, require_plausible_rate, seconds, unit_of, unread_clock
 from tierod.io.readers.limits import Allowance
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+Layout = Mapping[str, Any]
+"""Description of `tierod.io.layout`; empty in a file of another program."""
+
+Result = TypeVar("Result")
 
 LAYOUT = b"tierod"
 """Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON."""
@@ -75,7 +84,7 @@ def _opened(path: Path, lanes: int = 1) -> Any:
         ) from None
 
 
-def _require_plausible_rate(path: Path, file: Any, units: dict[str, str]) -> None:
+def _require_plausible_rate(path: Path, file: pq.ParquetFile, units: dict[str, str]) -> None:
     if all(units.values()) or not all(is_number(file.schema_arrow.field(name).type) for name in units):
         return
     batches = file.iter_batches(_HEAD, row_groups=[0], columns=list(units))
@@ -84,7 +93,7 @@ def _require_plausible_rate(path: Path, file: Any, units: dict[str, str]) -> Non
         require_plausible_rate((name, unit, floats(batch[name])) for name, unit in units.items())
 
 
-def _refuse_text_as_clock(path: Path, file: Any, layout: dict[str, Any]) -> None:
+def _refuse_text_as_clock(path: Path, file: pq.ParquetFile, layout: Layout) -> None:
     if layout:
         return
     usable = _columns(file, layout)
@@ -97,7 +106,7 @@ def _refuse_text_as_clock(path: Path, file: Any, layout: dict[str, Any]) -> None
         )
 
 
-def _layout(file: Any) -> dict[str, Any]:
+def _layout(file: pq.ParquetFile) -> Layout:
     """tierod's own description, as far as it fits the columns; another program may have changed the file since."""
     try:
         layout = description_in((file.schema_arrow.metadata or {}).get(LAYOUT, b"{}"))
@@ -108,7 +117,7 @@ def _layout(file: Any) -> dict[str, Any]:
     return layout if fits else {}
 
 
-def find_clocks_of(file: Any, layout: dict[str, Any], time: TimeEntry = GUESSED) -> tuple[Clock, ...]:
+def find_clocks_of(file: pq.ParquetFile, layout: Layout, time: TimeEntry = GUESSED) -> tuple[Clock, ...]:
     """The clocks that the layout names, that the user gives, or those that the columns' names show.
 
     Args:
@@ -130,7 +139,7 @@ def _added(columns: Sequence[Column], clocks: Sequence[Clock]) -> tuple[str, ...
     return tuple(column.name for column in columns if column.name not in known)
 
 
-def _columns(file: Any, layout: dict[str, Any]) -> list[Column]:
+def _columns(file: pq.ParquetFile, layout: Layout) -> list[Column]:
     import pyarrow.types as types
 
     found = []
@@ -146,13 +155,15 @@ def _text(written: bytes) -> str:
     return written.decode("utf-8", "replace")
 
 
-def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, ...], units: dict[str, str]) -> Source:
+def _source(
+    path: Path, file: pq.ParquetFile, layout: Layout, clocks: tuple[Clock, ...], units: dict[str, str]
+) -> Source:
     columns = {column.name: column for column in _columns(file, layout)}
     numbers = {name for name in columns if is_number(file.schema_arrow.field(name).type)}
     timed = {name: clock for clock in clocks for name in clock.columns if name in numbers}
     notes = layout.get("channels", {})
 
-    def channels(table: Any, names: Sequence[str]) -> list[Channel]:
+    def channels(table: pa.RecordBatch, names: Sequence[str]) -> list[Channel]:
         stamps: dict[str, tuple[np.ndarray, np.ndarray | None, str]] = {}
         made = []
         for name in names:
@@ -189,7 +200,7 @@ def _source(path: Path, file: Any, layout: dict[str, Any], clocks: tuple[Clock, 
     return Source(used, lanes, metadata, origin, _left_out(columns, clocks))
 
 
-def _refuse_large(path: Path, file: Any, needed: Sequence[str]) -> None:
+def _refuse_large(path: Path, file: pq.ParquetFile, needed: Sequence[str]) -> None:
     """Stop where the columns unfold to too much, as the file says itself before anything is unpacked."""
     about = file.metadata
     places = [place for place in range(about.num_columns) if about.schema.column(place).path in needed]
@@ -209,7 +220,7 @@ def _left_out(columns: dict[str, Column], clocks: Sequence[Clock]) -> tuple[str,
     return (f"{names} added to a file with several clocks, left out: write them with tierod.write",)
 
 
-def _guarded(path: Path, work: Any) -> Any:
+def _guarded(path: Path, work: Callable[[], Result]) -> Result:
     import pyarrow as pa
 
     try:
@@ -219,7 +230,7 @@ def _guarded(path: Path, work: Any) -> Any:
         raise InputError(f"{path} is damaged and cannot be read to its end ({reason}); write it again") from None
 
 
-def _stamps(column: Any, unit: str, name: str) -> tuple[np.ndarray, np.ndarray | None, str]:
+def _stamps(column: pa.Array, unit: str, name: str) -> tuple[np.ndarray, np.ndarray | None, str]:
     """(time [s], rows kept, what was guessed): rows without a stamp are padding."""
     import pyarrow.types as types
 

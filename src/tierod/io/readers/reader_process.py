@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -76,14 +76,14 @@ class ReaderProcess:
         os.close(life)
         self.close = weakref.finalize(self, _end, self._process, self._line)
 
-    def ask(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    def ask(self, request: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """(what is said, the arrays that come with it) in answer to a request.
 
         Raises:
             InputError: the file cannot be read, or the process died of it
         """
         try:
-            about, arrays = self._answer(json.dumps(request | {"seconds": self._seconds}).encode() + b"\n")
+            about, arrays = self._answer(json.dumps({**request, "seconds": self._seconds}).encode() + b"\n")
         except (OSError, ValueError, TypeError, KeyError):
             raise self._died() from None
         if "memory" in about:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -73,7 +73,7 @@ class Source:
     silent: tuple[str, ...] = ()
 
 
-def source_of(channels: Sequence[Channel], metadata: dict[str, Any] | None = None) -> Source:
+def source_of(channels: Sequence[Channel], metadata: Mapping[str, object] | None = None) -> Source:
     """An opened file whose channels are in memory, for a format whose files are small.
 
     Args:
@@ -85,7 +85,7 @@ def source_of(channels: Sequence[Channel], metadata: dict[str, Any] | None = Non
     def lanes(names: Sequence[str]) -> list[Lane]:
         return [iter([Piece([by_name[name]], 1.0)]) for name in names]
 
-    return Source(tuple(Column(each.name, each.unit) for each in channels), lanes, metadata or {})
+    return Source(tuple(Column(each.name, each.unit) for each in channels), lanes, dict(metadata or {}))
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ import re
 import struct
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from tierod.io.readers.frames import EXTENDED, IDENTIFIERS, Frames, bus_number, 
 from tierod.io.readers.limits import Allowance
 from tierod.io.readers.log import Log, Remembered
 from tierod.io.readers.source import Format, begins_with, text_begin
+
+if TYPE_CHECKING:
+    import can
 
 _SIZE_OF_FILE = 16
 """Offset of the size of the whole file [bytes] in the header."""
@@ -142,13 +145,13 @@ def frames_of(content: Content, kind: str) -> Iterator[Frames]:
         InputError: the log holds no frame, is damaged from the start, or unfolds to too much
     """
     try:
-        import can
+        import can  # noqa: F401
     except ImportError:
         raise MissingExtra("python-can", "can", f"reading a log in {kind.upper()} format") from None
     buses: dict[str, int] = {}
     damages: list[str] = []
     strange: Counter[str] = Counter()
-    messages = _messages(can, content, kind, damages, strange)
+    messages = _messages(content, kind, damages, strange)
     count = 0
     frames: Frames | None = None
     while rows := list(islice(messages, BLOCK)):
@@ -168,11 +171,11 @@ def frames_of(content: Content, kind: str) -> Iterator[Frames]:
     yield replace(taken(frames, slice(0, 0)), notes=tuple(filter(None, notes)))
 
 
-def _messages(can: Any, content: Content, kind: str, damages: list[str], strange: Counter[str]) -> Iterator[Any]:
+def _messages(content: Content, kind: str, damages: list[str], strange: Counter[str]) -> Iterator[can.Message]:
     """The frames with data up to the end or to the damage, which is put into `damages`; impossible ones are counted."""
     try:
         with _quiet():
-            for message in _reader(can, content, kind):
+            for message in _reader(content, kind):
                 if message.is_error_frame or message.is_remote_frame:
                     continue
                 if not 0 <= message.arbitration_id < IDENTIFIERS:
@@ -199,8 +202,10 @@ def _quiet() -> Iterator[None]:
         logger.setLevel(level)
 
 
-def _reader(can: Any, content: Content, kind: str) -> Iterable[Any]:
-    reader: Iterable[Any]
+def _reader(content: Content, kind: str) -> Iterable[can.Message]:
+    import can
+
+    reader: Iterable[can.Message]
     if kind == "blf":
         reader = can.BLFReader(io.BufferedReader(Stream(unpacked(content))))
         return reader
@@ -210,7 +215,7 @@ def _reader(can: Any, content: Content, kind: str) -> Iterable[Any]:
     return reader
 
 
-def _frames(rows: list[Any], buses: dict[str, int], origin: float | None) -> Frames:
+def _frames(rows: Sequence[can.Message], buses: dict[str, int], origin: float | None) -> Frames:
     """Some frames, their time counted from the first of the log."""
     length = np.array([len(message.data) for message in rows])
     width = max(int(length.max()), 8)

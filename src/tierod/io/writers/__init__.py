@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from tierod.core.errors import OutputError, nearest
 from tierod.core.files import expanded
@@ -21,7 +20,7 @@ _OWN = {
 }
 
 
-def _obstacle(ending: str, given: Any) -> str:
+def _obstacle(ending: str, given: object) -> str:
     """Why what a package registers cannot write files."""
     return "" if isinstance(given, Writer) else f"is of the type '{type(given).__name__}'; expected a tierod.io.Writer"
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import datetime
 import json
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 import numpy as np
@@ -15,6 +16,9 @@ from tierod.core.errors import MissingExtra, OutputError
 from tierod.core.files import replacing
 from tierod.core.recording import Channel, Recording
 from tierod.io.layout import Writer, description, groups
+
+if TYPE_CHECKING:
+    from asammdf import Signal
 
 
 def write_mf4(recording: Recording, path: str | Path) -> None:
@@ -64,7 +68,7 @@ def require_asammdf() -> None:
         raise MissingExtra("asammdf", "mdf", "writing an MF4 file") from None
 
 
-def _header(metadata: dict[str, Any]) -> str:
+def _header(metadata: Mapping[str, object]) -> str:
     """The comment of the file as MDF 4 wants it: metadata as JSON in a common property called tierod."""
     root = ElementTree.Element("HDcomment")
     ElementTree.SubElement(root, "TX")
@@ -73,7 +77,7 @@ def _header(metadata: dict[str, Any]) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _signal(kind: Any, channel: Channel, time: np.ndarray) -> Any:
+def _signal(kind: type[Signal], channel: Channel, time: np.ndarray) -> Signal:
     comment = f"tierod: {channel.source} | {channel.note}" if channel.source or channel.note else ""
     return kind(
         np.ascontiguousarray(channel.values, dtype=float),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from tierod.core.errors import OutputError
 from tierod.core.files import replacing
 from tierod.core.recording import Recording
 from tierod.io.layout import Group, Writer, description, groups
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 SLICE = 60.0
 """Time that one row group covers [s]: small enough for memory, large enough for the file to be read at full speed."""
@@ -51,7 +54,7 @@ def write_parquet(recording: Recording, path: str | Path, slice_seconds: float =
     try:
         with replacing(path) as temporary, pq.ParquetWriter(temporary, schema, use_dictionary=False) as writer:
             for rows in _slices(found, slice_seconds):
-                writer.write_table(_table(pa, schema, found, rows), row_group_size=1 << 26)
+                writer.write_table(_table(schema, found, rows), row_group_size=1 << 26)
     except pa.ArrowException as error:
         raise OutputError(f"{path} cannot be written: {' '.join(str(error).split())[:160]}") from None
 
@@ -73,7 +76,9 @@ def _slices(found: tuple[Group, ...], seconds: float) -> list[list[tuple[int, in
     return [row for row in rows if any(last > first for first, last in row)]
 
 
-def _table(pa: Any, schema: Any, found: tuple[Group, ...], rows: list[tuple[int, int]]) -> Any:
+def _table(schema: pa.Schema, found: tuple[Group, ...], rows: list[tuple[int, int]]) -> pa.Table:
+    import pyarrow as pa
+
     length = max(last - first for first, last in rows)
     columns = []
     for group, (first, last) in zip(found, rows, strict=True):

@@ -90,7 +90,7 @@ class Balanced:
 
     Args:
         system: in them; what does not decay first, then the rest with falling Hankel values
-        to, back: (k, n) and (n, k); k is below n where inputs do not reach, or outputs do not show, some of the state
+        to, back: (k, n) and (n, k); k is below n where some of the state is not controllable, or not observable
         hankel: singular values of the part that decays
         kept: states at the beginning that do not decay
     """
@@ -181,7 +181,7 @@ def _square_roots(part: LinearSystem) -> tuple[np.ndarray, np.ndarray, np.ndarra
     left, values, right = np.linalg.svd(shown.T @ reached)
     count = int(np.count_nonzero(values > _MINIMAL * values[0])) if values[0] > 0.0 else 0
     if not count:
-        raise ParameterError("the inputs reach nothing that the outputs show; choose other inputs or outputs")
+        raise ParameterError("no state is both controllable and observable; choose other inputs or outputs")
     size = np.sqrt(values[:count])
     return left[:, :count].T @ shown.T / size[:, None], reached @ right[:count].T / size, values[:count]
 

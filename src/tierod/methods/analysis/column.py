@@ -1,4 +1,4 @@
-"""A steering column taken apart: its modes, what its sensors show of it, and what it becomes with fewer states."""
+"""A steering column taken apart: its modes, its observability by its sensors, and its reduction to fewer states."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ReducedColumn:
         name: how it was reduced
         system: with the inputs and outputs of the whole one
         errors: largest error of the gain from the motor to the bar up to the frequencies of `HEARD`, over that gain
-        extended: what its outputs show of its states and the unknown torques
+        extended: observability of its states and of the unknown torques
         reduction: Hankel values and bound; None for a mechanical one
     """
 
@@ -62,7 +62,7 @@ class ColumnAnalysis:
     Args:
         system: linear, without friction
         extended: with the unknown torques as states
-        subsets: what every choice of outputs shows of the state
+        subsets: observability of the state by every choice of outputs
         extended_subsets: the same with the unknown torques
         reductions: with fewer states
     """

@@ -20,7 +20,7 @@ class Bound:
 
     Args:
         names: of the states
-        start: of the state at the first sample, in its own units, (n,); infinite where the outputs do not show it
+        start: of the state at the first sample, in its own units, (n,); infinite where it is not observable
         end: of the state at the last sample, (n,)
         condition: largest over smallest singular value of the sensitivities, each column of length 1
     """

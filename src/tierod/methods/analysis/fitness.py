@@ -43,7 +43,7 @@ def require_fit(
         what: names it in the message, such as "the column of 'eps.toml'"
         stable: True: every eigenvalue left of zero; "marginal": none right of zero, so that angles without a spring and
             constant disturbances pass; False: not asked
-        observable: whether the outputs must show every state
+        observable: whether every state must be observable
         sample_time: of the steps; None: not asked [s]
         method: what takes the steps: "euler", "midpoint", "rk4", which must not make a decaying mode grow, or "exact",
             for which a vibration must stay below half the rate, or it is taken for a slower one
@@ -62,7 +62,7 @@ def require_fit(
         if not shown.complete:
             raise ParameterError(
                 f"{what} cannot be observed through {', '.join(system.outputs) or 'no output'}: {shown.sentence()}; "
-                "add an output that shows it, or leave that state out"
+                "add an output by which it is observable, or leave that state out"
             )
 
 

@@ -1,4 +1,4 @@
-"""What of a vehicle's sideslip its outputs show, over understeer and speed."""
+"""Observability of a vehicle's sideslip by its outputs, over understeer and speed."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Shown:
         understeer_gradient: [rad*s**2/m]
         speed: [m/s]
         by_outputs: one for each of `OUTPUTS`
-        margin: share of the sideslip in what the yaw rate shows, for states of `TYPICAL` size, 0 to 1
+        margin: share of the sideslip in the yaw rate, for states of `TYPICAL` magnitude, 0 to 1 [-]
     """
 
     rear_over_neutral: float

@@ -1,4 +1,4 @@
-"""What the outputs of a linear system show of its state: by staircase, PBH test and observability matrix."""
+"""Observability of a linear system: by staircase, PBH test and observability matrix."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ class Observability:
         """The result in words, with the directions that are hidden."""
         n = len(self.states)
         if self.complete:
-            return f"rank {self.rank} of {n}: the outputs show every state"
+            return f"rank {self.rank} of {n}: every state is observable"
         directions = "; ".join(describe(column, self.states) for column in self.hidden.T)
-        return f"rank {self.rank} of {n} (tolerance {self.tolerance:g}): the outputs do not show {directions}"
+        return f"rank {self.rank} of {n} (tolerance {self.tolerance:g}): not observable: {directions}"
 
 
 def observability(
@@ -102,7 +102,7 @@ def _readable(basis: np.ndarray, scale: np.ndarray) -> np.ndarray:
 
 
 def _staircase(A: np.ndarray, C: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Orthonormal rows that span what the outputs show, and the singular value that each new row came with."""
+    """Orthonormal rows that span the observable space, and the singular value that each new row came with."""
     n = len(A)
     seen = np.zeros((0, n))
     values: list[float] = []

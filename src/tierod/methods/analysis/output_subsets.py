@@ -1,4 +1,4 @@
-"""What every choice of outputs shows of a state, by every method side by side."""
+"""Observability of a state by every choice of outputs, by every method side by side."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Sampling:
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What a choice of outputs shows.
+    """Observability by one choice of outputs.
 
     Args:
         outputs: the choice
@@ -119,7 +119,7 @@ def disagreements(rows: Sequence[Shown], label: Callable[[tuple[str, ...]], str]
     other = [row for row in rows if row.pbh != row.exact.rank]
     if other:
         sentences.append(
-            f"The PBH test says otherwise for {choices(other)}: of an eigenvalue that is there several times it sees "
+            f"The PBH test says otherwise for {choices(other)}: of a multiple eigenvalue it tests "
             "the eigenvectors, not what leads to them, so that it decides whether all is shown, and bounds how much."
         )
     lucky = [row for row in rows if row.by_chance]
@@ -151,11 +151,11 @@ def _range(values: Sequence[float]) -> str:
 
 
 def shown_by(system: LinearSystem, outputs: Sequence[str], sampling: Sampling) -> Shown:
-    """What these outputs show of the state.
+    """Observability of the state by these outputs.
 
     Args:
         system: continuous
-        outputs: names; none at all shows nothing
+        outputs: names; without any nothing is observable
         sampling: noise, sample time and duration
     """
     part = with_outputs(system, tuple(outputs))

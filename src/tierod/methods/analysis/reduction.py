@@ -25,7 +25,7 @@ class Reduction:
     Args:
         system: the reduced one; its states are combinations without unit, "mode 1", "mode 2", ...
         onto: z = onto x, (order, n)
-        back, back_input: x = back z + back_input u, as far as z knows, (n, order) and (n, inputs)
+        back, back_input: x = back z + back_input u, as far as z determines it, (n, order) and (n, inputs)
         hankel: singular values of the part that decays, in scaled units, largest first; empty for a modal reduction
         error_bound: of the largest gain of the difference over all frequencies, in scaled units: twice the sum of the
             Hankel values left out (K. Glover, 1984); None where none is known
@@ -61,7 +61,7 @@ def balanced_reduction(
     output_size: Mapping[str, float] | None = None,
     shift: float | None = None,
 ) -> Reduction:
-    """Keep the states that inputs reach and outputs show most.
+    """Keep the states that are controllable and observable best.
 
     What does not decay (the free angle of a column, disturbances as states) has no Gramian; it is parted from the rest
     and kept whole, or the whole system is balanced as if everything decayed faster by a shift.

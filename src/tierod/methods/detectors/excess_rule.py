@@ -15,7 +15,8 @@ class ExcessRule(StoppingRule):
     """Alarm when what lies above a level has added up to `excess`; the level is the threshold.
 
     Where the level is given by what is worth an alarm, and a residual remembers for longer than the excess takes, no
-    sum ever begins in sound data: the time between false alarms then grows with the level, and is measured over it.
+    sum ever begins in fault-free data. The time between false alarms then grows with the level; it is measured over
+    that.
 
     Args:
         excess: standard deviations times values: one deviation for this many values, or more for as many fewer

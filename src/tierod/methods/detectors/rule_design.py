@@ -36,7 +36,7 @@ class RunLengthLine:
 
 @dataclass(frozen=True)
 class RuleDesign:
-    """A stopping rule with the false alarms that can be borne.
+    """A stopping rule with the tolerated rate of false alarms.
 
     Args:
         rule: with its constant, in standard deviations of the distance

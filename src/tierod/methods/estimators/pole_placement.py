@@ -31,7 +31,7 @@ def observer_gain(system: LinearSystem, poles: Sequence[complex]) -> Gain:
         rows by state, columns by output
 
     Raises:
-        ParameterError: the poles do not fit, or the outputs do not show a direction, which is named
+        ParameterError: the poles do not fit, or a direction, which is named, is not observable
 
     This is the gain of `Luenberger`. The gain of the predictor form, A - L C, is A times this one.
     """
@@ -39,7 +39,7 @@ def observer_gain(system: LinearSystem, poles: Sequence[complex]) -> Gain:
 
 
 def reduced_observer_gain(system: LinearSystem, poles: Sequence[complex]) -> Gain:
-    """Gain of the reduced-order observer: outputs are believed as measured, only the rest of the state is estimated.
+    """Gain of the reduced-order observer: outputs are taken as measured, only the rest of the state is estimated.
 
     Args:
         system: discrete, its outputs independent
@@ -145,9 +145,9 @@ def _require_observable(system: LinearSystem) -> None:
     if weakest.margin > TOLERANCE:
         return
     raise ParameterError(
-        f"the outputs {', '.join(system.outputs)} do not show the direction "
-        f"{describe(weakest.direction, system.states)} "
-        f"(eigenvalue {weakest.number}), so its pole cannot be placed; measure it, or take it out of the state"
+        f"through {', '.join(system.outputs)} the direction {describe(weakest.direction, system.states)} "
+        f"(eigenvalue {weakest.number}) is not observable, so its pole cannot be placed; "
+        "measure it, or take it out of the state"
     )
 
 

@@ -86,8 +86,9 @@ def _require_detectable(system: LinearSystem) -> None:
     for mode in modes(system):
         if mode.margin < TOLERANCE and abs(mode.eigenvalue) >= 1.0 - 1e-9:
             raise ParameterError(
-                f"there is no stationary gain: the outputs {', '.join(system.outputs)} do not show the direction "
-                f"{describe(mode.direction, system.states)} (eigenvalue {mode.number}), which does not decay; "
+                f"there is no stationary gain: through {', '.join(system.outputs)} the direction "
+                f"{describe(mode.direction, system.states)} (eigenvalue {mode.number}) is not observable and does not "
+                "decay; "
                 "measure it, or take it out of the state"
             )
 

@@ -73,7 +73,7 @@ class BenchRecording:
 
 
 def bench_recording(name: str, recording: Recording, parameters: BenchParameters) -> BenchRecording:
-    """A recording of a column bench on a grid, with what it says of wheel and noise.
+    """A recording of a column bench on a grid, with its wheel and noise.
 
     Args:
         name: for messages

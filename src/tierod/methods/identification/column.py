@@ -138,11 +138,15 @@ def identify_column(
     for each in whole_rows:
         refuse_slips(each, search_of(parameters, FRICTION, [each], widened=True))
     rows, remarks = _parted(whole_rows, parameters), [remark for each in whole_rows for remark in each.remarks]
-    untold = [name for name in wanted if name in WHEEL_SIDE] if all(each.locked for each in rows) else []
-    if untold and free:
-        raise InputError(f"with the wheel locked {' and '.join(untold)} is not identifiable; record {CURES[untold[0]]}")
-    if untold:
-        remarks.append(f"{' and '.join(untold)} stays as it is: the wheel was locked; record {CURES[untold[0]]}")
+    unidentified = [name for name in wanted if name in WHEEL_SIDE] if all(each.locked for each in rows) else []
+    if unidentified and free:
+        raise InputError(
+            f"with the wheel locked {' and '.join(unidentified)} is not identifiable; record {CURES[unidentified[0]]}"
+        )
+    if unidentified:
+        remarks.append(
+            f"{' and '.join(unidentified)} stays as it is: the wheel was locked; record {CURES[unidentified[0]]}"
+        )
         wanted = _unlocked(wanted)
     progress(0.05)
     fit = ColumnFit(parameters, wanted)

@@ -158,12 +158,12 @@ class ColumnFit:
         start = None if near is None else search.place_of(near.estimate)
         estimate = search.fit(experiments, start, progress)
         if near is None:
-            untold = _untold(estimate, names, rows)
+            unidentified = _unidentified(estimate, names, rows)
             remarks += _bench_remarks(estimate, experiments)
-            if untold or not estimate.converged or is_unexplained(estimate, experiments):
+            if unidentified or not estimate.converged or is_unexplained(estimate, experiments):
                 wrong = misfit(search, estimate, experiments, [each for each in known_free() if each not in wheel])
-                if untold:
-                    raise InputError(_does_not_fit(wrong) if wrong else untold)
+                if unidentified:
+                    raise InputError(_does_not_fit(wrong) if wrong else unidentified)
                 remarks += [_does_not_fit(wrong)] if wrong else []
         return Fitted(self.parameters, self.wanted, wheel, estimate, tuple(remarks))
 
@@ -192,7 +192,7 @@ class ColumnFit:
         return {name: values[name] for name in wanted}, remarks
 
 
-def _untold(estimate: Estimate, names: Sequence[str], rows: Sequence[BenchRecording]) -> str:
+def _unidentified(estimate: Estimate, names: Sequence[str], rows: Sequence[BenchRecording]) -> str:
     """What the recordings do not identify, and what to record instead; empty where they identify all."""
     blind = blind_directions(estimate, names)
     if blind:

@@ -173,7 +173,7 @@ WORTH = 0.95
 VAGUE = 0.3
 """Standard deviation of the knee's logarithm from which it is not identified."""
 UNEXPLAINED = 0.1
-"""Share of the command that a motor and such an inverter may leave: a sound bench leaves 0.01 to 0.02."""
+"""Share of the command that a motor and such an inverter may leave: a fault-free bench leaves 0.01 to 0.02."""
 
 
 @dataclass(frozen=True)

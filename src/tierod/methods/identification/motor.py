@@ -20,10 +20,10 @@ from tierod.models.stator_frame_motor import MotorParameters
 from tierod.physics.pm_motor import COPPER, NEODYMIUM, REFERENCE_TEMPERATURE, flux_at
 
 UNEXPLAINED = 0.25
-"""Share of the voltage from which a motor does not explain it: a sound bench leaves below 0.03."""
+"""Share of the voltage from which a motor does not explain it: a fault-free bench leaves below 0.03."""
 
 
-class Untold(NamedTuple):
+class Unidentified(NamedTuple):
     """A parameter that the recordings do not identify.
 
     Args:
@@ -43,7 +43,7 @@ class MotorIdentification:
 
     Args:
         found: parameters, resistance and flux at 20 degrees
-        untold: parameters that the recordings do not identify
+        unidentified: parameters that the recordings do not identify
         electrical: parameters from currents and voltages, as warm as the motor was
         mechanical: parameters from torque and angle; None where the shaft did not turn, or the flux is not known
         torque_ratio: measured torque over that of flux and current; None where no torque was recorded
@@ -51,7 +51,7 @@ class MotorIdentification:
     """
 
     found: tuple[Found, ...]
-    untold: tuple[Untold, ...]
+    unidentified: tuple[Unidentified, ...]
     electrical: Electrical
     mechanical: Mechanical | None
     torque_ratio: Value | None
@@ -133,6 +133,7 @@ def identify_motor(
     for name in free:
         if name not in CURES:
             raise ParameterError(f"'{name}' cannot be looked for{nearest(name, CURES)}")
+    before = before or {}
     pole_pairs = parameters.motor_pole_pairs
     expected = (parameters.motor_resistance, parameters.motor_inductance, parameters.motor_flux)
     seen, moved = _in_time(recordings, pole_pairs, expected)
@@ -141,36 +142,30 @@ def identify_motor(
     progress(0.6)
     mechanical = _mechanical(seen, electrical, pole_pairs)
     estimates = [*_electrical_values(electrical, seen), *(_mechanical_values(mechanical) if mechanical else ())]
-    good = [each for each in estimates if _is_identified(each, electrical, parameters, before or {})]
-    untold = tuple(
-        _untold(name, electrical, mechanical)
-        for name in _expected_names(estimates)
-        if name not in {g.name for g in good}
-    )
-    missing = [each for each in untold if each.name in free]
-    if missing:
-        raise InputError(
-            f"not identifiable here: {missing[0].name} ({missing[0].why}); record {missing[0].cure}, or leave it out "
-            "of --free"
-        )
+    good = [each for each in estimates if _is_identified(each, electrical, parameters, before)]
+    lacking = [name for name in _expected_names(estimates) if name not in {each.name for each in good}]
+    unidentified = tuple(_unidentified(name, electrical, mechanical) for name in lacking)
+    _require_wanted(unidentified, free)
     ratio = torque_ratio(seen, electrical, pole_pairs)
     progress(1.0)
+    wanted = [each for each in good if not free or each.name in free]
     return MotorIdentification(
-        tuple(
-            Found.normal(each.name, (before or {}).get(each.name, UNKNOWN_BEFORE), *each[1:])
-            for each in good
-            if not free or each.name in free
-        ),
-        untold,
+        tuple(Found.normal(each.name, before.get(each.name, UNKNOWN_BEFORE), *each[1:]) for each in wanted),
+        unidentified,
         electrical,
         mechanical,
         ratio,
-        (
-            *moved,
-            *_doubts(seen, electrical, parameters),
-            *_remarks(seen, electrical, mechanical, ratio),
-        ),
+        (*moved, *_doubts(seen, electrical, parameters), *_remarks(seen, electrical, mechanical, ratio)),
     )
+
+
+def _require_wanted(unidentified: Sequence[Unidentified], free: Sequence[str]) -> None:
+    """Raise InputError where the recordings do not identify a parameter that is wanted."""
+    for each in unidentified:
+        if each.name in free:
+            raise InputError(
+                f"not identifiable here: {each.name} ({each.why}); record {each.cure}, or leave it out of --free"
+            )
 
 
 def _in_time(
@@ -241,14 +236,14 @@ def _expected_names(estimates: Sequence[_Estimate]) -> list[str]:
     return [name for name in CURES if name != "motor_saliency" or name in {each.name for each in estimates}]
 
 
-def _untold(name: str, electrical: Electrical, mechanical: Mechanical | None) -> Untold:
+def _unidentified(name: str, electrical: Electrical, mechanical: Mechanical | None) -> Unidentified:
     if name in _LACKING and mechanical is None:
-        return Untold(name, "the shaft did not turn, or the flux is not known", "the motor turning to and fro")
+        return Unidentified(name, "the shaft did not turn, or the flux is not known", "the motor turning to and fro")
     why = _LACKING.get(name, "currents, or the speed, change too little")
     others = [each for each in electrical.blind if each != name]
     if name in electrical.blind and others and mechanical is None:
         why = f"it does not separate from {' and '.join(others)} at one speed and one current, or at rest"
-    return Untold(name, why, CURES[name])
+    return Unidentified(name, why, CURES[name])
 
 
 _LACKING = {

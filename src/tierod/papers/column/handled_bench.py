@@ -189,7 +189,7 @@ def design_thresholds(monitor: HandsMonitor, records: Iterable[HeldRecord], hour
 
     Args:
         monitor: whose thresholds are high enough to make no false change in the records
-        records: healthy ones, of vehicles as different from the file as is to be borne
+        records: fault-free ones, of vehicles that differ from the file as much as is to be tolerated
         hours: between two false changes to "on" while hands are off, and likewise to "off" while they are on [h]
 
     Raises:

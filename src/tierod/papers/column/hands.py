@@ -266,7 +266,7 @@ def _still(effort: Effort) -> Claim:
         None,
         "",
         f"{found.seconds / 3600.0:.1f} h with {len(found.grabs)} holds. A torque that stays below 0.02 N·m for half a "
-        "second on a wheel that rests cannot be told from none.",
+        "second on a wheel at rest is not distinguishable from zero torque.",
     )
 
 

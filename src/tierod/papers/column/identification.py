@@ -263,7 +263,7 @@ def _bias(case: Case, errors: Mapping[str, float]) -> list[Claim]:
             Claim(
                 f"identification.{slug}.{name.replace('_', '-')}",
                 f"Error of the {name.replace('_', ' ')} by likelihood: {case.name}.",
-                GOAL if goal else "told, no goal",
+                GOAL if goal else "reported, no goal",
                 None,
                 abs(error) if goal else error,
                 goal,

@@ -227,10 +227,10 @@ def _hands(found: Found) -> Table:
         (
             "drive",
             "sensors",
-            "told off while held [share of time]",
+            "declared off while held [share of time]",
             "releases found",
             "median delay [s]",
-            "told off while off [share]",
+            "declared off while off [share]",
         ),
         tuple(rows),
         "A delay counts from when the grip has faded. Held includes light hands and touches, and hands that rest on "
@@ -251,10 +251,10 @@ def _claims(found: Found) -> Iterator[Item]:
             "N*m", note,
         )  # fmt: skip
         yield Claim(
-            f"natural.{short}-off-while-held", "Share of the time in which hands that hold are told off.", source, None,
-            wrong / held, None, "", note,
+            f"natural.{short}-off-while-held", "Share of the time in which holding hands are declared off.", source,
+            None, wrong / held, None, "", note,
         )  # fmt: skip
         yield Claim(
-            f"natural.{short}-release", "Median delay until hands that leave the wheel are told off.", source, None,
+            f"natural.{short}-release", "Median delay until hands that leave the wheel are declared off.", source, None,
             float(np.median(releases)), None, "s", note,
         )  # fmt: skip

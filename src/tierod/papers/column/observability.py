@@ -50,7 +50,7 @@ _TOLERANCES = tuple(10.0**k for k in range(-16, -5))
 def items(effort: Effort) -> Iterator[Item]:
     """Tables and claims."""
     yield Heading(
-        "What the sensors show",
+        "Observability by the sensors",
         (
             "The paper counts observable states by the rank of the observability matrix in double precision, and from "
             "a rank of 5 of 8 with both disturbance torques concludes that the column must be reduced. The rank is "

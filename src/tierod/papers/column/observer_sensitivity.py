@@ -212,7 +212,7 @@ def elsewhere(effort: Effort) -> Iterator[Item]:
 
 
 def _column(p: ColumnParameters) -> tuple[float, ...]:
-    """Errors of default and delayed observer on a column that they know."""
+    """Errors of default and delayed observer with the true parameters."""
     now, later = ColumnObserver.of_parameters(p), DelayedHandTorque.of_parameters(p)
     runs = {hands: [swept(hands, 40.0, _SEED, SweptBench(bench_of(p)))] for hands in HANDS}
     at_once = [errors(now, each).hand_torque for each in runs.values()]

@@ -27,7 +27,7 @@ class OutputError:
     """Parameters of a discrete model with named free parameters, by simulation.
 
     The best there is where the recorded inputs are all that drives the plant. An unrecorded torque makes the
-    simulation drift away, and the estimate with it: `MaximumLikelihood` knows of such a torque.
+    simulation drift away, and the estimate with it: `MaximumLikelihood` models such a torque.
 
     Args:
         model: discrete model

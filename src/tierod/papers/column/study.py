@@ -9,7 +9,7 @@ from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
 
 PARTS: Mapping[str, str] = {
-    "observability": "what the sensors show",
+    "observability": "observability by the sensors",
     "reduction": "reduction of the model",
     "frequency": "frequency response",
     "identification": "identification on the bench",

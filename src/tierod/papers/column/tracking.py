@@ -187,9 +187,9 @@ def _table(
         tuple(rows),
         "Margins of the loop cut at the motor's torque, the column with its gear, without friction, the delay of one "
         "sample included. An observer that has the gear follows its swing at 112 Hz, which the control then excites: "
-        "the controller knows nothing of it. That is a reason to reduce the model which the paper does not give. "
-        "tierod's default trusts its model more than the printed ones do, which serves the torque of the hands and "
-        "not a control whose column is another one. The rule for a driver's hands is off here.",
+        "the controller's model does not contain it. That is a reason to reduce the model which the paper does not "
+        "give. tierod's default trusts its model more than the printed ones do, which serves the torque of the hands "
+        "and not a control whose column is another one. The rule for a driver's hands is off here.",
     )
 
 

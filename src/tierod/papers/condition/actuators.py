@@ -1,4 +1,4 @@
-"""The tests of the actuators: torque lost, half of it or all, with a split that tells the motors apart or not."""
+"""The tests of the actuators: half or all torque lost, with an alternating or a fixed split of the motors."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ TEXT = (
     "Both steering motors and a drive on three rounds, 200 s each, without torque from 104 s on: nine tests, with "
     "every vehicle; the paper has nine too, and does not list them. Half the torque lost follows. The steering "
     "torque is split 65 to 35 between the motors, and back, every 0.12 s; the last table has a fixed split.",
-    "A lost torque shows only while torque is asked for: its delay is the time in which it shows before it is "
+    "A lost torque is observable only while torque is commanded: its delay is the observable time before it is "
     "declared. Where the drive asks for much torque for a moment, for none over a second, and for much again, that "
-    "second tells nobody anything; with it the delay is what the claims print as that from the first moment.",
+    "second carries no information; the delay that includes it is printed as that from the first moment.",
 )
 
 SUPPLY = (
     "Both steering motors, and both drives, lose all torque or half of it at once, as where their supply or their "
     "enabling fails: six tests with every vehicle. Half the torque of both is all the torque of one until the split of "
-    "the motors changes, or a drive turns the vehicle; with a fixed split nothing tells half of both motors from one.",
+    "the motors changes, or a drive turns the vehicle; with a fixed split half of both is not isolable from one.",
 )
 
 PLACES = tuple(name.replace("_", " ") for name in ACTUATORS)
@@ -101,14 +101,14 @@ def _of_supplies(effort: Effort) -> Iterator[Item]:
     for title, of in found.items():
         yield tables.named(f"Both lose {title}", of)
     whole, half = found["all torque"], found["half the torque"]
-    told = [*whole, *half]
+    both = [*whole, *half]
     yield _claim(
-        "both-named", "Both named, and nothing else, where both lost torque.", isolated(told).right, at_least(1.0)
+        "both-named", "Both named, and nothing else, where both lost torque.", isolated(both).right, at_least(1.0)
     )
-    late = "Longest delay where both lost {}, once it shows and while it does."
+    late = "Longest delay where both lost {}, over the time in which it is observable."
     yield _claim("both-delay", late.format("all torque"), longest(summary(whole).delays_excited), at_most(0.3), "s")
     yield _claim("both-half-delay", late.format("half the torque"), longest(summary(half).delays_excited), None, "s")
-    yield _claim("both-size", "Error of the share that both lost.", summary(told).size_error, at_most(0.1))
+    yield _claim("both-size", "Error of the share that both lost.", summary(both).size_error, at_most(0.1))
     yield from _fixed("both-fixed-split", "both steering motors'", found["half the torque, with a fixed split"])
 
 
@@ -140,9 +140,9 @@ def _claims(whole: Sequence[DriveScore], half: Sequence[DriveScore]) -> Iterator
         known = summary(of)
         late, plain = longest(known.delays_excited), longest(known.delays_shown)
         yield _claim(f"{key}-accuracy", f"Mean accuracy with {what} lost.", known.accuracy, at_least(0.99))
-        once = f"Longest delay with {what} lost, once it shows and while it does."
+        once = f"Longest delay with {what} lost, over the time in which it is observable."
         yield _claim(f"{key}-delay", once, late, at_most(limit), "s")
-        first = f"Longest delay with {what} lost, from the first moment in which it shows."
+        first = f"Longest delay with {what} lost, from the first moment in which it is observable."
         yield _claim(f"{key}-delay-from-first", first, plain, None, "s")
         yield _claim(f"{key}-size", f"Error of the share lost, with {what} lost.", known.size_error, at_most(0.1))
         yield _claim(f"{key}-named", f"Motor and side right, with {what} lost.", isolated(of).right, at_least(1.0))
@@ -151,6 +151,6 @@ def _claims(whole: Sequence[DriveScore], half: Sequence[DriveScore]) -> Iterator
 
 def _fixed(key: str, whose: str, of: Sequence[DriveScore]) -> Iterator[Claim]:
     steering = [each for each in of if each.drive.injected[0].element.startswith("steering_motor")]
-    told = [each for each in steering if each.named in (AMBIGUOUS, injected_name(each))]
+    right = [each for each in steering if each.named in (AMBIGUOUS, injected_name(each))]
     claim = f"With a fixed split half {whose} torque is named rightly, or as one of several."
-    yield _claim(key, claim, len(told) / max(len(steering), 1), at_least(1.0))
+    yield _claim(key, claim, len(right) / max(len(steering), 1), at_least(1.0))

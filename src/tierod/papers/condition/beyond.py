@@ -72,19 +72,19 @@ def _kinds(effort: Effort) -> Iterator[Item]:
                 f"{known.covered:.3f}",
             )
         )
-    header = ("kind", "drives", "accuracy", "wrong name", "missed", "never showed", "longest delay [s]", "kind right")
+    header = ("kind", "drives", "accuracy", "wrong name", "missed", "never observable", "longest delay [s]")
     yield Table(
         "Faults by kind",
-        (*header, "size within", "interval holds"),
+        (*header, "kind right", "size within", "interval holds"),
         tuple(rows),
         "95 % of the sizes are within the last column but one; the last one is the share of the sizes that are within "
-        "1.96 of the standard deviations that are told with them.",
+        "1.96 of their estimated standard deviations.",
     )
     yield tables.named("What went by which name", found)
     known = summary(found)
     yield _claim("kinds", "Kinds named rightly 2 s after the declaration.", known.kinds, at_least(0.98))
     yield _claim("sizes", "Relative error of sizes, 95 % quantile.", known.size_error, at_most(0.1))
-    yield _claim("kinds-wrong", "Time of the faults with a sound element named.", known.wrong, exactly(0.0))
+    yield _claim("kinds-wrong", "Time of the faults with a fault-free element named.", known.wrong, exactly(0.0))
 
 
 def pairs(effort: Effort) -> tuple[list[Drive], list[Drive]]:
@@ -107,9 +107,9 @@ def _pairs(effort: Effort) -> Iterator[Item]:
     yield tables.named("Two sensors", found)
     yield tables.named("A sensor and an actuator", others)
     for key, name, of in (("pairs", "pairs of sensors", found), ("mixed", "pairs of sensor and actuator", others)):
-        told = isolated(of)
-        yield _claim(f"{key}-isolated", f"Share of {name} named, both and no other.", told.right, at_least(0.9))
-        yield _claim(f"{key}-wrong", f"Share of {name} with something sound named.", told.wrong, exactly(0.0))
+        isolation = isolated(of)
+        yield _claim(f"{key}-isolated", f"Share of {name} named, both and no other.", isolation.right, at_least(0.9))
+        yield _claim(f"{key}-wrong", f"Share of {name} with a fault-free element named.", isolation.wrong, exactly(0.0))
 
 
 def _small(effort: Effort) -> Iterator[Item]:

@@ -1,4 +1,4 @@
-"""The bank of filters as a diagnosis of the study, calibrated as the paper's rules are: on healthy drives alone."""
+"""The bank of filters as a diagnosis of the study, calibrated as the paper's rules are: on fault-free drives alone."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Known:
 
 
 def calibrate(number: int, quick: bool) -> Known:
-    """Parameters and limits of a vehicle, from healthy driving."""
+    """Parameters and limits of a vehicle, from fault-free driving."""
     driven = calibration_set(number, quick)
     vehicle = calibrate_parameters(driven.fitted, load("smartload")).vehicle
     designed = design_limits(driven.healthy, vehicle)

@@ -1,4 +1,4 @@
-"""The rules of the paper as diagnoses of the study: as printed, corrected, and with what tells faults apart."""
+"""The rules of the paper as diagnoses of the study: as printed, corrected, and with rules that discriminate faults."""
 
 from __future__ import annotations
 
@@ -46,18 +46,18 @@ class Known:
 
 
 def calibrate(number: int, quick: bool) -> Known:
-    """Coefficients and thresholds of a vehicle, from healthy driving."""
+    """Coefficients and thresholds of a vehicle, from fault-free driving."""
     driven = calibration_set(number, quick, drives=1)
     car = load("smartload").parameters_for(ResidualParameters)
     return Known(car, {each: calibrate_residuals(car, *driven, printed=each) for each in (False, True)})
 
 
 def declare(known: Known, recording: Recording, name: str) -> Declared:
-    """What the rules of a variant say of a drive."""
+    """Declarations of the rules of a variant over a drive."""
     return said(known.monitor(name), recording)
 
 
 def said(monitor: RuleMonitor, recording: Recording) -> Declared:
-    """What rules at work say of a recording."""
+    """Declarations of rules over a recording."""
     stated = declared_of(scan(monitor, samples_of(recording)), recording["yaw_rate"].time)
     return stated._replace(kind=NOTHING, size=NOTHING, deviation=NOTHING)

@@ -1,4 +1,4 @@
-"""Faults inside the loop: the automated driver believes the faulty sensor, and drives accordingly."""
+"""Faults inside the loop: the automated driver uses the faulty reading, and drives accordingly."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tierod.papers.condition.truth import truth_of
 from tierod.papers.condition.vehicles import SHORT
 
 TEXT = (
-    "The same tests of wheel speeds, yaw rate and steering angle, but the automated driver believes what the faulty "
+    "The same tests of wheel speeds, yaw rate and steering angle, but the automated driver uses what the faulty "
     "sensor reads: it brakes, accelerates and steers by it, and what the other sensors show changes with it. It is not "
     "given the value that replaces the sensor. A lost wheel makes it accelerate beyond what the tyres hold; a lost "
     "steering angle makes it steer farther and faster than in any calibration. Some of these runs end before the fault "
@@ -47,7 +47,7 @@ def drives(effort: Effort) -> list[Drive]:
     found = [
         drive
         for number in vehicles
-        for drive in sensor_tests(number, believed=True)
+        for drive in sensor_tests(number, in_the_loop=True)
         if drive.course == SHORT and not drive.injected[0].in_recording_alone
     ]
     return found[::2] if effort.quick else found
@@ -64,7 +64,7 @@ def items(effort: Effort) -> Iterator[Item]:
         *("false alarms", "ended early", "off the lane [m]"),
     )
     groups = dict.fromkeys((one.score.drive.injected[0].element, one.score.drive.injected[0].kind) for one in found)
-    yield Table("Faults that the driver believes", header, tuple(_row(*group, found) for group in groups))
+    yield Table("Faults that the driver acts on", header, tuple(_row(*group, found) for group in groups))
 
 
 def _row(element: str, kind: str, found: list[Driven]) -> tuple[str, ...]:
@@ -91,6 +91,6 @@ def _row(element: str, kind: str, found: list[Driven]) -> tuple[str, ...]:
 
 
 def _driven(known: Mapping[tuple[str, int], Any], drive: Drive, recording: Recording) -> Driven:
-    told = score(drive, truth_of(drive, recording), diagnosed(BEST, drive, recording, known))
+    scored = score(drive, truth_of(drive, recording), diagnosed(BEST, drive, recording, known))
     first, last = recording.span
-    return Driven(told, last - first, float(np.max(np.abs(recording["truth_lateral_offset"].values))))
+    return Driven(scored, last - first, float(np.max(np.abs(recording["truth_lateral_offset"].values))))

@@ -1,4 +1,4 @@
-"""What is driven: the rounds, the faults of the tests, and how much of them anybody could see."""
+"""Test drives: the rounds, the faults, and the share of their time in which they are observable."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tierod.papers.condition.vehicles import LONG, SHORT, THIRD
 TEXT = (
     "The virtual demonstrator has two tracks, load transfer, tyres after Magic Formula with relaxation, a stiff rack "
     "of two bodies with dry friction, sensors with noise, steps and offsets, a road with slopes, bumps and wind. Its "
-    "mass is 4 to 8 % off what a monitor is told at first, its cornering stiffness 5 to 10 %, its tyres' radius 2.5 to "
+    "mass is 4 to 8 % off the monitor's first parameters, its cornering stiffness 5 to 10 %, its tyres' radius 2.5 to "
     "5 % and 0.3 to 0.6 % from side to side; every vehicle is drawn by its number.",
     "The rounds are redrawn in kind, since the paper prints no coordinates. It names no size of a fault either: here "
     "2 m/s, 0.3 rad/s, 1.5 rad, 3 N·m, 250 N for offsets of either sign, and three times the signal for an outlier.",
@@ -29,7 +29,7 @@ VEHICLES = (1, 2, 3)
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The rounds of Figures 18, 19 and 24, and the share of the tests' faults that shows."""
+    """The rounds of Figures 18, 19 and 24, and the observable share of the tests' faults."""
     yield Heading("What is driven", TEXT)
     yield _rounds()
     yield from _shares(effort)
@@ -54,7 +54,7 @@ def _rounds() -> Chart:
 
 
 def _shown(drive: Drive, recording: Recording) -> tuple[str, str, float, float]:
-    """(element, kind, share of the fault's time in which it shows, time until it first shows [s])."""
+    """(element, kind, share of the fault's time in which it is observable, time until it first is [s])."""
     injected = drive.injected[0]
     time = recording["yaw_rate"].time
     there = truths(drive, time)[injected.element]
@@ -74,11 +74,11 @@ def _shares(effort: Effort) -> Iterator[Item]:
         firsts = [first for name, how, _, first in found if (name, how) == (element, kind)]
         rows.append((f"{element} {kind}", f"{np.mean(shares):.3f}", f"{min(shares):.3f}", f"{max(firsts):.2f}"))
     yield Table(
-        "Share of the time of a fault in which it shows, and the latest first time [s]",
+        "Share of the time of a fault in which it is observable, and the latest first time [s]",
         ("fault", "mean", "least", "latest"),
         tuple(rows),
-        "A fault shows where, over 0.1 s, the likelihood ratio tells it at three standard deviations of what is asked "
-        "of a reconfigured value. No diagnosis without memory can be right more often than that.",
+        "A fault is observable where, over 0.1 s, its likelihood ratio exceeds that of three standard deviations of "
+        "the accuracy required of a reconfigured value. No diagnosis without memory can be right more often than that.",
     )
 
 
@@ -91,7 +91,7 @@ def _lost_yaw_rate() -> Chart:
     return Chart(
         "condition-lost-yaw-rate",
         "A lost yaw rate (Figure 22)",
-        "Where the true yaw rate passes zero a lost one cannot be told from it.",
+        "Where the true yaw rate passes zero, a lost reading equals it and is not detectable.",
         "A curve that swings about zero, and one that is zero between 20 and 40 s.",
         (curves("yaw rate", "yaw rate [rad/s]", time, {"true": true, "read": read}, 2),),
     )

@@ -85,7 +85,7 @@ def calibration_drives(vehicle: int = 1, swing: bool = True) -> tuple[Drive, tup
 
 
 def healthy_drives(hours: float, vehicles: Sequence[int] = (1, 2, 3), swing: bool = True) -> list[Drive]:
-    """Healthy drives on rounds that no calibration has seen, in legs of ten minutes, the vehicles by turns.
+    """Fault-free drives on rounds that no calibration has seen, in legs of ten minutes, the vehicles by turns.
 
     Args:
         hours: all together
@@ -101,7 +101,7 @@ def healthy_drives(hours: float, vehicles: Sequence[int] = (1, 2, 3), swing: boo
 
 
 def changed_drives(hours: float, share: float = 0.1, vehicles: Sequence[int] = (1, 2, 3)) -> list[Drive]:
-    """Healthy drives of vehicles whose mass, cornering stiffness or tyre radius is no longer that of the calibration.
+    """Fault-free drives of cars whose mass, cornering stiffness or tyre radius is no longer that of the calibration.
 
     Args:
         hours: all together
@@ -116,32 +116,32 @@ def changed_drives(hours: float, share: float = 0.1, vehicles: Sequence[int] = (
     ]
 
 
-def kinds_of_the_paper(sensor: str, believed: bool = False) -> tuple[Injected, ...]:
+def kinds_of_the_paper(sensor: str, in_the_loop: bool = False) -> tuple[Injected, ...]:
     """Total loss, offset of either sign, and an outlier of one second, from 20 s on.
 
     Source: Li, Frey, Gauterin, section 5; sizes of `faults`.
     """
     size = OFFSETS[sensor]
     return (
-        Injected(sensor, LOSS, believed=believed),
-        Injected(sensor, OFFSET, size, believed=believed),
-        Injected(sensor, OFFSET, -size, believed=believed),
-        Injected(sensor, OUTLIER, OUTLIER_FACTOR, end=21.0, believed=believed),
+        Injected(sensor, LOSS, in_the_loop=in_the_loop),
+        Injected(sensor, OFFSET, size, in_the_loop=in_the_loop),
+        Injected(sensor, OFFSET, -size, in_the_loop=in_the_loop),
+        Injected(sensor, OUTLIER, OUTLIER_FACTOR, end=21.0, in_the_loop=in_the_loop),
     )
 
 
-def sensor_tests(vehicle: int = 1, believed: bool = False, swing: bool = True) -> list[Drive]:
+def sensor_tests(vehicle: int = 1, in_the_loop: bool = False, swing: bool = True) -> list[Drive]:
     """The 48 tests of the sensors: six sensors, four faults, short and long round.
 
     Args:
         vehicle: number of the demonstrator
-        believed: whether the automated driver believes the faulty sensor too
+        in_the_loop: whether the automated driver uses the faulty reading too
         swing: see `Drive`
     """
     return [
         Drive(course, TEST_SECONDS, vehicle, 10 + vehicle, (injected,), swing)
         for sensor in SENSORS
-        for injected in kinds_of_the_paper(sensor, believed)
+        for injected in kinds_of_the_paper(sensor, in_the_loop)
         for course in (SHORT, LONG)
     ]
 

@@ -69,7 +69,7 @@ class Injected:
             noise its standard deviation, of a delay in seconds, of an actuator's loss the share lost; NaN where a kind
             has none
         start, end: of the fault
-        believed: whether the automated driver believes the sensor, as well as the recording
+        in_the_loop: whether the automated driver uses the faulty reading, as well as the recording
     """
 
     element: str
@@ -77,7 +77,7 @@ class Injected:
     size: float = math.nan
     start: Annotated[float, "s"] = 20.0
     end: Annotated[float, "s"] = 40.0
-    believed: bool = False
+    in_the_loop: bool = False
 
     @property
     def name(self) -> str:
@@ -87,8 +87,8 @@ class Injected:
 
     @property
     def in_recording_alone(self) -> bool:
-        """Whether nothing but the recording shows it, as with a sensor that no control unit believes."""
-        return self.element not in TORQUES and not (self.believed and self.element in _READ_IN_THE_LOOP)
+        """Whether it affects the recording alone, as in a sensor that no control unit uses."""
+        return self.element not in TORQUES and not (self.in_the_loop and self.element in _READ_IN_THE_LOOP)
 
     @property
     def fault(self) -> Fault:

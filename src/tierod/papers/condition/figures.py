@@ -73,7 +73,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 class _View:
-    """Drives as some calibrated diagnoses see them."""
+    """Drives with the declarations of some calibrated diagnoses."""
 
     def __init__(self, known: Mapping[tuple[str, int], Any], names: Sequence[str]):
         self.known, self.names = known, names
@@ -187,8 +187,8 @@ def _reconfigured(view: _View, drive: Drive) -> Chart:
     return Chart(
         "condition-figure-10",
         "A lost wheel speed and what replaces it (Figure 10)",
-        "The true speed is off the readings by what the tyres are off what the sensor is told; what is given on is "
-        "what the sound sensor would read.",
+        "Readings and true speed differ by the error of the tyre radius in the sensor; the value passed on is what the "
+        "fault-free sensor would read.",
         "A speed that drops to zero between 20 and 40 s, and one in its place that goes on.",
         (panel,),
     )

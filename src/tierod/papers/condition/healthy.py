@@ -1,4 +1,4 @@
-"""Healthy driving: false alarms on rounds that no calibration has seen, and of vehicles that have changed since."""
+"""Fault-free driving: false alarms on rounds that no calibration has seen, and of vehicles that have changed since."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TEXT = (
     "a fault.",
 )
 HOURS, THOROUGH, CHANGED, CHANGED_THOROUGH = 3.0, 100.0, 1.0, 20.0
-"""Hours of healthy driving in all and in thorough studies, and of changed vehicles."""
+"""Hours of fault-free driving in all and in thorough studies, and of changed vehicles."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -28,7 +28,7 @@ def items(effort: Effort) -> Iterator[Item]:
         return
     hours = 0.1 if effort.quick else THOROUGH if effort.thorough else HOURS
     later = 0.1 if effort.quick else CHANGED_THOROUGH if effort.thorough else CHANGED
-    yield Heading("Healthy driving", TEXT)
+    yield Heading("Fault-free driving", TEXT)
     names = (BEST,) if effort.thorough and BEST in VARIANTS else tuple(VARIANTS)
     found = {"as calibrated": scores(healthy_drives(hours, _vehicles(effort)), effort, names)}
     found["10 % off"] = scores(changed_drives(later, vehicles=_vehicles(effort)), effort, names)

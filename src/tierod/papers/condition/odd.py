@@ -1,4 +1,4 @@
-"""Odd driving, wiring and logging of a sound vehicle: what the whole monitor says, and that it accuses nobody."""
+"""Odd driving, wiring and logging of a fault-free vehicle: the whole monitor's verdicts, and no false alarm."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from tierod.vehicles import Vehicle
 
 MONITOR = "condition"
 TEXT = (
-    "A sound vehicle that stands, reverses, slides, is logged from the middle of a drive on, lacks a sensor from the "
-    "start or loses what it reads on the way, or was wired or scaled wrongly. The whole monitor runs over each "
+    "A fault-free vehicle that stands, reverses, slides, is logged from the middle of a drive on, lacks a sensor from "
+    "the start or loses what it reads on the way, or was wired or scaled wrongly. The whole monitor runs over each "
     "recording; it may not call any sensor or actuator faulty, not for a moment, and must say what keeps it from "
     "judging.",
 )
@@ -34,38 +34,38 @@ def items(effort: Effort) -> Iterator[Item]:
     drives = odd_drives(1)
     shown = dict(list(drives.items())[::5]) if effort.quick else drives
     found = {name: said(recording, vehicle) for name, recording in shown.items()}
-    yield Heading("Odd recordings of a sound vehicle", TEXT)
+    yield Heading("Odd recordings of a fault-free vehicle", TEXT)
     rows = tuple((name, *row(each, shown[name])) for name, each in found.items())
-    header = ("recording", "verdict", "at fault", "time accused [s]", "not judged", "cause")
-    yield Table("What the monitor says", header, rows)
+    header = ("recording", "verdict", "at fault", "time declared faulty [s]", "not judged", "cause")
+    yield Table("Verdicts of the monitor", header, rows)
     note = f"Of {len(found)}."
-    wrong = sum(bool(accused(each)) for each in found.values())
-    claim = "Recordings of a sound vehicle, odd in one way each, in which something is called faulty."
+    wrong = sum(bool(declared_faulty(each)) for each in found.values())
+    claim = "Recordings of a fault-free vehicle, odd in one way each, in which something is declared faulty."
     yield Claim("healthy.odd", claim, GOAL, None, wrong, exactly(0.0), "", note)
-    time = sum(time_accused(each, shown[name]) for name, each in found.items())
-    claim = "Time over all of them in which something is called faulty, every sensor and actuator by itself."
+    time = sum(time_declared_faulty(each, shown[name]) for name, each in found.items())
+    claim = "Time over all of them in which something is declared faulty, every sensor and actuator by itself."
     yield Claim("healthy.odd-time", claim, GOAL, None, time, exactly(0.0), "s", note)
-    untold = sum(not told(name, each) for name, each in found.items())
-    claim = "Odd recordings that do not end in the state that they should, with a cause."
-    yield Claim("healthy.odd-told", claim, GOAL, None, untold, exactly(0.0), "", note)
+    unexpected = sum(not as_expected(name, each) for name, each in found.items())
+    claim = "Odd recordings whose final verdict or cause is not the expected one."
+    yield Claim("healthy.odd-told", claim, GOAL, None, unexpected, exactly(0.0), "", note)
 
 
 def said(recording: Recording, vehicle: Vehicle) -> Diagnosis | str:
-    """What the monitor says of a recording, or why it cannot."""
+    """Diagnosis of a recording, or why there is none."""
     try:
         return diagnose(recording, vehicle, MONITOR)
     except TierodError as error:
         return str(error)
 
 
-def accused(each: Diagnosis | str) -> tuple[str, ...]:
+def declared_faulty(each: Diagnosis | str) -> tuple[str, ...]:
     """What is called faulty."""
     if isinstance(each, str):
         return ()
     return tuple(element.name for element in each.elements if element.status == Status.FAULT)
 
 
-def time_accused(each: Diagnosis | str, recording: Recording) -> float:
+def time_declared_faulty(each: Diagnosis | str, recording: Recording) -> float:
     """For how long sensors and actuators are called faulty, added up [s]."""
     if isinstance(each, str):
         return 0.0
@@ -74,8 +74,8 @@ def time_accused(each: Diagnosis | str, recording: Recording) -> float:
     return sum((end if episode.end is None else episode.end) - episode.start for episode in episodes)
 
 
-def told(name: str, each: Diagnosis | str) -> bool:
-    """Whether a recording ends in the verdict that it should, with a cause where it is not a sound one."""
+def as_expected(name: str, each: Diagnosis | str) -> bool:
+    """Whether a recording ends in the expected verdict, with a cause unless that is healthy."""
     if isinstance(each, str):
         return False
     finding = each.findings[0]
@@ -89,8 +89,14 @@ def row(each: Diagnosis | str, recording: Recording) -> tuple[str, str, str, str
     if isinstance(each, str):
         return "refused", "", "", "", each
     finding = each.findings[0]
-    time = f"{time_accused(each, recording):.2f}" if accused(each) else ""
-    return str(finding.status), ", ".join(accused(each)), time, _unjudged(each), finding.cause or finding.headline
+    time = f"{time_declared_faulty(each, recording):.2f}" if declared_faulty(each) else ""
+    return (
+        str(finding.status),
+        ", ".join(declared_faulty(each)),
+        time,
+        _unjudged(each),
+        finding.cause or finding.headline,
+    )
 
 
 def _unjudged(each: Diagnosis) -> str:

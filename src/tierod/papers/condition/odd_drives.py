@@ -1,4 +1,4 @@
-"""Recordings of sound vehicles that a monitor must not take for faulty ones: odd driving, odd wiring, odd logging."""
+"""Recordings of fault-free vehicles that must not be diagnosed as faulty: odd driving, wiring and logging."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ HALT = 60.0
 
 
 def odd_drives(number: int = 1) -> dict[str, Recording]:
-    """Recordings of a sound vehicle by what is odd about them.
+    """Recordings of a fault-free vehicle by what is odd about them.
 
     Args:
         number: of the vehicle
@@ -70,7 +70,7 @@ NOT_HEALTHY: Mapping[str, Status] = {
     "tie rod force is silent from 20 s on": Status.NOT_AVAILABLE,
     "targets are missing from 20 s on": Status.NOT_AVAILABLE,
 }
-"""The verdict that each odd recording must end in; all others leave a sound vehicle sound."""
+"""Expected verdict of each odd recording; all others end in healthy."""
 
 
 def _on(number: int, course: AnyCourse) -> Recording:
@@ -138,7 +138,7 @@ def ending(recording: Recording, names: Iterable[str], start: float, how: str = 
     Args:
         recording: as it was
         names: of the channels
-        start: from when on they tell nothing [s]
+        start: time from which they are dead [s]
         how: "silent" without any value, "zero", or "held" at the last one
     """
 

@@ -1,4 +1,4 @@
-"""Faults put into recordings of real cars: found, told apart, and silence where nothing was put in."""
+"""Faults injected into recordings of real cars: detected and isolated, and no alarm where none was injected."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ from tierod.proving_ground.faults import injected
 TEXT = (
     "A minute of a RAV4 on a highway and 20 s of a passenger car in tight bends, with the sensors that both have: "
     "rear wheel speeds, yaw rate, steering angle, accelerations (that of the passenger car along the road is not "
-    "recorded). Nobody knows their torques, so that the bank judges them by their motion. Its limits come from the "
+    "recorded). Their torques are unknown, so the bank judges them by their motion. Its limits come from the "
     "first half of the highway minute, its noises from there and from the first 9 s of the passenger car, offsets it "
     "finds on the way; the rules learn understeer and thresholds on the same beginnings. What is later is judged: each "
     "sensor fails at three instants, lost, with an offset of the tests' size and either sign, and an outlier of a "
-    "second. A fault shows where it is three standard deviations of what is asked of the demonstrator's sensors, or of "
-    "what the other sensors of this car tell, measured on the beginning, where that is less exact. What would be "
-    "missed by either alone stands beside it.",
+    "second. A fault is observable where it exceeds three standard deviations of the accuracy required of the "
+    "demonstrator's sensors, or of the estimate by the other sensors of this car, measured on the beginning, where "
+    "that is less exact. Faults missed by either criterion alone stand beside it.",
 )
 
 
@@ -50,9 +50,9 @@ class Judged(NamedTuple):
 
     Args:
         quiet: as it was made, after the learning
-        found: with every fault; it shows by what is asked of the demonstrator, or the car tells, the less exact of both
-        asked: the same by what is asked of the demonstrator
-        own: the same by what the sensors of this car tell
+        found: with every fault; observable by the less exact of the two criteria below
+        asked: observable by the accuracy required of the demonstrator's sensors
+        own: observable by the accuracy that the other sensors of this car reach
     """
 
     quiet: DriveScore
@@ -62,7 +62,7 @@ class Judged(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Faults found and told apart in both recordings."""
+    """Faults detected and isolated in both recordings."""
     if BEST not in VARIANTS:
         return
     yield Heading("Real cars", TEXT)
@@ -90,14 +90,23 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 _HEADER = (
-    *("car", "diagnosis", "faults", "missed", "never showed", "missed, as asked", "missed, as the car tells"),
-    *("named rightly", "ambiguous", "time wrong", "median delay [s]", "longest [s]", "kind right", "false alarms"),
+    *("car", "diagnosis", "faults", "missed", "never observable", "missed, as required"),
+    *(
+        "missed, by the car's sensors",
+        "named rightly",
+        "ambiguous",
+        "time wrong",
+        "median delay [s]",
+        "longest [s]",
+        "kind right",
+        "false alarms",
+    ),
 )
 _NOTE = "The last column counts declarations after the learning in the recording as it was made."
 
 
 def _figures(of: Judged) -> tuple[str, ...]:
-    known, told = summary(of.found), isolated(of.found)
+    known, isolation = summary(of.found), isolated(of.found)
     delays = known.delays_shown
     return (
         str(len(of.found)),
@@ -105,8 +114,8 @@ def _figures(of: Judged) -> tuple[str, ...]:
         str(known.not_testable),
         str(summary(of.asked).missed),
         str(summary(of.own).missed),
-        f"{told.right:.3f}",
-        f"{told.ambiguous:.3f}",
+        f"{isolation.right:.3f}",
+        f"{isolation.ambiguous:.3f}",
         f"{known.wrong:.4f}",
         f"{np.median(delays) if len(delays) else np.nan:.2f}",
         f"{max(delays, default=np.nan):.2f}",
@@ -116,16 +125,16 @@ def _figures(of: Judged) -> tuple[str, ...]:
 
 
 def _claims(car: RealCar, of: Judged) -> list[Claim]:
-    known, told = summary(of.found), isolated(of.found)
+    known, isolation = summary(of.found), isolated(of.found)
     missed = "Injected faults missed"
     return [
         Claim(f"cars.{car.vehicle}-{key}", f"{claim}, {car.name}.", GOAL, None, measured, goal)
         for key, claim, measured, goal in (
             ("missed", missed, known.missed, exactly(0.0)),
-            ("missed-asked", f"{missed} that the demonstrator's sensors would show", summary(of.asked).missed, None),
-            ("missed-own", f"{missed} that the car's own sensors would show", summary(of.own).missed, None),
-            ("named", "Injected faults named and nothing else", told.right, at_least(0.9)),
-            ("wrong", "Time of the faults with a sound sensor named", known.wrong, exactly(0.0)),
+            ("missed-asked", f"{missed}, observable by the demonstrator's accuracy", summary(of.asked).missed, None),
+            ("missed-own", f"{missed}, observable by the car's own sensors", summary(of.own).missed, None),
+            ("named", "Injected faults named and nothing else", isolation.right, at_least(0.9)),
+            ("wrong", "Time of the faults with a fault-free sensor named", known.wrong, exactly(0.0)),
             ("alarms", "False alarms where nothing was injected", of.quiet.false_alarms, exactly(0.0)),
         )
     ]
@@ -142,12 +151,20 @@ def at_other_instants(here: Mapping[RealCar, Recording]) -> Table:
         first, last = recording.span
         starts = np.arange(car.learning + 1.0, last - first - car.lasting - GRACE, car.lasting / 4.0)
         found = judged(replace(car, starts=tuple(starts.tolist())), recording).found
-        known, told = summary(found), isolated(found)
+        known, isolation = summary(found), isolated(found)
         wrong, later = sum(each.wrong_share > 0.0 for each in found), sum(each.false_alarms for each in found)
-        cells = (len(starts), len(found), known.missed, f"{told.right:.3f}", wrong, later)
+        cells = (len(starts), len(found), known.missed, f"{isolation.right:.3f}", wrong, later)
         rows.append((car.name, *map(str, cells)))
-    header = ("car", "instants", "faults", "missed", "named rightly", "with a sound sensor named", "accused afterwards")
-    note = f"Afterwards: a sound sensor, or the one that failed more than {GRACE:g} s after the end of its fault."
+    header = (
+        "car",
+        "instants",
+        "faults",
+        "missed",
+        "named rightly",
+        "with a fault-free sensor named",
+        "declared afterwards",
+    )
+    note = f"Afterwards: a fault-free sensor, or the one that failed more than {GRACE:g} s after the end of its fault."
     return Table("The bank, with faults at other instants", header, tuple(rows), note)
 
 
@@ -157,7 +174,7 @@ def _accuracies(here: Mapping[RealCar, Recording]) -> Table:
         (name, f"{KNOWN[name]:.3g}", *(f"{found[name]:.3g}" for found in measured.values())) for name in SENSORS
     )
     note = "Of the filter that leaves the sensor out, against its reading, on the beginning of each recording."
-    title = "How exactly the other sensors tell a reading, standard deviation"
+    title = "Accuracy of a reading estimated by the other sensors, standard deviation"
     return Table(title, ("sensor", "asked of the demonstrator", *(car.name for car in here)), rows, note)
 
 
@@ -174,7 +191,7 @@ def _ratios(here: Mapping[RealCar, Recording]) -> Table:
     rows.append(("limits", "", "", f"{WITH_WHEELS:g}", f"{WITHOUT_WHEELS:g}", f"{SLOW:g}"))
     header = ("car", "part", "length [s]", "with wheels, short", "without wheels, short", "long")
     note = "Largest ratio of any hypothesis that lasts for three samples, per sample; over 0.05 s and over 0.5 s."
-    return Table("Ratios of sound recordings [nat]", header, tuple(rows), note)
+    return Table("Ratios of fault-free recordings [nat]", header, tuple(rows), note)
 
 
 def judged(car: RealCar, recording: Recording, name: str = BEST, quick: bool = False) -> Judged:
@@ -225,7 +242,7 @@ def _scored(
     faults: tuple[Injected, ...],
     measures: Sequence[Mapping[str, float]],
 ) -> list[DriveScore]:
-    """What is said after the learning, by every measure of what shows; the recording is the truth."""
+    """Scores after the learning, by every criterion of observability; the recording is the truth."""
     declared = diagnosis(injected(sound, [each.fault for each in faults]) if faults else sound)
     time = declared.time
     judged_from = int(np.searchsorted(time, time[0] + car.learning))

@@ -33,7 +33,7 @@ SETTLED = 2.0
 
 
 def said(bank: Bank, recording: Recording) -> Declared:
-    """What the bank says of a recording.
+    """Declarations of the bank over a recording.
 
     Args:
         bank: of the car
@@ -44,13 +44,13 @@ def said(bank: Bank, recording: Recording) -> Declared:
 
 
 def accuracy(car: RealCar, recording: Recording) -> dict[str, float]:
-    """How exactly the other sensors of a car tell each one's reading [unit of the sensor].
+    """Accuracy with which the other sensors of a car estimate each reading [unit of the sensor].
 
     The root of the mean squared error of the filter that leaves the sensor out, on the beginning of the recording.
 
     Args:
         car: whose recording it is
-        recording: sound
+        recording: fault-free
     """
     samples, base = sampled(recording), RollingFilter.of_vehicle(car.known)
     found = {}
@@ -66,13 +66,13 @@ def accuracy(car: RealCar, recording: Recording) -> dict[str, float]:
 
 
 def healthy_ratios(car: RealCar, recording: Recording, start: float, stop: float) -> tuple[float, float, float]:
-    """The largest ratios of a stretch of a sound recording [nat].
+    """The largest ratios of a stretch of a fault-free recording [nat].
 
     Over the short time those of hypotheses with and without wheels, over the long time that of any.
 
     Args:
         car: whose recording it is
-        recording: sound
+        recording: fault-free
         start, stop: of the stretch, from the beginning of the recording [s]
     """
     explanations = hypotheses_of_cars()
@@ -87,7 +87,7 @@ def healthy_ratios(car: RealCar, recording: Recording, start: float, stop: float
 
 RULES = "rules-discriminating"
 MARGIN = 1.5
-"""Of a threshold over the largest healthy residual: wider than the paper's, since little healthy driving is known."""
+"""Of a threshold over the largest fault-free residual: wider than the paper's, since little of it is known."""
 OFFSET_START = 0.5
 """Standard deviation of the accelerometer's offset on roads with 5 % of grade [m/s**2]."""
 OFFSET_GROWTH = 0.05

@@ -1,4 +1,4 @@
-"""Drives made into recordings at 100 Hz, results of many drives, and the healthy drives of a calibration."""
+"""Drives made into recordings at 100 Hz, results of many drives, and the fault-free drives of a calibration."""
 
 from __future__ import annotations
 
@@ -68,11 +68,11 @@ def recorded(drive: Drive) -> Recording:
     late = tuple(each for each in drive.injected if each.in_recording_alone)
     driven = replace(drive, injected=tuple(each for each in drive.injected if not each.in_recording_alone))
     base = _driven(driven)
-    told = {"drive": drive.name, "faults": [asdict(each) for each in drive.injected]}
+    truth = {"drive": drive.name, "faults": [asdict(each) for each in drive.injected]}
     if late:
         sensors = drive.driven.sensors
         base = injected(base, [each.fault for each in late], sensors, drive.seed)
-    return replace(base, metadata={**base.metadata, **told})
+    return replace(base, metadata={**base.metadata, **truth})
 
 
 @lru_cache(maxsize=4)
@@ -103,8 +103,8 @@ def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
         recording: of the drive
 
     Returns:
-        by element: of a sensor its reading less that of a sound sensor, noise aside, in its unit; of an actuator the
-        torque asked for less the torque given [N*m]
+        by element: of a sensor its reading less that of a fault-free sensor, noise aside, in its unit; of an actuator
+        the torque commanded less the torque given [N*m]
     """
     sensors = drive.driven.sensors
     found = {}
@@ -151,7 +151,7 @@ QUICK_DRIVES = 2
 
 
 class CalibrationSet(NamedTuple):
-    """Recordings of a sound vehicle.
+    """Recordings of a fault-free vehicle.
 
     Args:
         fitted: that parameters are found in

@@ -1,4 +1,4 @@
-"""What every residual sees, its thresholds fixed and adapting, and what that does to the rules."""
+"""Sensitivity of every residual, with fixed and adaptive thresholds, and the effect on the rules."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from tierod.papers.condition.truth import truth_of
 from tierod.vehicles import load
 
 USUAL = Excitation(8.0, 0.2, 2.0, 0.5)
-"""Of a lively drive of the demonstrator, for which thresholds that adapt are told."""
+"""A lively drive of the demonstrator, at which adaptive thresholds are quoted."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class JudgedResidual:
 
     @property
     def distance(self) -> str:
-        """What the rule sees, in words."""
+        """Input of the rule, in words."""
         return "off its healthy median, in thresholds" if self.threshold.centre else "off zero, in thresholds"
 
     @property
@@ -82,7 +82,7 @@ def judged(name: str, calibration: ResidualCalibration) -> JudgedResidual:
 
     Args:
         name: of the residual
-        calibration: from healthy drives
+        calibration: from fault-free drives
 
     Raises:
         ParameterError: there is no such residual
@@ -109,7 +109,7 @@ def items(effort: Effort) -> Iterator[Item]:
     known = _calibrated(effort)
     monitors = {name: rule_monitor(_car(), each, RULES) for name, each in known.items()}
     recordings = [recorded(each) for each in tests]
-    yield Heading("What every residual sees", TEXT)
+    yield Heading("Sensitivity of every residual", TEXT)
     seen = signatures(tests, recordings, monitors["fixed"])
     yield of_kinds(seen)
     yield from _signature_claims(seen)
@@ -197,11 +197,11 @@ def _rules_table(
         found: list[DriveScore] = []
         own = []
         for drive, recording in zip(tests, recordings, strict=True):
-            told = said(monitor, recording)
-            found.append(score(drive, truth_of(drive, recording), told))
+            declared = said(monitor, recording)
+            found.append(score(drive, truth_of(drive, recording), declared))
             fault = drive.injected[0]
-            there = (told.time >= fault.start) & (told.time < fault.end)
-            named, unsure = told.said("faulty", fault.element), told.said("not_testable", fault.element)
+            there = (declared.time >= fault.start) & (declared.time < fault.end)
+            named, unsure = declared.said("faulty", fault.element), declared.said("not_testable", fault.element)
             own.append(float(np.mean((named == there)[~(there & unsure & ~named)])))
         alarms = sum(
             score(drive, truth_of(drive, recording), said(monitor, recording)).false_alarms

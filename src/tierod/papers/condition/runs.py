@@ -70,14 +70,14 @@ def _calibrate(wanted: tuple[str, int, bool]) -> Any:
 
 
 def diagnosed(name: str, drive: Drive, recording: Recording, known: Mapping[tuple[str, int], Any]) -> Declared:
-    """What a variant says of a drive."""
+    """Declarations of a variant over a drive."""
     module = VARIANTS[name].module
     declared: Declared = import_module(module).declare(known[module, drive.vehicle], recording, name)
     return declared
 
 
 def scores(drives: Sequence[Drive], effort: Effort, names: Sequence[str] | None = None) -> dict[str, list[DriveScore]]:
-    """The scores of many drives, by variant; who asks again for the same is told what was found before.
+    """The scores of many drives, by variant; computed once and cached.
 
     Args:
         drives: what to drive

@@ -20,14 +20,14 @@ NAMED_AFTER = 2.0
 GRACE = 2.0
 """So long after the end of a fault its own declaration is no false alarm [s]; in the accuracy it counts at once."""
 SETTLED = 0.5
-"""So long after a fault shows it is judged by what name it goes [s]."""
+"""Time after a fault is first observable from which its name counts [s]."""
 
 INTERVAL = 1.96
 """Standard deviations to either side that hold a size 95 times in a hundred."""
 
 FOUND, MISSED, NOT_TESTABLE = "found", "missed", "not testable"
-NOBODY, AMBIGUOUS, NEVER = "none", "ambiguous", "never shows"
-"""In place of names: nothing is declared, several together, or there was nothing to see."""
+UNNAMED, AMBIGUOUS, NEVER = "none", "ambiguous", "never shows"
+"""In place of names: nothing is declared, several together, or the fault was never observable."""
 
 
 class FaultScore(NamedTuple):
@@ -36,19 +36,19 @@ class FaultScore(NamedTuple):
     Args:
         injected: the fault
         accuracy: share of all samples of the drive at which the element's state is right
-        accuracy_excused: the same, without the samples at which the state cannot be told and is not right: the fault is
-            there and does not show, or is no longer there but would not show either
-        outcome: FOUND, MISSED, or NOT_TESTABLE where it never showed
+        accuracy_excused: the same, without the samples at which the state is not observable and not right: the
+            fault is present or past, and makes no difference to the readings
+        outcome: FOUND, MISSED, or NOT_TESTABLE where it never was observable
         delay: from its beginning to the first declaration; infinite where there is none
-        delay_shown: from the first sample at which it shows; 0 where it was declared before
-        delay_excited: the same, less the time in which it does not show: a torque that is hardly asked for, a signal
-            near zero tell nobody anything, and a fault may show for a moment long before it does again
+        delay_shown: from the first sample at which it is observable; 0 where it was declared before
+        delay_excited: the same, less the time in which it is not observable: a torque hardly commanded or a
+            signal near zero carries no information, and a fault may be observable for a moment long before it is again
         delay_suspected: likewise, to where it is declared or named as one of several
-        shown: how long it showed
+        shown: how long it was observable
         kind_right: whether the kind is right; None where none is named
         size_error: relative error of the size; NaN where none is named
-        size_covered: whether the size is within `INTERVAL` of what is told; None where no size of the right kind is
-        rmse: of the value in place of the sensor's, against that of a sound sensor, while declared; NaN without one
+        size_covered: whether the true size is within `INTERVAL` of the estimate; None without a size of the right kind
+        rmse: of the substitute value against that of a fault-free sensor, while declared; NaN without one
         largest: greatest magnitude of that error
     """
 
@@ -74,7 +74,7 @@ class DriveScore(NamedTuple):
     Args:
         drive: what was driven
         faults: score of everything that was injected
-        wrong_share: share of the time with faults in which something sound is declared faulty
+        wrong_share: share of the time with faults in which a fault-free element is declared
         false_alarms: declarations that begin while nothing, or something else, is at fault, those within a fault aside
         healthy_hours: without fault
         flagged_share: share of the healthy time in which anything at all is declared
@@ -188,7 +188,7 @@ def _replaced(each: Injected, truth: Truth, declared: Declared, within: np.ndarr
 
 
 def _name(declared: Declared, shown: Mapping[str, np.ndarray], time: np.ndarray) -> str:
-    """Names of the declared elements, joined by " + ", as they are said most of the time once all faults show."""
+    """Names of the elements declared for most of the time once all faults are observable, joined by " + "."""
     if not shown:
         return NEVER
     late = np.logical_and.reduce([_after(each, round(SETTLED / _step(time))) for each in shown.values()])
@@ -200,7 +200,7 @@ def _name(declared: Declared, shown: Mapping[str, np.ndarray], time: np.ndarray)
     codes = (1 << np.arange(len(ELEMENTS))) @ flags
     code, _ = Counter(zip(codes.tolist(), (unsure & (codes == 0)).tolist(), strict=True)).most_common(1)[0]
     names = [element for place, element in enumerate(ELEMENTS) if code[0] >> place & 1]
-    return " + ".join(names) or (AMBIGUOUS if code[1] else NOBODY)
+    return " + ".join(names) or (AMBIGUOUS if code[1] else UNNAMED)
 
 
 def _after(shows: np.ndarray, samples: int) -> np.ndarray:

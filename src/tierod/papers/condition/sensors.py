@@ -23,7 +23,7 @@ TEXT = (
     "Six sensors, four faults, two rounds, 60 s each, the fault from 20 to 40 s (an outlier for a second): 48 "
     "tests, with every vehicle. Accuracy is that of eq (53): the share of the samples at which the state of the "
     "sensor is right. It counts samples as wrong at which a lost signal is near zero in truth; the second accuracy "
-    "leaves those out at which nobody could tell the fault and nobody declares it.",
+    "leaves out those at which the fault is not observable and not declared.",
 )
 VALUES = {
     "wheel_speed_rear_left": (0.015, "m/s"),
@@ -97,15 +97,15 @@ def _claims(of: Sequence[DriveScore]) -> Iterator[Claim]:
     yield _claim("accuracy", "Mean accuracy of the 48 tests.", known.accuracy, at_least(0.99))
     yield _claim("worst", "Accuracy of the worst test.", known.worst, at_least(0.945))
     yield _claim(
-        "told-worst", "Accuracy of the worst test where the fault can be told.", known.worst_excused, at_least(0.98)
+        "told-worst", "Accuracy of the worst test where the fault is observable.", known.worst_excused, at_least(0.98)
     )
-    yield _claim("wrong", "Share of the faults' time in which a sound sensor is named.", known.wrong, exactly(0.0))
+    yield _claim("wrong", "Share of the faults' time in which a fault-free sensor is named.", known.wrong, exactly(0.0))
     yield _claim("missed", "Faults missed.", known.missed, exactly(0.0))
-    yield _claim("outliers", "Longest delay of an outlier that shows.", longest(outliers), at_most(0.2), "s")
+    yield _claim("outliers", "Longest delay of an observable outlier.", longest(outliers), at_most(0.2), "s")
     yield _claim("offsets-soon", "Offsets found within 0.2 s.", share_within(offsets, 0.2), at_least(0.9))
     yield _claim("offsets", "Longest delay of an offset.", longest(offsets), at_most(0.35), "s")
     yield _claim("losses-soon", "Losses found within 0.2 s of showing.", share_within(losses, 0.2), None)
-    yield _claim("losses", "Longest delay of a loss from where it shows.", longest(losses), None, "s")
+    yield _claim("losses", "Longest delay of a loss from where it is observable.", longest(losses), None, "s")
     yield _claim("kinds", "Kinds named rightly after 2 s.", known.kinds, at_least(0.98))
     yield _claim("sizes", "Relative error of sizes, 95 % quantile.", known.size_error, at_most(0.1))
     for sensor, (limit, unit) in VALUES.items():
@@ -125,7 +125,9 @@ def _baseline(found: tables.Scores) -> Iterator[Claim]:
         source = f"{PAPER}Figure 20"
         yield Claim(f"rules.{name}-accuracy", f"Mean accuracy: {title}.", source, "> 0.95", known.accuracy, None)
         yield Claim(f"rules.{name}-worst", f"Accuracy of the worst test: {title}.", source, 0.86, known.worst, None)
-        yield Claim(f"rules.{name}-wrong", f"Time with a sound sensor named: {title}.", source, None, known.wrong, None)
+        yield Claim(
+            f"rules.{name}-wrong", f"Time with a fault-free sensor named: {title}.", source, None, known.wrong, None
+        )
         yield Claim(f"rules.{name}-missed", f"Faults missed: {title}.", source, None, known.missed, None)
 
 

@@ -1,4 +1,4 @@
-"""Which residual sees which fault: by its equation, and in the drives; and where the two disagree."""
+"""Sensitivity of residuals to faults: by equation, and in the drives; and where the two disagree."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tierod.papers.condition.rules.readings import Excitation
 from tierod.papers.condition.rules.rule_monitor import RuleMonitor
 
 SEEN, UNSEEN = 0.05, 0.01
-"""Share of a fault's time from which on a residual sees it, and up to which one does not that should not."""
+"""Shares of a fault's time: from the first on a residual counts as sensitive, up to the second as insensitive."""
 BEHIND = {
     "steering_motor_1": "target_steering_wheel_angle",
     "steering_motor_2": "target_steering_wheel_angle",
@@ -30,7 +30,7 @@ BEHIND = {
 _FILTERED = "the two-stage filter leaves a wheel out that differs from the other"
 _SCRUB = "a drive on one side alone turns the front wheels about their axes, which the equation leaves out"
 ASIDE = {
-    ("r1", "steering_wheel_angle"): "its filter follows the sensor that it should watch, and sees jumps alone",
+    ("r1", "steering_wheel_angle"): "its filter follows the sensor that it should watch; only jumps remain",
     ("r10", "wheel_speed_rear_right"): _FILTERED,
     ("r14", "wheel_speed_rear_left"): _FILTERED,
     **{(name, drive): _SCRUB for name in ("r3", "r19") for drive in ("drive_left", "drive_right")},
@@ -108,7 +108,7 @@ def of_kinds(seen: Signatures) -> Table:
 
 
 def theory_and_measurement(seen: Signatures) -> Table:
-    """Every residual against every element: what the equation says, and the largest share over all kinds of faults."""
+    """Every residual against every element: sensitivity by equation, and the largest share over all kinds of faults."""
     elements = [each for each in (*SENSORS, *ACTUATORS) if any(element == each for element, _ in seen)]
     rows = tuple(
         (name, *(_cell(name, element, _largest(seen, name, element)) for element in elements)) for name in RESIDUALS
@@ -118,12 +118,12 @@ def theory_and_measurement(seen: Signatures) -> Table:
         "fault that is seen best. “unseen”: the equation has it, and less than .05 is. “!”: the equation does not have "
         "it, and yet more than .01 is. Empty: neither."
     )
-    title = "Which residual sees which fault: equations and measurement"
+    title = "Sensitivity of residuals to faults: equations and measurement"
     return Table(title, ("residual", *(each.replace("_", " ") for each in elements)), rows, note)
 
 
 def disagreements(seen: Signatures) -> Table:
-    """Where a residual does not see what its equation has, or sees what it does not have, and why."""
+    """Residuals insensitive to a fault in their equation, or sensitive to one that is not, and why."""
     rows = tuple(_disagreements(seen)) or (("none", "", "", "", ""),)
     title = "Where equations and measurement disagree on residuals"
     return Table(title, ("residual", "fault of", "by its equation", "measured", "why"), rows)
@@ -147,7 +147,7 @@ def _disagreements(seen: Signatures) -> Iterator[tuple[str, ...]]:
 
 def _too_small(element: str, best: Seen) -> str:
     reach = f"in 5 % of the time it is beyond {best.reach:.1f} thresholds at most: "
-    control = "the control makes up for what is lost" if element in ACTUATORS else "too small beside healthy driving"
+    control = "the control makes up for what is lost" if element in ACTUATORS else "too small beside fault-free driving"
     return reach + control
 
 

@@ -1,4 +1,4 @@
-"""What every substitute of a sensor is off by: for calibrated vehicles, and by a file that nobody calibrated."""
+"""Error of every substitute of a sensor, with the parameters of a calibration and with those of the shipped file."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from tierod.vehicles import Vehicle, load
 TEXT = (
     "Every substitute of a sensor beside what the sensor would read without fault and noise, root mean square. The "
     "bank's filter that leaves the sensor out: from the declaration of an offset to its end, on the short and the long "
-    "round. Plain relations: over healthy drives on unseen rounds, standing and all. Both with the parameters that a "
-    "calibration has found, and with those of the shipped file, which nobody has calibrated. `scripts/substitutes.py` "
+    "round. Plain relations: over fault-free drives on unseen rounds, standing and all. Both with the parameters that "
+    "a calibration has found, and with those of the shipped, uncalibrated file. `scripts/substitutes.py` "
     "writes them into the table that the monitor goes by.",
 )
 HOURS = 1.0
-"""Of healthy driving, for plain relations."""
+"""Of fault-free driving, for plain relations."""
 SETTLED = 200
 """First samples, over which nothing has settled."""
 SEED = 400
@@ -111,11 +111,11 @@ def _held_out(drive: Drive, recording: Recording, car: by_bank.Known) -> dict[tu
 def _related(drive: Drive, recording: Recording, vehicle: Vehicle) -> dict[tuple[str, str], np.ndarray]:
     """Errors of all plain relations."""
     readings: Any = ConditionSample._make(recording[name].values for name in ConditionSample._fields)
-    told = plain_relations(readings, vehicle.parameters_for(AutomatedVehicle.Parameters))
+    related = plain_relations(readings, vehicle.parameters_for(AutomatedVehicle.Parameters))
     sensors = drive.driven.sensors
     return {
         (sensor, name): (value - sound(sensor, recording, sensors))[SETTLED:]
-        for sensor, ways in told.items()
+        for sensor, ways in related.items()
         for name, value in ways.items()
     }
 

@@ -16,8 +16,8 @@ from tierod.papers.condition.scoring import (
     FOUND,
     MISSED,
     NEVER,
-    NOBODY,
     NOT_TESTABLE,
+    UNNAMED,
     DriveScore,
     FaultScore,
 )
@@ -29,13 +29,13 @@ class Summary(NamedTuple):
     Args:
         drives: how many
         accuracy, worst: mean and least of all faults' accuracy
-        excused, worst_excused: the same without the samples at which a fault cannot be told
-        wrong: share of the time with faults in which something sound is declared
-        missed: faults that showed and were never declared
-        not_testable: faults that never showed
+        excused, worst_excused: the same without the samples at which a fault is not observable
+        wrong: share of the time with faults in which a fault-free element is declared
+        missed: faults that were observable and never declared
+        not_testable: faults that never were observable
         delays: from the fault, of those found, ascending
-        delays_shown: from the first sample at which it shows, ascending
-        delays_excited: the same, less the time in which it does not show, ascending
+        delays_shown: from the first sample at which it is observable, ascending
+        delays_excited: the same, less the time in which it is not observable, ascending
         delays_suspected: likewise, to where it is named as one of several at least, ascending
         kinds: share of right kinds among those named
         size_error: 95 % quantile of the relative errors of sizes
@@ -130,7 +130,7 @@ def injected_name(each: DriveScore) -> str:
 
 
 class Isolated(NamedTuple):
-    """Shares of drives by what was named: the very faults, a part of them, an ambiguous set, nothing, a sound one."""
+    """Shares of drives by what was named: the true faults, a part of them, an ambiguous set, none, a fault-free one."""
 
     right: float
     partial: float
@@ -140,16 +140,16 @@ class Isolated(NamedTuple):
 
 
 def isolated(scores: Sequence[DriveScore]) -> Isolated:
-    """How well the faults of some drives are told apart, by what they were named most of the time.
+    """Isolation of the faults of some drives, by what they were named most of the time.
 
-    Drives in which not all faults show for long enough to be named are left out.
+    Drives in which not all faults are observable for long enough to be named are left out.
     """
     verdicts = [_verdict(each) for each in scores if each.faults and each.named != NEVER]
     return Isolated(*(mean(verdict == name for verdict in verdicts) for name in Isolated._fields))
 
 
 def _verdict(each: DriveScore) -> str:
-    if each.named in (AMBIGUOUS, NOBODY):
+    if each.named in (AMBIGUOUS, UNNAMED):
         return "ambiguous" if each.named == AMBIGUOUS else "nothing"
     named, failed = set(each.named.split(" + ")), {fault.injected.element for fault in each.faults}
     if named == failed:

@@ -15,7 +15,7 @@ from tierod.papers.condition.summary import Summary, confusion, share_within, su
 Scores = Mapping[str, Sequence[DriveScore]]
 
 HEADER = (
-    *("diagnosis", "accuracy", "worst", "without what cannot be told", "worst", "wrong name", "missed"),
+    *("diagnosis", "accuracy", "worst", "without unobservable samples", "worst", "wrong name", "missed"),
     *("false alarms", "median delay [s]", "95 %", "kind right", "size within"),
 )
 
@@ -86,14 +86,14 @@ def _words(row: Counter[str]) -> str:
 
 
 def delays(title: str, scores: Sequence[DriveScore], groups: Mapping[str, Callable[[DriveScore], bool]]) -> Table:
-    """Delays of some groups of drives: from the fault, from where it first shows, and while it shows alone."""
+    """Delays of some groups of drives: from the fault, and from where it is first observable."""
     rows = []
     for name, belongs in groups.items():
         of = summary([each for each in scores if belongs(each)])
         for start, times in (
             ("the fault", of.delays),
-            ("where it first shows", of.delays_shown),
-            ("where it first shows, only time in which it shows", of.delays_excited),
+            ("where it is first observable", of.delays_shown),
+            ("where it is first observable, unobservable time left out", of.delays_excited),
             ("likewise, until it is one of several named", of.delays_suspected),
         ):
             if len(times):
@@ -105,7 +105,7 @@ def delays(title: str, scores: Sequence[DriveScore], groups: Mapping[str, Callab
 GAP = 1.5
 """Between two rows of flags; each is one high."""
 
-STATES = (("sound", 0.0), ("one of several", 0.5), ("faulty", 1.0))
+STATES = (("fault-free", 0.0), ("one of several", 0.5), ("faulty", 1.0))
 """Heights of what is declared of an element."""
 
 

@@ -1,4 +1,4 @@
-"""What structure says of faults, held against what was measured: what can be seen, and what can be told from what."""
+"""Detectability and isolability by structure, compared with what was measured."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from tierod.monitors.condition.statements import listed
 from tierod.monitors.condition.structure import vehicle_structure
 from tierod.papers.condition import actuators, beyond, sensors
 from tierod.papers.condition.runs import BEST, VARIANTS, scores
-from tierod.papers.condition.scoring import AMBIGUOUS, NEVER, NOBODY, DriveScore
+from tierod.papers.condition.scoring import AMBIGUOUS, NEVER, UNNAMED, DriveScore
 from tierod.papers.condition.summary import confusion
 from tierod.vehicles import load
 
 TEXT = (
-    "Structure looks at what stands in which equation: a fault can be seen where equations hold that it breaks, and is "
-    "told from another where some of them do not have that one. It knows no sizes and no time. Beside it stands what "
+    "Structural analysis uses only which quantity enters which equation: a fault is detectable where it violates an "
+    "equation of a testable set, and isolable from another where such a set lacks that one. It regards neither "
+    "magnitudes nor time. Beside it stands what "
     "the diagnoses named most of the time once the faults showed, in all drives of the tests; where the two do not "
     "agree, a reason follows.",
 )
@@ -32,7 +33,7 @@ class Compared(NamedTuple):
 
     Args:
         fault: name, or names joined by " + "
-        theory: what structure says
+        theory: isolability by structure
         alike: by structure, what explains it as well
         named: by diagnosis, what it went by, and in how many drives
     """
@@ -57,7 +58,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield table(f"Half the torque lost {FIXED}, by structure and by measurement", fixed)
     rows = (*disagreements(single), *disagreements(pairs), *disagreements(fixed, f", half lost {FIXED}"))
     header = ("fault", "by structure", "diagnosis", "measured", "why")
-    note = "A fault that structure tells from all others and that went by its own name wherever it showed agrees."
+    note = "The two agree on a fault that is structurally isolable and was named rightly wherever it was observable."
     yield Table("Where structure and measurement disagree", header, rows or (("none", "", "", "", ""),), note)
 
 
@@ -90,9 +91,9 @@ def compared(structure: Isolability, found: Mapping[str, Sequence[DriveScore]]) 
             each for each in map(_canonical, structure.mistaken_for(name)) if each.count(" + ") == fault.count(" + ")
         )
         seen = structure.detectable[structure.faults.index(name)]
-        theory = f"not told from {listed(alike, 'or')}" if alike else "told from all others"
+        theory = f"not isolable from {listed(alike, 'or')}" if alike else "isolable"
         named = {diagnosis: of[fault] for diagnosis, of in counts.items()}
-        yield Compared(fault, theory if seen else "not seen", alike, named)
+        yield Compared(fault, theory if seen else "not detectable", alike, named)
 
 
 def _canonical(fault: str) -> str:
@@ -100,7 +101,7 @@ def _canonical(fault: str) -> str:
 
 
 def table(title: str, rows: Sequence[Compared]) -> Table:
-    """One row for every fault: what structure says, and what each diagnosis named."""
+    """One row for every fault: isolability by structure, and the names by each diagnosis."""
     diagnoses = list(dict.fromkeys(name for each in rows for name in each.named))
     cells = [
         (_plain(each.fault), each.theory, *(_counted(each.fault, each.named[name]) for name in diagnoses))
@@ -110,7 +111,7 @@ def table(title: str, rows: Sequence[Compared]) -> Table:
 
 
 def disagreements(rows: Iterable[Compared], remark: str = "") -> Iterator[tuple[str, ...]]:
-    """Every disagreement in words: fault, what structure says, diagnosis, what was measured, and why.
+    """Every disagreement in words: fault, isolability by structure, diagnosis, measurement, and why.
 
     Args:
         rows: theory and measurement
@@ -126,7 +127,7 @@ def disagreements(rows: Iterable[Compared], remark: str = "") -> Iterator[tuple[
 
 
 def reason(each: Compared, named: str, diagnosis: str = BEST) -> str:
-    """Why a fault went by a name that structure does not foretell; "" where it does.
+    """Why a fault was named otherwise than structure predicts; "" where it does.
 
     Args:
         each: the fault
@@ -138,24 +139,24 @@ def reason(each: Compared, named: str, diagnosis: str = BEST) -> str:
     if named == NEVER:
         return "its equations have it, but not its size: nothing differed by three standard deviations for long enough"
     if named == each.fault:
-        return "structure sees no time: the split of the steering torque alternates, and tells the motors apart"
-    kind = named if named in (NOBODY, AMBIGUOUS) else "others"
+        return "structure regards no time: the split of the steering torque alternates, which makes the motors isolable"
+    kind = named if named in (UNNAMED, AMBIGUOUS) else "others"
     if diagnosis != BEST:
         return _OF_RULES[kind]
     if set(named.split(" + ")) < set(each.fault.split(" + ")):
-        return "the rest adds too little to what the first explains to be worth a second suspect"
+        return "the rest adds too little to what the first explains to be worth a second fault hypothesis"
     return _OF_BANK[kind]
 
 
 _OF_BANK = {
-    NOBODY: "structure knows no sizes: too small for limits that no healthy drive goes beyond",
-    AMBIGUOUS: "structure knows no sizes: others explained what was seen almost as well",
-    "others": "structure knows no sizes: others explained what was seen as well, within what healthy driving shows",
+    UNNAMED: "structure regards no magnitudes: below the limits of fault-free drives",
+    AMBIGUOUS: "structure regards no magnitudes: other faults explained the readings almost as well",
+    "others": "structure regards no magnitudes: other faults explained the readings within the fault-free limits",
 }
 _OF_RULES = {
-    NOBODY: "no rule fits: a residual that it asks for stays below its threshold",
-    AMBIGUOUS: "several rules fit, or come as near: what they ask of the residuals does not tell these faults apart",
-    "others": "the rule of another fits: residuals see through the motion what their equations do not have",
+    UNNAMED: "no rule fits: a residual that it asks for stays below its threshold",
+    AMBIGUOUS: "several rules fit, or come as near: their conditions on the residuals do not discriminate these faults",
+    "others": "the rule of another fits: the motion carries the fault into residuals whose equations do not contain it",
 }
 
 

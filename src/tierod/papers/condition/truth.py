@@ -1,4 +1,4 @@
-"""What a diagnosis declares of a drive, the truth beside it, and from when a fault shows."""
+"""Declarations of a diagnosis over a drive, the truth, and from when a fault is observable."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ KNOWN = {
     "drive_left": 10.0,
     "drive_right": 10.0,
 }
-"""How exactly everything else tells each element's true value: standard deviation [unit of the signal; N*m].
+"""Accuracy with which all else estimates each element's true value: standard deviation [unit of the signal; N*m].
 
 For sensors that is what is asked of a reconfigured value; for actuators it is assumed.
 """
@@ -36,13 +36,13 @@ For sensors that is what is asked of a reconfigured value; for actuators it is a
 ALIKE = 0.1
 """Over this time errors of the true value are alike, so that it counts once in a likelihood ratio [s]."""
 ENOUGH = 4.5
-"""Logarithm of the likelihood ratio that tells a fault: that of a deviation of three standard deviations."""
+"""Log-likelihood ratio from which a fault is observable: that of a deviation of three standard deviations."""
 
 
 def where_shown(
     element: str, deviation: np.ndarray, faulty: np.ndarray, rate: float = 100.0, known: Mapping[str, float] = KNOWN
 ) -> np.ndarray:
-    """Whether the fault of an element shows at each sample.
+    """Whether the fault of an element is observable at each sample.
 
     The logarithm of the likelihood ratio between "faulty" and "healthy" over the last `ALIKE` seconds, for whoever
     knows what the reading should be with a standard deviation of `known`: mean squared deviation / (2 * known**2).
@@ -52,7 +52,7 @@ def where_shown(
         deviation: of its reading, or its torque, from what it would be without fault
         faulty: whether the fault is there
         rate: samples per second [Hz]
-        known: how exactly everything else tells each true value [unit of the signal; N*m]
+        known: standard deviation with which all else estimates each true value [unit of the signal; N*m]
     """
     count = max(round(ALIKE * rate), 1)
     largest = 1e3 * known[element]
@@ -71,11 +71,11 @@ class Declared(NamedTuple):
         time: of the samples
         faulty: by element, whether it is declared faulty, and nothing else could be it
         candidates: by element, whether it is one of several that are named together as "one of these"
-        not_testable: by element, whether it is said that its state cannot be told now
+        not_testable: by element, whether its state is declared not testable now
         kind: by element, the kind that is named, "" for none; meaningful while it is faulty
         size: by element, the size that is named, in the unit of `faults.Injected`; NaN for none
         value: by sensor, what is given in its place, in its unit
-        deviation: by element, the standard deviation of the size that is told with it
+        deviation: by element, the estimated standard deviation of the magnitude
     """
 
     time: Annotated[Any, "s"]
@@ -114,7 +114,7 @@ class Truth(NamedTuple):
         off: by element that fails, how far it is from what it would be without fault, see `recorded.deviations`
         sound: by sensor that fails, what it would read without fault
         asked: by actuator that fails, the torque asked of it [N*m]
-        known: how exactly everything else tells each true value, see `where_shown`
+        known: standard deviation with which all else estimates each true value, see `where_shown`
     """
 
     off: Mapping[str, np.ndarray]
@@ -123,7 +123,7 @@ class Truth(NamedTuple):
     known: Mapping[str, float] = KNOWN
 
     def shows(self, element: str, there: np.ndarray) -> np.ndarray:
-        """Whether the fault of an element shows at each sample.
+        """Whether the fault of an element is observable at each sample.
 
         Args:
             element: sensor or actuator
@@ -132,7 +132,7 @@ class Truth(NamedTuple):
         return where_shown(element, self.off[element], there, known=self.known)
 
     def would_show(self, each: Injected, time: np.ndarray) -> np.ndarray:
-        """Whether a fault would show at each sample, were it there all the time."""
+        """Whether a fault would be observable at each sample if it were always present."""
         return where_shown(each.element, self._would_be_off(each, time), np.ones(len(time), bool), known=self.known)
 
     def _would_be_off(self, each: Injected, time: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The bank on vehicles that nobody has calibrated: what it finds, and how far its kinds and sizes can be believed."""
+"""The bank on uncalibrated vehicles: what it finds, and how reliable its kinds and magnitudes are."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PLANS = ((1, SHORT, 81), (2, LONG, 82), (3, THIRD, 83))
 LEAST_SIZE = {OFFSET: 0.0, GAIN: 1.0, NOISE: 0.0, DELAY: 0.0}
 """Of the faults that are tried, by kind; of other kinds none is."""
 HOURS = 1.0
-"""Of healthy driving of the three vehicles [h]."""
+"""Of fault-free driving of the three vehicles [h]."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -51,8 +51,8 @@ def items(effort: Effort) -> Iterator[Item]:
     known = summary(scored)
     for key, claim, measured, goal in (
         ("kinds", "Kinds named rightly on uncalibrated vehicles.", known.kinds, None),
-        ("covered", "Sizes within the interval told with them.", known.covered, None),
-        ("wrong", "Time of the faults with a sound element named.", known.wrong, exactly(0.0)),
+        ("covered", "Magnitudes within their estimated interval.", known.covered, None),
+        ("wrong", "Time of the faults with a fault-free element named.", known.wrong, exactly(0.0)),
         ("alarms", f"False alarms in {quiet.healthy_hours:.2g} h.", float(quiet.false_alarms), exactly(0.0)),
     ):
         yield Claim(f"uncalibrated.{key}", claim, GOAL, None, measured, goal)
@@ -83,11 +83,11 @@ def _by_kind(scored: list[DriveScore]) -> Table:
             )
         )
     header = (
-        *("kind", "drives", "found", "missed", "within 2 s", "told a kind", "kind right", "size within"),
+        *("kind", "drives", "found", "missed", "within 2 s", "kind named", "kind right", "size within"),
         "interval holds",
     )
-    note = "The rest never showed. 95 % of the sizes are within the last column but one."
-    return Table("Faults of vehicles that nobody has calibrated", header, tuple(rows), note)
+    note = "The rest never was observable. 95 % of the sizes are within the last column but one."
+    return Table("Faults of uncalibrated vehicles", header, tuple(rows), note)
 
 
 @lru_cache(maxsize=1)

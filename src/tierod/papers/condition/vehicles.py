@@ -53,7 +53,7 @@ MEASURED = (
 """Channels that the demonstrator records for its monitor, at 100 Hz each."""
 
 SWING = Split(share=0.5, swing=0.15, period=0.24)
-"""Split of the steering torque that tells one motor from the other: 65 to 35 and back every 0.12 s."""
+"""Split of the steering torque that makes the motors isolable: 65 to 35 and back every 0.12 s."""
 
 OFF = {
     ("chassis.mass", "chassis.yaw_inertia"): (0.04, 0.08),

@@ -33,8 +33,8 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
         "The baseline algorithm",
         (
             "The variance over 15 s of the difference of two self-aligning torques. The paper finds that it does not "
-            "tell healthy from faulty. With eq (1) corrected it does so on virtual drives; with the sign that is "
-            "printed, which compares a torque with its own negative, the two overlap as the paper shows.",
+            "separate healthy from faulty. With eq (1) corrected it does on virtual drives; with the printed sign, "
+            "which compares a torque with its own negative, the two overlap as in the paper.",
         ),
     )
     yield _figure(sets, drives)
@@ -86,8 +86,8 @@ def _table(sets: PaperSets, drives: Drives) -> Table:
             (
                 words,
                 *(_quantiles(groups[state]) for state in STATES),
-                _told(overlap(healthy, faulty, logarithmic=True)),
-                _told(area_under_curve(healthy, faulty)),
+                _written(overlap(healthy, faulty, logarithmic=True)),
+                _written(area_under_curve(healthy, faulty)),
                 f"{100.0 * enabled:.1f} %",
             )
         )
@@ -99,7 +99,7 @@ def _table(sets: PaperSets, drives: Drives) -> Table:
     )
 
 
-def _told(value: float) -> str:
+def _written(value: float) -> str:
     return "" if math.isnan(value) else f"{value:.3f}"
 
 
@@ -171,7 +171,7 @@ def _claims_on_delay(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
         mean(np.array([window.delay for window in windows])),
         at_least(0.02),
         "s",
-        "Peak of the correlation, healthy drives. The delay is that of the observer's poles.",
+        "Peak of the correlation, fault-free drives. The delay is that of the observer's poles.",
     )
     plain = [variances(sets, drives, state, named.BASELINE) for state in ("Healthy", WORST)]
     shifted = [

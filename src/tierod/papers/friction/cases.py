@@ -13,7 +13,7 @@ from tierod.papers.friction.setups import CONDITIONS, LAWS, SCATTERS, TYRES, USU
 from tierod.proving_ground import FrictionCourse, SensorSet, drive
 
 HEALTHY = 4.0
-"""Friction of the sound steering [N*m]; Table 1 of the paper."""
+"""Friction of the fault-free steering [N*m]; Table 1 of the paper."""
 
 ADDED = {"PWM 15%": 1.5, "PWM 20%": 4.0, "PWM 25%": 8.5}
 """Friction that the paper's clutch brake adds [N*m]: the middles of the ranges of Table 1."""
@@ -38,7 +38,7 @@ class Case:
         tyres: a name in `TYRES`
         law: of the friction, a name in `LAWS`
         condition: what else is unusual, a name in `CONDITIONS`
-        reference: a healthy drive of the same car, against whose level this one is judged
+        reference: a fault-free drive of the same car, against whose level this one is judged
     """
 
     route: int
@@ -78,7 +78,7 @@ class Case:
         return replace(setup, car=car, sensors=sensors)
 
     def recording(self) -> Recording:
-        """The drive as sensors see it."""
+        """The drive as measured by the sensors."""
         setup = self.setup()
         recording = drive(
             setup.car,
@@ -107,8 +107,8 @@ def _as_motor_tells(recording: Recording, setup: Setup) -> Recording:
     """The recording with angle and rate of the column in the place of those of the steering wheel."""
     gear = setup.car.steering.motor.ratio  # type: ignore[attr-defined]
     angle, speed = recording["pinion_angle"], recording["motor_speed"]
-    told = {
+    below = {
         "steering_wheel_angle": replace(angle, name="steering_wheel_angle"),
         "steering_wheel_rate": replace(speed, name="steering_wheel_rate", values=speed.values / gear),
     }
-    return replace(recording, channels={**recording.channels, **told})
+    return replace(recording, channels={**recording.channels, **below})

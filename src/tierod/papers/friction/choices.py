@@ -73,14 +73,14 @@ def _on_filter(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
 
 
 def _on_virtual_noise(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
-    for name, words, told in (
+    for name, words, reading in (
         (named.PRINTED, "as-printed", "Q as printed"),
         (named.PER_SAMPLE, "rows-of-one", "virtual rows of G read as one"),
         (named.OPEN, "open", "Q of it 1e4"),
     ):
         yield Claim(
             f"paper.aligning-torque-{words}",
-            f"A large virtual noise makes the filter learn the course of the self-aligning torque ({told}).",
+            f"A large virtual noise makes the filter learn the course of the self-aligning torque ({reading}).",
             f"{SOURCE}, section 4.3",
             "learnt",
             mean(np.array([each.courses[name].aligning_error for each in drives.of(sets.all_of("Healthy"))])),

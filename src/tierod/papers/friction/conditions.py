@@ -22,7 +22,7 @@ PRINTED_DEVIATION = (1.5, 2.2)
 """Standard deviation of every health state as printed [N*m]."""
 
 FAILING = 0.4
-"""Overlap from which a histogram does little to tell two groups apart [-]."""
+"""Overlap from which a histogram hardly separates two groups [-]."""
 
 LEVELS = (HEALTHY, STATES[WORST])
 BASELINES = (named.BASELINE, named.BASELINE_SIGN)
@@ -176,14 +176,14 @@ def _charts(found: dict[str, Found]) -> Iterator[Chart]:
 
 
 def _claims(found: dict[str, Found]) -> Iterator[Claim]:
-    for name, words, told in (
+    for name, words, reading in (
         (named.BASELINE, "corrected", "eq (1) corrected"),
         (named.BASELINE_SIGN, "printed-sign", "eq (1) with its printed sign"),
     ):
         worst = max(found, key=lambda condition: np.nan_to_num(found[condition].overlaps[name]))
         yield Claim(
             f"paper.search-baseline-{words}",
-            f"Under some condition the baseline fails as printed: {told}.",
+            f"Under some condition the baseline fails as printed: {reading}.",
             f"{SOURCE}, section 4.2 and Figure 3",
             "overlap",
             found[worst].overlaps[name],
@@ -191,7 +191,7 @@ def _claims(found: dict[str, Found]) -> Iterator[Claim]:
             "",
             f"Largest overlap of the search: {worst}.",
         )
-    for name, words, told in (
+    for name, words, reading in (
         (named.PRINTED, "printed", "as printed"),
         (named.PER_SAMPLE, "rows-of-one", "with the virtual rows of G read as one"),
         (named.PNEUMATIC, "pneumatic-trail", "rows of G one, and the pneumatic trail alone, as the paper says"),
@@ -200,7 +200,7 @@ def _claims(found: dict[str, Found]) -> Iterator[Claim]:
         healthy, faulty = found[nearest].deviations(name)
         yield Claim(
             f"paper.search-deviation-{words}",
-            f"Under some condition the refined filter scatters by 1.5 to 2.2 N·m in every health state: {told}.",
+            f"Under some condition the refined filter scatters by 1.5 to 2.2 N·m in every health state: {reading}.",
             f"{SOURCE}, section 5 and Figure 8",
             "1.5 to 2.2",
             _distance((healthy, faulty)),

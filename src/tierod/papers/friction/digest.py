@@ -79,10 +79,10 @@ class Verdict:
     Args:
         status: at the end of the drive
         worst: highest code of the running verdict at any time
-        ratios: lowest and highest ratio to the own level while it was judged
+        ratios: lowest and highest ratio to the baseline while it was judged [-]
         delays: enabled time from a step of friction to rising and to fault [s], infinite where it never came
         early: whether there was an alarm before the step
-        level: own level and its standard deviation [N*m]; None where none was learnt
+        level: baseline and its standard deviation [N*m]; None where none was learnt
     """
 
     status: Status
@@ -127,7 +127,7 @@ def digest(case: Case, names: Iterable[str], level: tuple[float, float] | None =
     Args:
         case: the drive
         names: in `ESTIMATORS` and `BASELINES`; `DEFAULT` is always there
-        level: own level of the car and its standard deviation [N*m]
+        level: baseline of the car and its standard deviation [N*m]
     """
     recording = case.recording()
     wanted = list(names)

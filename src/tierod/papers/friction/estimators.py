@@ -1,4 +1,4 @@
-"""The estimators that the study compares, by name; all believe in the same vehicle file, whatever car is driven."""
+"""The estimators that the study compares, by name; all assume the same vehicle file, whatever car is driven."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ BASELINE_IN_G = "baseline, printed gate in g"
 
 @cache
 def vehicle() -> Vehicle:
-    """What every estimator of the study believes of the car."""
+    """Parameters that every estimator of the study assumes."""
     return load(VEHICLE)
 
 
@@ -91,7 +91,7 @@ def monitor(level: tuple[float, float] | None = None) -> FrictionMonitor:
     """The default estimator with its verdict.
 
     Args:
-        level: own level of the car from an earlier drive and its standard deviation [N*m]; None learns it anew
+        level: baseline of the car from an earlier drive and its standard deviation [N*m]; None learns it anew
     """
     return FrictionMonitor.of_vehicle(vehicle(), 0.01, *(level or (None, 0.0)))
 

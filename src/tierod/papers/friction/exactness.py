@@ -63,8 +63,8 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
     yield Heading(
         "How exact on the nominal car",
         (
-            "The car that the estimators believe in, on summer tyres, with sensors of a production car. Friction "
-            "builds up over an angle after each reversal (Dahl), which the filters of the paper do not know: they "
+            "The car that the estimators assume, on summer tyres, with sensors of a production car. Friction "
+            "builds up over an angle after each reversal (Dahl), which the filters of the paper do not model: they "
             "take the sign of the rate and read low, the more the softer friction is.",
         ),
     )

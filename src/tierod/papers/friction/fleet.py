@@ -35,7 +35,7 @@ FOUND = (Status.RISING, Status.FAULT, Status.SUSPECT)
 
 
 def healthy_drives(effort: Effort) -> tuple[Case, ...]:
-    """One drive of every car as it is sound."""
+    """One fault-free drive of every car."""
     cars = range(QUICK_CARS if effort.quick else CARS)
     tyres = list(TYRES)
     return tuple(
@@ -82,7 +82,7 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
         "How exact, where no two cars are alike",
         (
             f"{len(healthy)} cars with trail, damping, inertia and the gains and offsets of all sensors of their own, "
-            "on all tyres, every one driven sound and with each fault. The estimators believe in the nominal car. A "
+            "on all tyres, every one driven fault-free and with each fault. The estimators assume the nominal car. A "
             "gain common to both torques scales friction, and no signal reveals it: this sets the floor of the "
             "standard deviation, for any estimator.",
         ),
@@ -105,8 +105,8 @@ def _table(groups: dict[str, tuple[Case, ...]], drives: Drives) -> Table:
         for state, cases in groups.items():
             errors = _errors(cases, drives, name)
             auc = area_under_curve(healthy, means(drives.of(cases), name))
-            told = "" if state == "Healthy" else f", AUC {auc:.4f}"
-            cells.append(f"{mean(errors):+.2f} ± {deviation(errors):.2f}{told}")
+            separation = "" if state == "Healthy" else f", AUC {auc:.4f}"
+            cells.append(f"{mean(errors):+.2f} ± {deviation(errors):.2f}{separation}")
         rows.append((name, *cells))
     gained = [f"± {deviation(_without_gains(cases, drives)):.2f}" for cases in groups.values()]
     rows.append(("default, less what the torque gains explain", *gained))
@@ -187,7 +187,7 @@ def _claims_on_estimates(groups: dict[str, tuple[Case, ...]], drives: Drives) ->
     healthy = means(drives.of(groups["Healthy"]), named.DEFAULT)
     yield Claim(
         "estimator.auc-slight",
-        "One drive with 1 to 2 N·m more is told from a healthy one by the estimate alone, whatever the car.",
+        "The estimate alone separates one drive with 1 to 2 N·m more from a fault-free one, whatever the car.",
         GOAL,
         None,
         area_under_curve(healthy, means(drives.of(groups["PWM 15%"]), named.DEFAULT)),
@@ -198,7 +198,7 @@ def _claims_on_estimates(groups: dict[str, tuple[Case, ...]], drives: Drives) ->
 
 
 def ratios(cases: tuple[Case, ...], drives: Drives) -> np.ndarray:
-    """Mean estimate over the own level of the car, per drive."""
+    """Mean estimate over the baseline of the car, per drive [-]."""
     found = []
     for case in cases:
         digest = drives.digests.get(case)

@@ -141,7 +141,7 @@ def _table(measured: list[Turn], sound: dict[Support, float]) -> Table:
         "Table 1: friction injected, lowest to highest of all turns (N·m)",
         ("PWM", "injected, printed", "injected, estimated", "injected, true", "total, estimated"),
         tuple(rows),
-        f"Sound car: {sound['hoist']:.2f} N·m on the hoist, {sound['ground']:.2f} N·m on the ground, with scrub.",
+        f"Fault-free car: {sound['hoist']:.2f} N·m on the hoist, {sound['ground']:.2f} N·m on the ground, with scrub.",
     )
 
 

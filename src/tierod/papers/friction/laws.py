@@ -1,4 +1,4 @@
-"""Friction laws that the default estimator does not know: what they cost, and whether the verdict stays right."""
+"""Friction laws outside the model of the default estimator: what they cost, and whether the verdict stays right."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _reference(law: str, effort: Effort) -> Case:
 
 
 def cases(law: str, level: float, effort: Effort) -> tuple[Case, ...]:
-    """The drives of a law at a level, judged against the level of a healthy drive under the same law."""
+    """The drives of a law at a level, judged against the level of a fault-free drive under the same law."""
     minutes, routes = (5.0, (7001,)) if effort.quick else (7.0, (7001, 7002))
     return tuple(Case(route, level, minutes, law=law, reference=_reference(law, effort)) for route in routes)
 
@@ -41,10 +41,10 @@ def wants(effort: Effort) -> Wants:
 def items(drives: Drives, effort: Effort) -> Iterator[Item]:
     """The table of biases, the table of verdicts, and the claims."""
     yield Heading(
-        "Friction laws that the estimator does not know",
+        "Friction laws outside the estimator's model",
         (
-            "The estimator knows friction that builds up over an angle by three shapes. Real friction may follow "
-            "another law; then the value may be off, but a change against the car's own level must still be seen.",
+            "The estimator models friction that builds up over an angle by three shapes. Real friction may follow "
+            "another law; then the value may be biased, but a change from the car's baseline must still be detected.",
         ),
     )
     rows = []
@@ -63,10 +63,10 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
             wrong += len(cases(law, level, effort)) - sum(status in right for status in statuses)
         verdict_rows.append((law, *(", ".join(dict.fromkeys(map(str, statuses))) for statuses in said.values())))
     header = ("law", *(f"{level:g} N·m" for level in LEVELS))
-    yield Table("Unknown friction laws: verdict against the own level", header, tuple(verdict_rows))
+    yield Table("Unknown friction laws: verdict against the baseline", header, tuple(verdict_rows))
     yield Claim(
         "laws.verdicts",
-        "Under every unknown friction law the verdict against the own level is right.",
+        "Under every unknown friction law the verdict against the baseline is right.",
         GOAL,
         None,
         float(wrong),
@@ -79,7 +79,7 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
         yield Claim(
             f"laws.bias-{_slug(law)}",
             f"Bias of the default estimator: {law}.",
-            "told, no goal",
+            "reported, no goal",
             None,
             max(errors, key=abs),
             None,

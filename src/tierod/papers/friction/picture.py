@@ -52,10 +52,11 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
     yield Heading(
         "The paper's picture",
         (
-            "What the search found, driven in every health state on routes of its own: the angle of the steering wheel "
-            "told by the motor, below the torsion bar; bends driven up to 5 m/s²; the virtual rows of G one; the "
-            "pneumatic trail alone for l_p; eq (1) with its printed sign. The error of a trail that is half of the "
-            "true one does not grow with friction. This is why all health states scatter alike, as in the paper.",
+            "The conditions of the search, driven in every health state on routes of its own: the angle of the "
+            "steering wheel measured at the motor, below the torsion bar; bends driven up to 5 m/s²; the virtual rows "
+            "of G one; the pneumatic trail alone for l_p; eq (1) with its printed sign. The error of a trail that is "
+            "half of the true one does not grow with friction. This is why all health states "
+            "scatter alike, as in the paper.",
         ),
     )
     yield _chart(estimates, variances)
@@ -126,7 +127,7 @@ def _claims(estimates: dict[str, np.ndarray], variances: dict[str, np.ndarray]) 
     )
     yield Claim(
         "paper.picture-accuracy",
-        f"{under} nominal and faulty steering are told apart well.",
+        f"{under} nominal and faulty steering are separated well.",
         f"{SOURCE}, section 5",
         "excellent",
         best_accuracy(estimates["Healthy"], estimates[WORST]),

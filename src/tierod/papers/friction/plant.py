@@ -207,7 +207,7 @@ def _on_real_cars() -> Iterator[Claim]:
 
 
 def _recorded(judge: Callable[..., Agreement], *parts: str, **how: Any) -> Agreement | None:
-    """What a recording of a real car says; None where it is not here or cannot be read with what is installed."""
+    """Figures of a recording of a real car; None where it is missing, or its reader is not installed."""
     from tierod.io.derive import complete
     from tierod.io.readers import read
 

@@ -31,7 +31,10 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
     """The claims."""
     sets = paper_sets(effort)
     yield from _on_data(sets, drives)
-    yield from _on_levels({state: pooled(drives.of(sets.all_of(state)), named.PRINTED) for state in STATES})
+    estimates = {state: pooled(drives.of(sets.all_of(state)), named.PRINTED) for state in STATES}
+    yield from _on_separation(estimates["Healthy"], estimates[WORST])
+    yield from _on_deviation(estimates)
+    yield from _on_means(estimates)
     yield from _on_time(sets, drives)
     yield from _on_tyres(sets, drives)
 
@@ -71,8 +74,8 @@ def _on_data(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
     )
 
 
-def _on_levels(estimates: dict[str, np.ndarray]) -> Iterator[Claim]:
-    healthy, faulty = estimates["Healthy"], estimates[WORST]
+def _on_separation(healthy: np.ndarray, faulty: np.ndarray) -> Iterator[Claim]:
+    """How well estimates [N*m] of the fault-free and the worst health state are separated."""
     yield Claim(
         "paper.separation",
         "The refined algorithm distinguishes the friction fault from the healthy system with maximum accuracy.",
@@ -103,6 +106,10 @@ def _on_levels(estimates: dict[str, np.ndarray]) -> Iterator[Claim]:
         "",
         "Share that the histograms have in common.",
     )
+
+
+def _on_deviation(estimates: dict[str, np.ndarray]) -> Iterator[Claim]:
+    """Standard deviations of the estimates [N*m], by health state."""
     for state in STATES:
         yield Claim(
             f"paper.deviation-{_slug(state)}",
@@ -125,6 +132,10 @@ def _on_levels(estimates: dict[str, np.ndarray]) -> Iterator[Claim]:
         "N*m",
         "Largest of the four health states.",
     )
+
+
+def _on_means(estimates: dict[str, np.ndarray]) -> Iterator[Claim]:
+    """Order and bias of the mean estimates [N*m], by health state."""
     steps = np.diff([mean(estimates[state]) for state in STATES])
     yield Claim(
         "paper.levels-in-order",

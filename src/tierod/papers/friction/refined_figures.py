@@ -40,7 +40,7 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
     yield Heading(
         "The refined algorithm",
         (
-            "The enabled Kalman filter as printed, with the obvious misprints corrected. It believes in the nominal "
+            "The enabled Kalman filter as printed, with the obvious misprints corrected. It assumes the nominal "
             "car; the cars driven differ from it and from each other in tyres, trail, damping, inertia and in the "
             "gains and offsets of their sensors.",
         ),

@@ -50,7 +50,7 @@ def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress) -> Dr
     Args:
         parts: what each part of the study wants
         effort: what makes the drives
-        progress: told the share of the driving done
+        progress: called with the share of the driving done and what is driven
 
     Raises:
         TierodError: no drive at all went well

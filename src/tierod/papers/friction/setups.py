@@ -21,11 +21,11 @@ class Setup:
     """A car, its sensors and where it is driven.
 
     Args:
-        car: the truth; no estimator knows it
+        car: the truth; hidden from the estimators
         sensors: of the channels on its bus
         roads: kinds of road, in order
         conditions: what else acts
-        below_bar: whether angle and rate of the steering wheel are those that the motor tells, below the torsion bar
+        below_bar: whether angle and rate of the steering wheel are measured at the motor, below the torsion bar
     """
 
     car: EpsCar

@@ -1,4 +1,4 @@
-"""Figures of groups of drives: means, spreads, and how well two groups are told apart."""
+"""Figures of groups of drives: means, spreads, and how well two groups are separated."""
 
 from __future__ import annotations
 

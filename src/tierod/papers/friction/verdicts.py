@@ -1,4 +1,4 @@
-"""What the verdict says of a fleet, each car against its own level."""
+"""Verdicts over a fleet, each car against its baseline."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _judged(cases: tuple[Case, ...], drives: Drives) -> list[Verdict]:
 
 
 def _sound(effort: Effort, drives: Drives) -> list[tuple[Case, Verdict]]:
-    """The paper's healthy drives, each judged against a level of another day."""
+    """The paper's fault-free drives, each judged against a level of another day."""
     cases = [case for case in paper_sets(effort).all_of("Healthy") if case in drives.digests]
     return list(zip(cases, _judged(tuple(cases), drives), strict=True))
 
@@ -37,7 +37,7 @@ def _sound(effort: Effort, drives: Drives) -> list[tuple[Case, Verdict]]:
 def _verdicts(groups: dict[str, tuple[Case, ...]], drives: Drives, effort: Effort) -> Table:
     rows = []
     sound = _sound(effort, drives)
-    named_groups = {"paper's healthy drives": [verdict for _, verdict in sound]}
+    named_groups = {"paper's fault-free drives": [verdict for _, verdict in sound]}
     named_groups |= {state: _judged(cases, drives) for state, cases in groups.items() if state != "Healthy"}
     for state, verdicts in named_groups.items():
         counts = [sum(verdict.status is status for verdict in verdicts) for status in (Status.HEALTHY, *FOUND)]
@@ -46,8 +46,8 @@ def _verdicts(groups: dict[str, tuple[Case, ...]], drives: Drives, effort: Effor
         high = max((verdict.ratios[1] for verdict in verdicts), default=math.nan)
         rows.append((state, str(len(verdicts)), *map(str, counts), str(others), f"{low:.2f} to {high:.2f}"))
     return Table(
-        "Verdicts against the car's own level, learnt on another drive, other roads and other tyres",
-        ("drives", "number", "healthy", "rising", "fault", "suspect", "not judged", "ratio to the own level"),
+        "Verdicts against the car's baseline, learnt on another drive, other roads and other tyres",
+        ("drives", "number", "healthy", "rising", "fault", "suspect", "not judged", "ratio to the baseline"),
         tuple(rows),
     )
 
@@ -57,7 +57,7 @@ def _claims(faulty: dict[str, tuple[Case, ...]], drives: Drives, effort: Effort)
     expected = sum(len(cases) for cases in faulty.values())
     yield Claim(
         "verdict.faults-found",
-        "Against the car's own level every drive with a fault of 1 N·m or more is found.",
+        "Against the car's baseline every drive with a fault of 1 N·m or more is found.",
         GOAL,
         None,
         float(expected - sum(verdict.status in FOUND for verdict in verdicts)),
@@ -68,7 +68,7 @@ def _claims(faulty: dict[str, tuple[Case, ...]], drives: Drives, effort: Effort)
     pairs = ratios(faulty["PWM 15%"], drives)
     yield Claim(
         "verdict.auc-slight",
-        "As a ratio to the own level, 1 to 2 N·m more are told from healthy drives whatever the car.",
+        "As a ratio to the baseline, 1 to 2 N·m more are separated from fault-free drives whatever the car.",
         GOAL,
         None,
         area_under_curve(ratios(paper_sets(effort).all_of("Healthy"), drives), pairs),
@@ -81,7 +81,7 @@ def _claims(faulty: dict[str, tuple[Case, ...]], drives: Drives, effort: Effort)
     alarmed = sum(case.minutes for case, verdict in sound if verdict.worst >= ALARM)
     yield Claim(
         "verdict.healthy-minutes",
-        "Against the car's own level none of the healthy minutes of Table 2 alarms.",
+        "Against the car's baseline none of the fault-free minutes of Table 2 alarms.",
         GOAL,
         None,
         alarmed if sound else math.nan,

@@ -66,7 +66,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield _claim("median", "Error of the angle over drawn motors, root mean square: median.", median, 0.006, note)
     yield _claim("worst", "The same: worst motor.", max(found), 0.01, note)
     yield _claim("most", "The same: largest error at any instant.", max(each.most for each in draws), 0.07, note)
-    yield _claim("warm", "Resistance 20 % higher than told: worst root mean square.", _worst(warm), 0.006)
+    yield _claim("warm", "Resistance 20 % above the observer's: worst root mean square.", _worst(warm), 0.006)
     yield _claim("warming", "Resistance rising by 40 %: worst root mean square.", _worst(warming), 0.006)
 
 

@@ -43,7 +43,7 @@ def course(time: np.ndarray, seed: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class BenchDrive:
-    """A drive as the monitor sees it.
+    """A drive as measured for the monitor.
 
     Args:
         samples: columns of `MotorAngleSample`, (n, columns), at `RATE`

@@ -69,7 +69,7 @@ class Begun:
 
     Args:
         trial: which
-        step: of the bench that comes next, the last sound one
+        step: of the bench that comes next, the last fault-free one
         bench, monitor: between two steps
     """
 

@@ -175,7 +175,7 @@ class FeedforwardAngle:
         return Turning(lagging, lagging + moved, where(standing, 0.0, sign * speed), standing)
 
     def _lag(self, filtered: Scalar) -> tuple[Scalar, Scalar]:
-        """Angle by which the filtered back-EMF is behind, and the speed, from the speed that its length shows.
+        """Angle by which the filtered back-EMF is behind, and the speed, from its length [rad; rad/s].
 
         A first-order filter s/(1 - a/z), a = 1 - s, shortens by sqrt(1 + a x^2/s^2) and delays by
         atan2(a x, s + a x^2/2) at an angle x per sample, to its third power. Half of x more is the voltage's mean.

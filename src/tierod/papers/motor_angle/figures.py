@@ -196,7 +196,7 @@ def _paper_claims(parking: CarDrive, errors: dict[str, dict[str, np.ndarray]]) -
         max(rms(errors["slalom"][name]) for name in observers),
         None,
         "rad",
-        "they do not, under load; the paper tells no figure, and shows some seconds",
+        "they do not, under load; the paper prints no figure, and plots some seconds",
     )
     name, speed = "feedforward, increments when slow", np.abs(parking.speed)
     fast, slow = (rms(errors["parking"][name][part]) for part in (speed > 40.0, (speed > 6.0) & (speed < 20.0)))

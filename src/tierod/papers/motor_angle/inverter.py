@@ -97,9 +97,9 @@ def _observers(fit: InverterFit) -> dict[str, MotorAngleObserver]:
         "loss and knee identified": _observer(fit.knee, fit.loss),
     }
     for knee in (1.0 / WRONG, 1.0, WRONG):
-        found[f"{LEARNT} {knee:g} A told"] = _observer(knee)
+        found[f"{LEARNT} {knee:g} A assumed"] = _observer(knee)
     for knee in (1.0 / WRONG, WRONG):
-        found[f"{HELD} {knee:g} A told"] = _observer(knee, tuning=held)
+        found[f"{HELD} {knee:g} A assumed"] = _observer(knee, tuning=held)
     return found
 
 
@@ -142,7 +142,7 @@ def _chart(seen: ObserverDrive) -> Chart:
     marks = []
     for knee in (1.0 / WRONG, WRONG):
         found = scan(_observer(knee), seen.commanded)
-        marks.append(Lines(f"{knee:g} A told", seen.time[thin], found["inverter_knee_current"][thin]))
+        marks.append(Lines(f"{knee:g} A assumed", seen.time[thin], found["inverter_knee_current"][thin]))
     panel = Panel("", "time (s)", "knee (A)", tuple(marks), levels=(("true", LOSSY.knee_current),))
     return Chart(
         "motor-angle-knee",
@@ -157,7 +157,7 @@ def _claims(found: Mapping[str, np.ndarray], drives: Sequence[ObserverDrive]) ->
     known = found["loss and knee identified"][0]
     yield Claim(
         "motor-angle.commanded.identified",
-        "Commanded voltages and an identified inverter tell the angle",
+        "The angle is observable from commanded voltages and an identified inverter",
         TARGET,
         None,
         float(known.max()),

@@ -157,7 +157,7 @@ def _standing_claim() -> Claim:
     measured, computed = standing()
     return Claim(
         "motor-angle.standstill.printed",
-        "Held still by a torque, with a resistance 20 % higher than known, an observer tells a speed dR i/c_M",
+        "Held still by a torque, with a resistance 20 % above the known one, an observer estimates a speed dR i/c_M",
         "Reinelt et al., Figure 7: an offset as soon as the motor stands still",
         None,
         100.0 * abs(measured / computed - 1.0),

@@ -135,7 +135,7 @@ def with_sign(recording: Recording, sign: float) -> Recording:
 
 
 def refused(recording: Recording) -> str:
-    """What the identification says to a recording; empty where it finds nothing wrong."""
+    """Remark of the identification on a recording; empty where it finds nothing wrong."""
     try:
         identify_motor(ASSUMED, {"drive": recording})
     except InputError as error:
@@ -163,7 +163,8 @@ def dragged(recording: Recording) -> Iterator[Item]:
             f'`tierod identify motor` says to {DRAGGED} as recorded: "{said}".',
             "With the currents turned round it identifies "
             f"{_listed([each.name for each in right.found]) or 'no parameter'}, and not "
-            f"{_listed([each.name for each in right.untold])}: at one speed and one current they do not separate.",
+            f"{_listed([each.name for each in right.unidentified])}: "
+            "at one speed and one current they do not separate.",
         ),
     )
     yield Table(

@@ -89,7 +89,7 @@ def _cases() -> dict[str, tuple[MotorAngleObserver, bool]]:
     colder = replace(known, motor_resistance=known.motor_resistance / WARMER)
     fixed = MotorAngleTuning(first_resistance=1e-6, first_flux=1e-6, resistance_wander=0.0, flux_wander=0.0)
     return {
-        "as told": (MotorAngleObserver(known), False),
+        "as assumed": (MotorAngleObserver(known), False),
         "20 % higher": (MotorAngleObserver(colder), False),
         "20 % higher, resistance and flux not learnt": (MotorAngleObserver(colder, fixed), False),
         "rising by 40 %": (MotorAngleObserver(_other(known)), True),
@@ -154,7 +154,7 @@ def _claims(found: Mapping[str, Errors]) -> Iterator[Claim]:
         each = found[name].drives
         yield Claim(
             f"motor-angle.resistance.{key}",
-            f"The default observer keeps the angle with a resistance that is {name} than told"
+            f"The default observer keeps the angle with a resistance that is {name} than assumed"
             if key == "warm"
             else "The default observer keeps the angle while the resistance rises by 40 %",
             TARGET,

@@ -1,4 +1,4 @@
-"""Time between false alarms: designed for white residuals, measured on those of sound drives, bounded beyond."""
+"""Time between false alarms: designed for white residuals, measured on those of fault-free drives, bounded beyond."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ WANTED = (20.0, 60.0, 200.0, 600.0)
 ENOUGH = 100
 """Alarms at the longest time from which any of them is judged: a design from half as many is good to a tenth only."""
 TEXT = (
-    "Sound drives of the bench, every one with a motor whose resistance, flux and inductance differ from the vehicle "
-    "file's: 0.8 to 1.3, 0.94 to 1.02, and 7 % either way. The residual counts once a millisecond while the motor "
-    "turns; times are of turning.",
+    "Fault-free drives of the bench, every one with a motor whose resistance, flux and inductance differ from the "
+    "vehicle file's: 0.8 to 1.3, 0.94 to 1.02, and 7 % either way. The residual counts once a millisecond while the "
+    "motor turns; times are of turning.",
     "It is far from white, so that no formula gives its run length. The threshold is designed from one third of the "
     f"drives, by the line that the logarithm of the run length follows, and tried on the others. Since these residuals "
     f"never raise an alarm by themselves, they are made {SCALE:g} times larger for it.",
@@ -91,7 +91,7 @@ def tried_lengths(drives: HealthyDrives, scale: float = SCALE) -> list[TriedLeng
     """Thresholds of the angle's sum designed from a third of the courses, tried on the others.
 
     Args:
-        drives: sound ones
+        drives: fault-free ones
         scale: of the residuals []
     """
     part = max(len(drives.drives) // MOTORS // 3, 1) * MOTORS
@@ -146,10 +146,10 @@ def _sound(drives: HealthyDrives, thorough: bool) -> Iterator[Item]:
         ("residual, greatest [rad]", f"{drives.greatest:.3f}"),
         *((f"its autocorrelation over {lag} ms", f"{_correlation(drives, lag):.2f}") for lag in (1, 5, 20, 100)),
     )
-    yield Table("Sound drives", ("", "value"), rows, "Of the residual of the electrical angle where it counts.")
+    yield Table("Fault-free drives", ("", "value"), rows, "Of the residual of the electrical angle where it counts.")
     yield Claim(
         "faults.none-false",
-        "No alarm of any test in sound drives.",
+        "No alarm of any test in fault-free drives.",
         "target of tierod",
         None,
         float(drives.alarms),
@@ -160,7 +160,7 @@ def _sound(drives: HealthyDrives, thorough: bool) -> Iterator[Item]:
     )
     yield Claim(
         "faults.hours",
-        "Hours of turning in which sound drives were watched for false alarms.",
+        "Hours of turning in which fault-free drives were watched for false alarms.",
         "target of tierod",
         None,
         drives.turning if thorough else None,
@@ -188,7 +188,7 @@ def _tried_table(found: list[TriedLength], drives: HealthyDrives) -> Table:
         for each in found
     )
     return Table(
-        f"Sound residuals times {SCALE:g}: designed from a third of the drives, tried on the others",
+        f"Fault-free residuals times {SCALE:g}: designed from a third of the drives, tried on the others",
         ("wanted [s]", "threshold [rad]", "alarms", "found [s]", "95 % interval [s]"),
         rows,
         f"{found[0].seconds / 3600.0:.1f} of {drives.turning:.1f} h of turning were tried on.",

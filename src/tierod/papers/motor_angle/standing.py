@@ -180,7 +180,7 @@ def items(effort: Effort) -> Iterator[Item]:
         ),
     )
     seeds = range(FIRST, FIRST + (2 if effort.quick else 6))
-    held = {name: [standing(observer, held_drive(seed)) for seed in seeds] for name, observer in _told().items()}
+    held = {name: [standing(observer, held_drive(seed)) for seed in seeds] for name, observer in _observers().items()}
     yield _held_table(held)
     yield _held_chart(held_drive(FIRST))
     yield from _held_claims(held)
@@ -213,10 +213,10 @@ def standing(observer: Block, seen: ObserverDrive) -> Held:
     return Held(drift, float(deviation[first]), float(deviation[end - 1]), settled(~known))
 
 
-def _told() -> dict[str, MotorAngleObserver]:
+def _observers() -> dict[str, MotorAngleObserver]:
     p = parameters()[1]
     return {
-        "resistance as told": MotorAngleObserver(p),
+        "resistance as assumed": MotorAngleObserver(p),
         f"resistance {WARMER:g} times that": MotorAngleObserver(with_true(p, WARMER, 1.0, 1.0)),
     }
 

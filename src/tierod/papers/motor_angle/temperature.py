@@ -141,7 +141,14 @@ def _table(found: list[AtTemperature]) -> Table:
     )
     return Table(
         "The default over temperature",
-        ("", "resistance: true, told", "flux: true, told", "angle, rms [rad]", "angle, most [rad]", "false alarms"),
+        (
+            "",
+            "resistance: true, estimated",
+            "flux: true, estimated",
+            "angle, rms [rad]",
+            "angle, most [rad]",
+            "false alarms",
+        ),
         rows,
         "Resistance and flux at the end, over those of the vehicle file. Of ramps the true ones are those of the air.",
     )
@@ -157,7 +164,7 @@ def _chart(temperatures: tuple[float, ...], found: list[AtTemperature]) -> Chart
         for name, true, learnt in lines
         for mark in (
             Lines(f"{name}, true", temperatures, true, dashed=True),
-            Points(f"{name}, told", temperatures, learnt),
+            Points(f"{name}, estimated", temperatures, learnt),
         )
     ]
     errors = (
@@ -167,7 +174,7 @@ def _chart(temperatures: tuple[float, ...], found: list[AtTemperature]) -> Chart
     return Chart(
         "motor-angle-temperature",
         "The default over temperature",
-        "Above: error of the angle. Below: resistance and flux over those of the vehicle file, true and as told.",
+        "Above: error of the angle. Below: resistance and flux over those of the vehicle file, true and as estimated.",
         "The error hardly depends on the temperature, since resistance and flux are learnt.",
         (
             Panel("", "temperature (°C)", "error of the angle (rad)", errors),
@@ -183,9 +190,9 @@ def _ramp_chart(seen: ObserverDrive) -> Chart:
     air = ZERO + COLD + (HOT - COLD) * time / RAMP
     learnt = (
         Lines("resistance, true", time, resistance_at(air, 1.0), dashed=True),
-        Lines("resistance, told", time, found["motor_resistance"][kept] / p.motor_resistance),
+        Lines("resistance, estimated", time, found["motor_resistance"][kept] / p.motor_resistance),
         Lines("flux, true", time, flux_at(air, 1.0), dashed=True),
-        Lines("flux, told", time, found["motor_flux"][kept] / p.motor_flux),
+        Lines("flux, estimated", time, found["motor_flux"][kept] / p.motor_flux),
     )
     away = Lines("error", time, (found["motor_angle"] - seen.angle)[kept])
     return Chart(

@@ -56,12 +56,12 @@ class Case(NamedTuple):
     kind: str = ""
 
 
-class Told(NamedTuple):
+class Findings(NamedTuple):
     """Findings of the plausibility over such a drive.
 
     Args:
         delay: from the fault to its alarm [s]; infinite without one
-        motion: the angle that motion alone suspects, for most of the time
+        motion: the fault hypothesis of motion alone, for most of the time
         suspect: with the observer and the variable ratio besides; the motor, where a test of its own alarmed before
         largest: disagreement at the pinion before the fault [rad]
         early: whether it alarmed before the fault
@@ -75,7 +75,7 @@ class Told(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Sound drives, then every kind of fault of every angle."""
+    """Fault-free drives, then every kind of fault of every angle."""
     yield Heading(
         "Which of three angles is wrong",
         (
@@ -84,23 +84,23 @@ def items(effort: Effort) -> Iterator[Item]:
             "at a random instant; sizes are at the pinion, those of the motor's 22.5 times as large. Faults of motor "
             "and wheel are inside the loop, so that the superposition follows them; the wheel's also in the recording "
             "alone.",
-            "Motion suspects the angle that stood still or jumped. The observer of the motor is a fourth opinion, and "
+            "Motion blames the angle that stood still or jumped. The observer of the motor is a fourth estimate, and "
             "the variable ratio (eq 4), which the control follows, a fifth.",
         ),
     )
     seeds = range(FIRST, FIRST + (1 if effort.quick else 3))
     chosen = {"slalom": COURSES["slalom"]} if effort.quick else COURSES
-    sound = effort.made(told_of, [Case(course, seed) for course in chosen for seed in seeds])
+    sound = effort.made(findings_of, [Case(course, seed) for course in chosen for seed in seeds])
     kinds = [(angle, kind) for angle in ANGLES for kind in KINDS]
     cases = [Case(course, seed, angle, kind) for angle, kind in kinds for course in chosen for seed in seeds]
-    found = dict(zip(cases, effort.made(told_of, cases), strict=True))
+    found = dict(zip(cases, effort.made(findings_of, cases), strict=True))
     groups = {pair: [each for case, each in found.items() if (case.angle, case.kind) == pair] for pair in kinds}
     yield _table(groups)
     yield from _claims(groups, sound)
 
 
-def told_of(case: Case) -> Told:
-    """What the plausibility of the monitor says over a drive."""
+def findings_of(case: Case) -> Findings:
+    """Findings of the monitor's plausibility over a drive."""
     seconds = COURSES[case.course]
     start = float(np.round(np.random.default_rng([case.seed, 21]).uniform(7.0, 0.6 * seconds), 3))
     recording = run(
@@ -115,11 +115,11 @@ def told_of(case: Case) -> Told:
     sooner = len(late) and any((found[f"alarms.{name}"][begin : begin + late[0]] > 0.5).any() for name in OWN_TESTS)
     until = begin if case.angle else len(alarm)
     largest, early = float(np.abs(found["plausible.mismatch"][:until]).max()), bool(alarm[:until].any())
-    return Told(delay, motion, CODES[MOTOR] if sooner else suspect, largest, early)
+    return Findings(delay, motion, CODES[MOTOR] if sooner else suspect, largest, early)
 
 
 def _mostly(codes: np.ndarray) -> str:
-    """The angle that was suspected for most of the time, if any was."""
+    """The fault hypothesis of most of the time, if there was any."""
     counts = np.bincount(codes.astype(int), minlength=2)[1:]
     return CODES[float(np.argmax(counts) + 1) if counts.any() else NONE]
 
@@ -166,7 +166,7 @@ def _not_wrong(angle: str, suspect: str) -> bool:
     return _right(angle, suspect) or suspect == "none" or (suspect == "not the motor" and angle != "motor")
 
 
-def _table(groups: dict[tuple[str, str], list[Told]]) -> Table:
+def _table(groups: dict[tuple[str, str], list[Findings]]) -> Table:
     rows = []
     for (angle, kind), found in groups.items():
         delays = np.array([each.delay for each in found])
@@ -186,7 +186,7 @@ def _table(groups: dict[tuple[str, str], list[Told]]) -> Table:
     return Table("Faults of one of three angles", header, tuple(rows), "Found by eq (1), the other tests left out.")
 
 
-def _claims(groups: dict[tuple[str, str], list[Told]], sound: list[Told]) -> Iterator[Claim]:
+def _claims(groups: dict[tuple[str, str], list[Findings]], sound: list[Findings]) -> Iterator[Claim]:
     alarmed = [(angle, each) for (angle, _), found in groups.items() for each in found if np.isfinite(each.delay)]
     motion = np.mean([_right(angle, each.motion) for angle, each in alarmed])
     named = np.mean([_right(angle, each.suspect) for angle, each in alarmed])
@@ -214,11 +214,11 @@ def _claims(groups: dict[tuple[str, str], list[Told]], sound: list[Told]) -> Ite
     most = max(each.largest for each in sound)
     yield Claim(
         "angles.none-false",
-        "No alarm of the three angles in sound drives, nor before a fault.",
+        "No alarm of the three angles in fault-free drives, nor before a fault.",
         source,
         None,
         float(len(late)),
         exactly(0.0),
         "",
-        f"{len(sound)} sound drives; they disagree by {most:.4f} rad at most, 0.02 rad alarm",
+        f"{len(sound)} fault-free drives; they disagree by {most:.4f} rad at most, 0.02 rad alarm",
     )

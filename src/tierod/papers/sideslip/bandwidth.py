@@ -40,7 +40,7 @@ class Traded:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The figure, and what it says of the printed factor."""
+    """The figure, and its consequence for the printed factor."""
     factors = FACTORS[::3] if effort.quick else FACTORS
     yield Heading(
         "Noise against bandwidth",

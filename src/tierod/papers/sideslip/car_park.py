@@ -35,7 +35,7 @@ NOISES = (
     "lateral_acceleration_wander_time",
     "lateral_speed_drift",
 )
-"""Parameters that another car's file tells of its noises."""
+"""Parameters of the noises, taken from another car's file."""
 
 TRIED = ("yaw_rate_drift", "lateral_acceleration_noise", "lateral_speed_drift", "road_wheel_angle_wander")
 """Of them, and of the steering angle, those that are tried at half, once and twice their value."""
@@ -101,7 +101,7 @@ def _any_noises(drive: Recording, cars: tuple[Vehicle, ...], until: float) -> Cl
 
 
 def another(car: Vehicle) -> Vehicle:
-    """The car with the noises of the race car, which nobody chose on this recording."""
+    """The car with the noises of the race car, which were not tuned on this recording."""
     other = load(race_laps.VEHICLE)
     return with_parameters(car, {name: other[name] for name in NOISES}, f"of {race_laps.VEHICLE}")
 
@@ -124,7 +124,7 @@ def with_rear_wheels(drive: Recording, until: float) -> Recording:
 
     Args:
         drive: recording
-        until: end of the part [s] that the track at which the wheels tell the yaw rate, and their noise, are from
+        until: end of the part [s] from which the wheels' effective track for the yaw rate, and their noise, are taken
     """
     gyroscope, *wheels = (drive[name] for name in ("yaw_rate", "wheel_speed_rear_right", "wheel_speed_rear_left"))
     right, left = (np.interp(gyroscope.time, each.time, each.values) for each in wheels)

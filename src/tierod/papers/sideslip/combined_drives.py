@@ -127,7 +127,7 @@ def both_stiff(car: LateralParameters) -> LateralParameters:
 
 
 def general(car: LateralParameters) -> LateralParameters:
-    """Shape of the axles' forces, friction, relaxation and roll as for any car: nobody has driven circles with it."""
+    """Shape of the axles' forces, friction, relaxation and roll of a generic car, without circle tests of this one."""
     known = (car.mass, car.yaw_inertia, car.front_distance, car.rear_distance, car.front_cornering_stiffness)
     return dataclasses.replace(
         LateralParameters(*known, car.rear_cornering_stiffness),

@@ -1,4 +1,4 @@
-"""How soon the combined estimator learns a wrong stiffness, and what a drive tells it of its other unknowns."""
+"""How soon the combined estimator learns a wrong stiffness, and how much a drive identifies of its other unknowns."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tierod.papers.sideslip.combined_drives import (
 from tierod.papers.sideslip.combined_table import GOAL, SEEDS
 
 TRUE = 1.0 / 1.2
-"""True over believed stiffness in the figure."""
+"""True over assumed stiffness in the figure [-]."""
 NEAR = 0.05
 """Error of a stiffness from which on it counts as learnt, as a share of the true one."""
 EVERY = 20
@@ -32,18 +32,18 @@ DRIVES = ("random steering", "sine, 0.05 Hz", "mixed drive from standstill", "lo
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The figure of convergence, and the table of what is told apart."""
+    """The figure of convergence, and the table of identifiability."""
     yield Heading(
-        "What is learnt, and what cannot be told apart",
+        "What is identifiable, and what is not",
         (
-            "Front and rear stiffness, bank, wind, friction of tyres and steering are followed together. Of every "
-            "unknown the estimator tells which share of its prior variance the drive has taken away, and the direction "
-            "among the unknowns of which it knows least.",
+            "Front and rear stiffness, bank, wind, friction of tyres and steering are followed together. For every "
+            "unknown the estimator gives the share of its prior variance that the drive has removed, and the least "
+            "identified direction among the unknowns.",
         ),
     )
     yield _convergence()
     yield from _times()
-    yield _told(DRIVES[:1] if effort.quick else DRIVES)
+    yield _identifiability(DRIVES[:1] if effort.quick else DRIVES)
 
 
 def _convergence() -> Chart:
@@ -58,10 +58,10 @@ def _convergence() -> Chart:
             marks.append(Lines(readings, drive.time[shown], value[shown]))
             marks.append(Band(readings, drive.time[shown], (value - deviation)[shown], (value + deviation)[shown]))
         title = f"{axle.capitalize()} axle"
-        panels.append(Panel(title, "time (s)", "true over believed stiffness", tuple(marks), (("true", TRUE),)))
+        panels.append(Panel(title, "time (s)", "true over assumed stiffness", tuple(marks), (("true", TRUE),)))
     return Chart(
         "stiffness-learnt",
-        "Both stiffnesses believed 20 % too high",
+        "Both stiffnesses assumed 20 % too high",
         "Random steering at 25 m/s from the third second on, with and without the torque of the steering; bands are "
         "one standard deviation.",
         "Both stiffnesses come near the true ones within a few seconds.",
@@ -74,7 +74,7 @@ def _times() -> Iterator[Claim]:
         latest = max(_learnt(seed, readings) for seed in SEEDS)
         yield Claim(
             f"combined.stiffness-learnt-{name}",
-            f"Both stiffnesses, believed 20 % too high, are within 5 % of the true ones {words} the steering's torque.",
+            f"Both stiffnesses, assumed 20 % too high, are within 5 % of the true ones {words} the steering's torque.",
             GOAL,
             None,
             latest,
@@ -93,7 +93,7 @@ def _learnt(seed: int, readings: str) -> float:
     return float(drive.time[wrong[-1]]) - 2.0 if len(wrong) else 0.0
 
 
-def _told(drives: tuple[str, ...]) -> Table:
+def _identifiability(drives: tuple[str, ...]) -> Table:
     found: dict[str, Identifiability] = {}
     for name in drives:
         for readings in (WITH, WITHOUT_TORQUE):
@@ -109,7 +109,7 @@ def _told(drives: tuple[str, ...]) -> Table:
         for name, each in found.items()
     ]
     return Table(
-        "Share of the prior variance that a drive took away, and what it tells least",
+        "Share of the prior variance that a drive removed, and the least identified direction",
         ("drive", *(WORDS[unknown] for unknown in unknowns), "known least"),
         tuple(rows),
         "From 0.75 on an unknown counts as identified. Last column: combination with the most variance left, and how "

@@ -43,7 +43,7 @@ FALSE = 0.6
 QUIET = ("random steering", "mixed drive from standstill", "low friction, 0.35")
 """Drives on which the front axle does not come near its peak, but for the last one's."""
 ICE = 0.6
-"""Share of the road's friction below which the friction that is told is false ice."""
+"""Share of the road's friction below which an estimated friction is false ice."""
 DRY = tuple(range(201, 209))
 """Dry mixed drives on which false ice is looked for; the wander of the friction was chosen on twelve below 200."""
 GRIP = 7900.0
@@ -117,7 +117,7 @@ def false_seconds(seeds: tuple[int, ...], readings: str) -> tuple[float, float]:
 
 
 def false_ice(seeds: tuple[int, ...], readings: str) -> tuple[float, float, float]:
-    """Least friction that is told over the road's, seconds below 60 % of it, seconds driven: dry mixed drives."""
+    """Least ratio of estimated to true friction [-], time below 60 % [s], time driven [s]: dry mixed drives."""
     least, below, total = np.inf, 0.0, 0.0
     for seed in seeds:
         drive = on("mixed drive from standstill", seed)
@@ -140,8 +140,8 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading(
         "Low friction: the peak announced",
         (
-            "As a tyre slips, its pneumatic trail vanishes before its force has its peak, so the torque of the "
-            "steering tells the friction of the road early. The estimator announces the peak where the front axle "
+            "As a tyre slips, its pneumatic trail vanishes before its force has its peak, so the steering "
+            "torque indicates the friction of the road early. The estimator announces the peak where the front axle "
             "uses more than 70 % of the greatest force that it expects, with a standard deviation to spare.",
         ),
     )
@@ -213,7 +213,7 @@ def _false_ice(seeds: tuple[int, ...]) -> Claim:
     poorer, longer, _ = false_ice(seeds, WITHOUT_TORQUE)
     return Claim(
         "combined.false-ice",
-        "Share of the time on dry mixed drives in which the friction told is below 60 % of the road's.",
+        "Share of the time on dry mixed drives in which the estimated friction is below 60 % of the road's.",
         GOAL,
         None,
         100.0 * below / total,

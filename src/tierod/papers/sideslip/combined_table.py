@@ -157,5 +157,5 @@ def _table(found: dict[str, Measured]) -> Table:
         ("case", "sideslip, std", *columns, "95 % band holds"),
         tuple(rows),
         "Three drives each, at 25 m/s but for the mixed one, with the parameters of the vehicle file. The column on "
-        "the right but one has all signals and believes the file to the letter.",
+        "the last but one has all signals and assumes the file to be exact.",
     )

@@ -49,7 +49,7 @@ def items(effort: Effort) -> Iterator[Item]:
         gain = max(gain, found["extended"] - found["unscented"])
         rows.append((name, *(f"{each:.3f}" for each in found.values())))
     yield Table(
-        "Extended and unscented filter, stiffnesses believed 20 % too high: root mean square error (degrees)",
+        "Extended and unscented filter, stiffnesses assumed 20 % too high: root mean square error (degrees)",
         ("drive", *blocks),
         tuple(rows),
         "Without the steering's torque and without wind among the states; two drives each.",

@@ -1,4 +1,4 @@
-"""Neutral steer: where the yaw rate alone does not show the sideslip, and the torque does."""
+"""Neutral steer: the sideslip is not observable by the yaw rate alone, but by the torque."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading(
         "Neutral steer",
         (
-            "Rank of what the outputs show, from the orthonormal staircase, for the car of the vehicle file whose rear "
+            "Rank of observability, from the orthonormal staircase, for the car of the vehicle file whose rear "
             "axle is made softer and stiffer. Rear over neutral is its cornering stiffness over that with which the "
-            "car neither understeers nor oversteers. The margin is how much of the sideslip is in what the yaw rate "
-            "shows, for states of usual size (0.02 rad, 0.2 rad/s): a rank counts the last crumb, the margin tells "
-            "that near neutral steer an error of the stiffness of one percent is as large as what is shown.",
+            "car neither understeers nor oversteers. The margin is the share of the sideslip in the yaw rate, "
+            "for states of usual magnitude (0.02 rad, 0.2 rad/s). A rank counts any non-zero direction; the margin "
+            "indicates that near neutral steer a stiffness error of one percent is as large as the observable part.",
         ),
     )
     yield table(found)
@@ -38,7 +38,7 @@ def items(effort: Effort) -> Iterator[Item]:
 def _claims(neutral: list[Shown], all_of_them: list[Shown]) -> Iterator[Claim]:
     yield Claim(
         "paper.neutral-yaw-rate",
-        "In neutral steer the yaw rate alone does not show the sideslip.",
+        "In neutral steer the sideslip is not observable by the yaw rate alone.",
         f"{PAPER}, section V",
         "unobservable",
         float(max(each.by_outputs[0].rank for each in neutral)),

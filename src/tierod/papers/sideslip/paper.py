@@ -35,7 +35,7 @@ CONVENTIONAL, TWO_STAGE = "conventional, poles x10", "two-stage, Kalman"
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """The figures redrawn, and what the paper says of them."""
+    """The figures redrawn, and the paper's claims about them."""
     p = matched(CAR, SLOW.speed, SLOW.steer)
     drive = driven(virtual_car(), proving_courses.load(COURSE), SEED)
     found = courses(p, drive)
@@ -148,7 +148,7 @@ def _claims(found: dict[str, Course], drive: Driven, modelled: np.ndarray) -> It
         )
     yield Claim(
         "paper.disturbance-torque",
-        "The aligning torque of eq (3) does not tell the disturbance torque well.",
+        "The aligning torque of eq (3) does not predict the disturbance torque well.",
         f"{PAPER}, section VII, Figure 10",
         "not as well predicted",
         _relative(modelled - truth, truth, manoeuvre),

@@ -42,7 +42,7 @@ def share_in_band(seen: BesideTruth, until: float) -> str:
 def claims(
     name: str, where: str, found: ErrorFigures, goals: tuple[float, float], note: str, printed: str | None = None
 ) -> Iterator[Claim]:
-    """What a recording says of mean error, root mean square error and band.
+    """Mean error, root mean square error and band on a recording.
 
     Args:
         name: of the recording, in the names of the claims
@@ -52,12 +52,12 @@ def claims(
         note: on what was fitted
         printed: mean absolute error that others publish
     """
-    told: tuple[tuple[str, str, float, Goal, str], ...] = (
+    figures: tuple[tuple[str, str, float, Goal, str], ...] = (
         ("mean", "mean absolute error", math.degrees(found.mean_absolute), at_most(goals[0]), "deg"),
         ("rms", "root mean square error", math.degrees(found.rms), at_most(goals[1]), "deg"),
         ("band", "share of the truth in the 95 % band", found.coverage, at_least(0.9), ""),
     )
-    for key, what, measured, goal, unit in told:
+    for key, what, measured, goal, unit in figures:
         yield Claim(
             f"cars.{name}-{key}",
             f"The {what} of the sideslip on {where}.",

@@ -35,9 +35,6 @@ SENSORS = SensorSet(
 )
 """Noise as a good gyroscope and an encoder at the pinion have it."""
 
-WHEELBASE = 2.64
-"""Of both cars [m]."""
-
 STRAIGHT_ON = 2.0
 """At the beginning of every drive [s]; nothing is judged there."""
 

@@ -28,13 +28,13 @@ Change = Callable[[SteeredVehicle.Parameters], SteeredVehicle.Parameters]
 
 
 def _unchanged(p: SteeredVehicle.Parameters) -> SteeredVehicle.Parameters:
-    """Nothing is believed wrongly."""
+    """No parameter is assumed wrongly."""
     return p
 
 
 @dataclass(frozen=True)
 class Case:
-    """A drive, and what the observers believe wrongly.
+    """A drive, and the parameters that the observers assume wrongly.
 
     Args:
         drive: of the car
@@ -163,7 +163,7 @@ def _paper(found: dict[str, dict[str, Errors]]) -> Iterator[Claim]:
     poles, stages = "conventional, poles x10", "two-stage, poles x2"
     yield Claim(
         "paper.noise",
-        "Of the observers with placed poles, the two-stage one tells the sideslip with less noise.",
+        "Of the observers with placed poles, the two-stage one estimates the sideslip with less noise.",
         f"{PAPER}, section VII, Figures 7 and 9",
         "better",
         virtual[SECOND].errors[stages] - virtual[SECOND].errors[poles],

@@ -80,8 +80,8 @@ def of_white(wish: Wish, rule: str | None = None) -> Analysis:
         f"between false alarms, a shift of {wish.shift:g} is found soonest by: {best.rule.name}, threshold "
         f"{best.threshold * best.rule.scale(wish.deviation):.4g}, after {time_in_words(best.delay / wish.rate)} on "
         "average.",
-        "Residuals with a memory alarm far more often than these; measure the threshold on a healthy recording then "
-        "(--residual).",
+        "Autocorrelated residuals alarm far more often than these; measure the threshold on a fault-free recording "
+        "then (--residual).",
     )
     rows = [
         {

@@ -97,8 +97,8 @@ def _summary(
     lines = []
     for name, found in single.items():
         alike = [group for group in found.groups if len(group) > 1]
-        lost = f"; nothing shows {listed(found.undetectable)}" if found.undetectable else ""
-        mixed = "; ".join(f"{listed(group)} cannot be told apart" for group in alike)
+        lost = f"; not detectable: {listed(found.undetectable)}" if found.undetectable else ""
+        mixed = "; ".join(f"{listed(group)} are not isolable from each other" for group in alike)
         lines.append(
             f"With {name}: {len(found.isolable)} of {len(found.faults)} single faults are isolable{lost}"
             f"{'; ' + mixed if mixed else ''}; of {len(pairs[name].faults)} faults and pairs of them, "

@@ -43,7 +43,7 @@ class Square:
 
     @property
     def symbol(self) -> str:
-        """Tells the kind apart without colour."""
+        """Marks the kind without colour."""
         return {"bad": "✕", "open": "?", "good": "✓", "": ""}[self.kind]
 
     @property
@@ -65,7 +65,7 @@ class Grid:
 
     Args:
         axes: that name the rows
-        columns: sound, then faults with their sizes
+        columns: fault-free, then faults with their magnitudes
         rows: (levels, squares)
     """
 
@@ -246,7 +246,7 @@ def box_figure(number_: int, states: Mapping[str, Any]) -> Figure | None:
         name=f"estimates-{number_}",
         title="What was estimated in each state",
         caption="Settled estimates of all drives: middle half as the box, 5 to 95 % as whiskers. Green: the truth. "
-        "Under sound stand also the drives with a fault, until it comes.",
+        "The column `sound` includes the drives with a fault, until it comes.",
         alternative="Boxes of the estimates by state; truth, median and errors in the table beneath.",
         data=data,
         layout=layout(400, yaxis=axis(bracketed("estimate", label)), xaxis=axis("", automargin=True, linecolor=GREY)),

@@ -28,12 +28,12 @@ TITLES = {
 """Figures of a comparison as people call them."""
 
 
-def value(given: Any) -> float:
+def value(given: float | str | None) -> float:
     """A number of the document: null is NaN, "inf" is infinite."""
     return math.nan if given is None else float(given)
 
 
-def seconds(given: Any) -> str:
+def seconds(given: float | str | None) -> str:
     """A time as people read it; "never" where it is infinite."""
     time = value(given)
     return NEVER if math.isinf(time) else duration(time)
@@ -44,12 +44,12 @@ def count(number_: int, one: str, many: str | None = None) -> str:
     return f"{number_} {one if number_ == 1 else many or one + 's'}"
 
 
-def rate(given: Any) -> str:
+def rate(given: float | str | None) -> str:
     """Events per hour."""
     return number(value(given), 3)
 
 
-def place(where: Mapping[str, Any]) -> str:
+def place(where: Mapping[str, object]) -> str:
     """A place of the matrix: "car midsize, fault step 4"."""
     if not where:
         return "all drives"
@@ -62,7 +62,7 @@ def place(where: Mapping[str, Any]) -> str:
     return ", ".join([*parts, *([fault] if fault else [])])
 
 
-def _levels(levels: Any) -> str:
+def _levels(levels: object) -> str:
     several = levels if isinstance(levels, list) else [levels]
     return " or ".join(f"{level:g}" if isinstance(level, float) else str(level) for level in several)
 

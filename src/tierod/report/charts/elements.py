@@ -34,7 +34,7 @@ WASH = "rgba(179,38,30,0.10)"
 """Behind the time of a fault."""
 _POINTS = 1000
 _HEATS = (
-    (0.0, "sound", "#bfe0c8"),
+    (0.0, "fault-free", "#bfe0c8"),
     (0.25, "not testable now", "#e2e8f0"),
     (0.5, "one of several that may be at fault", "#f2c14e"),
     (1.0, "fault", RED),
@@ -91,7 +91,7 @@ def state_figure(diagnosis: Diagnosis) -> Figure | None:
         title="Sensors and actuators over time",
         caption="The worst state of each moment. Blank: nothing could be judged.",
         alternative=f"States over time of {', '.join(words(name).lower() for name in names)}; "
-        f"not sound at times: {', '.join(faulty) or 'none'}. Times stand in the table above.",
+        f"faulty at times: {', '.join(faulty) or 'none'}. Times stand in the table above.",
         data=[heat, *keys],
         layout=layout(
             height,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -69,13 +69,13 @@ def axis(title: str = "", **more: Any) -> dict[str, Any]:
     return shared | {"title": {"text": title, "standoff": 8}} | more
 
 
-def rounded(values: Any, digits: int = 5) -> list[float | None]:
+def rounded(values: Sequence[float] | np.ndarray, digits: int = 5) -> list[float | None]:
     """Values for the page, to so many digits of the largest of them; what is not finite becomes a gap."""
-    values = np.asarray(values, float)
-    finite = np.isfinite(values)
-    largest = float(np.max(np.abs(values), where=finite, initial=0.0))
+    given = np.asarray(values, float)
+    finite = np.isfinite(given)
+    largest = float(np.max(np.abs(given), where=finite, initial=0.0))
     places = digits - 1 - math.floor(math.log10(largest)) if largest > 0.0 else 0
-    shown = np.round(values, min(max(places, -300), 300)).tolist()
+    shown = np.round(given, min(max(places, -300), 300)).tolist()
     return [value if seen else None for value, seen in zip(shown, finite.tolist(), strict=True)]
 
 
@@ -100,7 +100,7 @@ def drawn_as(part: str, trace: Trace, per_second: float, factor: float = 1.0, **
     return {"meta": {"series": trace.name, "part": part, "per_second": per_second, "factor": factor} | more}
 
 
-def drawn_from(mark: dict[str, Any]) -> set[str]:
+def drawn_from(mark: Mapping[str, Any]) -> set[str]:
     """Names of the series that a mark is made from; empty where it is made from none."""
     meta = mark.get("meta", {})
     return {*meta.get("rows", ()), *(meta[key] for key in ("series", "deviation") if key in meta)}

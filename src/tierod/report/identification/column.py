@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -182,7 +182,7 @@ def _whiteness(result: ColumnIdentification) -> Table:
 
 
 def _column(
-    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
+    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Callable[[float], None]
 ) -> ColumnIdentification:
 
     deviations = {name: each.standard_deviation for name, each in car.parameters.items()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -42,8 +42,8 @@ def motor_items(result: MotorIdentification) -> Iterator[Item]:
     yield Heading("What was found")
     if result.found:
         yield found_table(result.found, _BEYOND)
-    if result.untold:
-        rows = tuple((each.name, each.why, each.cure) for each in result.untold)
+    if result.unidentified:
+        rows = tuple((each.name, each.why, each.cure) for each in result.unidentified)
         yield Table("Not identifiable here", ("parameter", "because", "record"), rows)
     yield _warm_table(result)
     if result.mechanical is not None:
@@ -87,7 +87,9 @@ def _chart(course: Course, place: int) -> Chart:
     )
 
 
-def _motor(car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any) -> MotorIdentification:
+def _motor(
+    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Callable[[float], None]
+) -> MotorIdentification:
     return identify_motor(car.parameters_for(MotorParameters), recordings, free, before(car), advance)
 
 
@@ -96,7 +98,7 @@ def _motor_tables(result: MotorIdentification) -> Sequence[Table]:
 
 
 def _motor_lines(result: MotorIdentification) -> Sequence[str]:
-    return [f"Not identifiable here: {each.name}: {each.why}; record {each.cure}" for each in result.untold]
+    return [f"Not identifiable here: {each.name}: {each.why}; record {each.cure}" for each in result.unidentified]
 
 
 def _motor_document(result: MotorIdentification) -> dict[str, Any]:
@@ -107,13 +109,13 @@ def _motor_document(result: MotorIdentification) -> dict[str, Any]:
         },
         "torque_ratio": None if ratio is None else {"value": ratio.value, "standard_deviation": ratio.deviation},
         "unexplained_voltage": result.electrical.unexplained,
-        "not_identifiable": [each._asdict() for each in result.untold],
+        "not_identifiable": [each._asdict() for each in result.unidentified],
         "explained": not result.doubt,
     }
 
 
 def _inverter(
-    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
+    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Callable[[float], None]
 ) -> InverterIdentification:
     known = before(car)
     names = ("motor_resistance", "motor_inductance", "motor_flux")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from tierod.core.content import Item, Table
@@ -17,7 +17,11 @@ from tierod.vehicles import Vehicle
 
 
 def _thresholds(
-    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any, hours: float = 1000.0
+    car: Vehicle,
+    recordings: dict[str, Recording],
+    free: tuple[str, ...],
+    advance: Callable[[float], None],
+    hours: float = 1000.0,
 ) -> ConditionCalibration:
     if free:
         raise ParameterError("thresholds are found with all parameters that fault-free driving shows; leave --free out")

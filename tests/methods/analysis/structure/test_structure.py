@@ -66,15 +66,15 @@ def test_detectable_and_isolable_faults_are_those_of_the_toolbox(seed):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_isolability_is_what_the_minimal_redundant_sets_can_tell(seed):
+def test_isolability_agrees_with_the_minimal_redundant_sets(seed):
     model = drawn(seed)
     found = isolability(model)
     residuals = [{model.by_name[name].fault for name in each} for each in minimal_redundant_sets(model)]
     for i, there in enumerate(found.faults):
         assert found.detectable[i] == any(there in faults for faults in residuals)
         for j, other in enumerate(found.faults):
-            told = any(there in faults and other not in faults for faults in residuals)
-            assert found.mistaken[i, j] == (not told)
+            isolable = any(there in faults and other not in faults for faults in residuals)
+            assert found.mistaken[i, j] == (not isolable)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

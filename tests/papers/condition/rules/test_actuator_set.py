@@ -32,7 +32,7 @@ def test_a_residual_changes_with_its_signals_and_with_no_others(name):
     random = np.random.default_rng(2)
     samples = targeted(steering_motor_1_target_torque=3.0, steering_motor_2_target_torque=2.0)
     samples[:, index("target_drive_torque_left")] = samples[:, index("target_drive_torque_right")] = 20.0
-    samples[:, index("steering_shaft_torque")] = 3.0  # about what the motion of the steering tells
+    samples[:, index("steering_shaft_torque")] = 3.0  # about the torque estimated from the motion of the steering
     samples += 0.01 * random.normal(size=samples.shape)
     base = scan(BLOCK, samples)[f"residuals.{name}"]
     seen = set()

@@ -151,7 +151,7 @@ def read_estimate(estimate: Tree) -> tuple[ObservedColumn, Scalar]:
 def open_loop(
     plant: LinearSystem, observer: Block, control: PositionControl, read: Reading = read_estimate
 ) -> LinearSystem:
-    """What the controller asks of the motor for a torque that acts on the column, sign turned; for `margins`.
+    """Motor torque commanded for a torque that acts on the column, sign reversed: loop gain for `margins`.
 
     Args:
         plant: discrete, from the motor's torque to what the observer measures, in its order

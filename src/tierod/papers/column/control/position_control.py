@@ -16,7 +16,7 @@ from tierod.papers.column.control.reference import ColumnMotion, Reference, adva
 
 
 class ObservedColumn(NamedTuple):
-    """What an observer says of a column.
+    """Observer's estimates of a column.
 
     Args:
         steering_wheel_rate, motor_speed, steering_wheel_angle, motor_angle: the state
@@ -44,7 +44,7 @@ class ColumnGains:
 
 @dataclass(frozen=True)
 class TorqueLimits:
-    """What the controller may ask of the motor, and how it takes hold and lets go.
+    """Limits of the controller's motor torque, and how it engages and releases.
 
     Args:
         torque: largest torque at the motor's shaft; 3 N m are 54 N m at the steering wheel axis behind a ratio of 18,

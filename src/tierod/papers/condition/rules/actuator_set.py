@@ -1,4 +1,4 @@
-"""All residuals of the actuators: what the targets would give, less what the (repaired) sensors show."""
+"""All residuals of the actuators: response to the commanded torques less the readings of the (repaired) sensors."""
 
 from __future__ import annotations
 

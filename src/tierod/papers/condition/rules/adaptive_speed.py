@@ -76,7 +76,7 @@ class CarriedSpeed:
 
     @staticmethod
     def output(x: State, u: Input, p: Growing.Parameters) -> Output:
-        """Both wheels see the same speed."""
+        """Both wheels roll at the same speed."""
         return CarriedSpeed.Output(x.forward_speed, x.forward_speed)
 
 
@@ -112,7 +112,7 @@ class AdaptiveSpeed:
         acceleration, wheel, speed: filters I, II and III
         wheel_noise: standard deviation of a wheel's speed that agrees, in filter III
         rejection: innovation at which the variance of a wheel has doubled
-        patience: how long a gap, or a speed that both wheels contradict, is borne
+        patience: how long a gap, or a speed that both wheels contradict, is tolerated [s]
 
     Source: Li, Frey, Gauterin, section 3.5.2 and Figure 4, which leave the filters open; `design` fills them in.
     """
@@ -156,7 +156,7 @@ class AdaptiveSpeed:
 
     @classmethod
     def design(cls, track_width: float, sample_time: float) -> AdaptiveSpeed:
-        """Noises with which the speed is 4 mm/s off on healthy drives, and 10 mm/s while a wheel is lost for 20 s.
+        """Noises with which the speed is 4 mm/s off on fault-free drives, and 10 mm/s while a wheel is lost for 20 s.
 
         Args:
             track_width: between the rear wheels [m]

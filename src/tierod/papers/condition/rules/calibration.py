@@ -1,4 +1,4 @@
-"""Coefficients and thresholds of all residuals from healthy drives, never from drives with faults."""
+"""Coefficients and thresholds of all residuals from fault-free drives, never from drives with faults."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _LEAST = 1e-3
 
 @dataclass(frozen=True)
 class ResidualCalibration:
-    """What healthy drives say of a vehicle's residuals.
+    """Statistics of a vehicle's residuals over fault-free drives.
 
     Args:
         coefficients: of the models
@@ -65,12 +65,12 @@ def calibrate_residuals(
     adaptive: bool = False,
     hours_between_alarms: float | None = None,
 ) -> ResidualCalibration:
-    """Coefficients and thresholds from healthy drives.
+    """Coefficients and thresholds from fault-free drives.
 
     Args:
         car: the vehicle
-        fitted: healthy drives for the coefficients, 5 minutes or more
-        healthy: healthy drives for the thresholds, an hour or more
+        fitted: fault-free drives for the coefficients, 5 minutes or more
+        healthy: fault-free drives for the thresholds, an hour or more
         sample_time: of all recordings [s]
         printed: whether the equations are taken with their misprints
         adaptive: whether a threshold may widen with speed, yaw acceleration, lateral acceleration and steering rate;
@@ -78,7 +78,7 @@ def calibrate_residuals(
         hours_between_alarms: wanted of each residual by itself; None takes the largest healthy residual and 15 %
 
     Raises:
-        InputError: too little healthy driving
+        InputError: too little fault-free driving
     """
     if hours_between_alarms is not None and not hours_between_alarms > 0.0:
         raise ParameterError(f"hours_between_alarms is {hours_between_alarms}; expected more than zero")
@@ -88,7 +88,7 @@ def calibrate_residuals(
     drives = [_Healthy.of(whole, samples_of(each), sample_time) for each in healthy]
     count = sum(len(each.excitation) for each in drives)
     if count < FEWEST:
-        raise InputError(f"{count} samples of healthy driving are too few for thresholds; give {FEWEST} or more")
+        raise InputError(f"{count} samples of fault-free driving are too few for thresholds; give {FEWEST} or more")
     alarm_samples = None if hours_between_alarms is None else hours_between_alarms * 3600.0 / sample_time
     thresholds, deviations = {}, {}
     for name in RESIDUALS:
@@ -100,7 +100,7 @@ def calibrate_residuals(
 
 @dataclass(frozen=True)
 class _Healthy:
-    """One healthy drive: residuals by name, NaN where not there, and excitations, (n, 5), the first of them one."""
+    """One fault-free drive: residuals by name, NaN where not there, and excitations, (n, 5), the first of them one."""
 
     residuals: dict[str, np.ndarray]
     excitation: np.ndarray

@@ -55,7 +55,7 @@ _DECISIONS = (
         place="block.monitor.rules",
         mean_time_between_false_alarms=None,
         demonstrated=None,
-        source="thresholds 1.15 times the largest residual of an hour of healthy driving; "
+        source="thresholds 1.15 times the largest residual of an hour of fault-free driving; "
         "docs/explanation/papers/condition.md",
         statistic=EVIDENCE,
         levels=(1.0,),
@@ -67,7 +67,7 @@ VARIANTS = {
     name: Variant(name, summary, PAPER, _opening(name), decisions=_DECISIONS)
     for name, summary in {
         "rules": "The paper's residuals, thresholds and rules, corrected.",
-        "rules-discriminating": "The same with further rules that tell faults apart.",
+        "rules-discriminating": "The same with further rules that discriminate faults.",
         "rules-printed": "The paper's residuals and rules with their misprints.",
     }.items()
 }

@@ -69,7 +69,7 @@ class RuleDiagnosis:
         return ratios_class(self.table.residuals)
 
     class Output(NamedTuple):
-        """What the rules say of each fault, and whether any residual that they name is abnormal."""
+        """Whether the rules declare each fault, and whether any residual that they name is abnormal."""
 
         faulty: Tree
         candidates: Tree
@@ -77,7 +77,7 @@ class RuleDiagnosis:
         abnormal: Scalar
 
     class State(NamedTuple):
-        """Held symptoms, for how long each rule has held, and how long it still counts as not sound [s]."""
+        """Held symptoms, for how long each rule has held, and how long its fault still counts as possible [s]."""
 
         symptoms: tuple[Held, ...]
         held: tuple[Scalar, ...]

@@ -29,7 +29,7 @@ _MOST_STEER = 1.2
 
 @dataclass(frozen=True)
 class Equations:
-    """What the sensors should show by the models, and the residuals.
+    """Readings expected by the models, and the residuals.
 
     Args:
         car: the vehicle
@@ -51,7 +51,7 @@ class Equations:
         forward: AdaptiveSpeed.Output,
         unmeasured: StiffRack.State,
     ) -> Motion:
-        """What the models expect the sensors to show.
+        """Readings that the models expect.
 
         Args:
             now: readings, zero where missing

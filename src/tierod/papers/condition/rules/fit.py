@@ -1,4 +1,4 @@
-"""Coefficients of the residuals' models, by least squares on healthy drives."""
+"""Coefficients of the residuals' models, by least squares on fault-free drives."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SETTLING = 2.0
 """Left out at the start of every drive, while the filters settle [s]."""
 
 FEWEST = 3000
-"""Samples of healthy driving that a fit needs: half a minute at 100 Hz."""
+"""Samples of fault-free driving that a fit needs: half a minute at 100 Hz."""
 
 
 def samples_of(recording: Recording) -> np.ndarray:
@@ -111,7 +111,7 @@ class _Equations:
     def solved(self) -> list[float]:
         if self.samples < FEWEST:
             raise InputError(
-                f"{self.samples} samples of healthy driving are too few to fit the residuals' models on; "
+                f"{self.samples} samples of fault-free driving are too few to fit the residuals' models on; "
                 f"give {FEWEST} or more while the vehicle moves"
             )
         return [float(each) for each in np.linalg.lstsq(self.left, self.right, rcond=1e-12)[0]]

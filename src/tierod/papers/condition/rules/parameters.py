@@ -1,4 +1,4 @@
-"""What the residuals know of the vehicle, and what calibration adds."""
+"""Vehicle parameters of the residuals, and the coefficients of a calibration."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class ResidualParameters:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """What least squares find on healthy drives for the models of torque, force and angle.
+    """What least squares find on fault-free drives for the models of torque, force and angle.
 
     Args:
         angle, rate, acceleration: of the steering, a1 to a3 of eq (11)

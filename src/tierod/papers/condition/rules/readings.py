@@ -20,7 +20,7 @@ SensorFlags: Any = named_tuple("SensorFlags", [(each.name, Annotated[float, ""])
 
 
 class Motion(NamedTuple):
-    """What the filters of the set say of the vehicle.
+    """Estimates of the filters of the set.
 
     Args:
         sideslip: at the centre of gravity

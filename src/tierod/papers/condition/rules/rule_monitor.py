@@ -1,4 +1,4 @@
-"""The rules at work: residuals, thresholds, symptoms, and what they say of every sensor and actuator."""
+"""The rules at work: residuals, thresholds, symptoms, and the verdict on every sensor and actuator."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def _ratios(
 ) -> dict[str, Scalar]:
     """How many thresholds each residual is away from zero; infinity, which is no number, where it is not there.
 
-    One that no healthy drive has shown has an infinite threshold: it is neither normal nor abnormal.
+    One that no fault-free drive has shown has an infinite threshold: it is neither normal nor abnormal.
     """
     return {
         name: where(both(there > 0.5, present(threshold.base)), threshold.ratio(value, excitation), _ABSENT)

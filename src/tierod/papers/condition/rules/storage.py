@@ -21,7 +21,7 @@ SHIPPED = {
     False: Path(__file__).with_name("smartload-residuals.toml"),
     True: Path(__file__).with_name("smartload-residuals-printed.toml"),
 }
-"""Of the nominal demonstrator on healthy virtual drives, see their heads; by whether misprints are kept."""
+"""Of the nominal demonstrator on fault-free virtual drives, see their heads; by whether misprints are kept."""
 
 UNCALIBRATED = 1.5
 """By what thresholds are widened that were found on another vehicle than the one that is judged.
@@ -209,5 +209,5 @@ def _require_fit(table: Mapping[str, Any], vehicle: str, of: str) -> None:
 
 
 def _missing(part: str) -> float:
-    """A residual that was never there on healthy drives is never judged."""
+    """A residual that was never there on fault-free drives is never judged."""
     return math.inf if part == "base" else 0.0

@@ -132,7 +132,7 @@ def _require_order(rules: tuple[SymptomRule, ...], document: Document) -> None:
             if name not in before:
                 raise document.error(
                     ("rule", number, "sound"),
-                    f"'{rule.fault}' asks whether '{name}' is sound, whose rule does not come before it; move it up",
+                    f"'{rule.fault}' requires '{name}' to be fault-free, but its rule does not come before; move it up",
                 )
         before.add(rule.fault)
 

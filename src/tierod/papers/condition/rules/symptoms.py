@@ -16,7 +16,7 @@ class Timing:
     Args:
         confirm_time: a rule must hold so long without a break until its fault is named
         hold_on: a residual stays abnormal for so long after it was
-        sound_after: a fault counts as sound, where another rule asks for that, so long after its own rule held
+        sound_after: time after its own rule last held from which a fault counts as absent in other rules [s]
     """
 
     confirm_time: Annotated[float, "s", NOT_NEGATIVE] = 0.0
