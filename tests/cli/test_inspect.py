@@ -156,3 +156,32 @@ def test_shows_the_names_in_the_file(foreign, capsys):
     assert main(["inspect", foreign.name, "--json"]) == 0
     sources = {row["name"]: row["source"] for row in json.loads(capsys.readouterr().out)["channels"]}
     assert sources["yaw_rate"] == "Gierrate"
+
+
+def states(path, capsys, *arguments):
+    assert main(["inspect", str(path), "--json", *arguments]) == 0
+    return {each["name"]: each for each in json.loads(capsys.readouterr().out)["monitors"]}
+
+
+def test_condition_needs_enough_sensors_also_where_no_vehicle_is_named(tmp_path, capsys):
+    motion = ("yaw_rate", "steering_wheel_angle", "wheel_speed_rear_left", "wheel_speed_rear_right")
+    for names, able in ((motion, True), (motion[:2], False)):
+        path = tmp_path / f"{len(names)}.parquet"
+        write(recording(names, **dict.fromkeys(motion[2:], np.full(600, 10.0))), path)
+        found = states(path, capsys)["condition"]
+        assert found["can_run"] is able
+        assert able or "fewer than" in found["obstacles"][0]
+
+
+def test_a_motor_that_is_sampled_too_slowly_cannot_be_judged_whether_a_vehicle_is_named_or_not(tmp_path, capsys):
+    path = tmp_path / "motor.parquet"
+    time = np.arange(2000) / 625.0
+    names = MONITORS["motor-angle"].required
+    channels = {name: Channel(name, time, np.sin(time), SIGNALS[name].unit) for name in names}
+    write(Recording(channels), path)
+    for arguments in ((), ("--vehicle", "motor-bench")):
+        found = states(path, capsys, *arguments)["motor-angle"]
+        code = main(["diagnose", str(path), "--vehicle", "motor-bench", "--no-report"])
+        refused = capsys.readouterr().err
+        assert found["can_run"] is (code != 3)
+        assert found["can_run"] or found["obstacles"][0][:40] in refused

@@ -3,7 +3,8 @@ import json
 import pytest
 
 from tierod.cli import main
-from tierod.vehicles import load, shipped
+from tierod.core.errors import ParameterError
+from tierod.vehicles import VEHICLES, load, shipped
 
 
 def test_lists_what_is_shipped(capsys):
@@ -59,3 +60,19 @@ def test_tells_one_vehicle_as_json(capsys):
 def test_wrong_use_is_told(arguments, sentence, capsys):
     assert main(["vehicles", *arguments]) == 3
     assert sentence in capsys.readouterr().err
+
+
+def test_a_copy_names_no_place_of_this_computer(capsys):
+    assert main(["vehicles", "ferrari-250lm", "--toml"]) == 0
+    assert 'map = "ferrari-250lm.channels.toml"' in capsys.readouterr().out
+
+
+def test_a_vehicle_file_that_moved_finds_its_map_beside_it_or_says_what_is_missing(tmp_path):
+    text = VEHICLES["midsize-eps"].read_text(encoding="utf-8")
+    text += '\n[channels]\nmap = "/home/somebody/maps/car.channels.toml"\n'
+    (tmp_path / "car.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(ParameterError, match="put it beside the vehicle file"):
+        load(tmp_path / "car.toml")
+    own = tmp_path / "car.channels.toml"
+    own.write_text('[signals.yaw_rate]\nsource = "yaw"\n', encoding="utf-8")
+    assert load(tmp_path / "car.toml").channel_map.samefile(own)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,10 +17,18 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from tierod.core.findings import Diagnosis
+    from tierod.monitors.several import Judged
+    from tierod.vehicles import Vehicle
 
 
 RecordingPath = Annotated[
     Path, typer.Argument(help="A recording: MF4, Parquet, CSV, a CAN log and others (see 'tierod formats').")
+]
+RecordingPaths = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Recordings: MF4, Parquet, CSV, CAN logs and others (see 'tierod formats'); several on one page."
+    ),
 ]
 VehicleName = Annotated[
     str | None,
@@ -29,12 +40,17 @@ VehicleName = Annotated[
 MonitorName = Annotated[
     str | None,
     typer.Option(
-        help="What to watch (see 'tierod monitors'); what the vehicle file names where not given, else friction."
+        help="What to watch (see 'tierod monitors'), or all; what the vehicle file names for a single recording where "
+        "not given, else every monitor that can run."
     ),
 ]
 VariantName = Annotated[
     str | None, typer.Option(help="How to watch it; the monitor's default where not given and it has one.")
 ]
+StretchStart = Annotated[
+    float | None, typer.Option("--from", help="Begin of the stretch that is judged, in the recording's time [s].")
+]
+StretchStop = Annotated[float | None, typer.Option("--to", help="End of that stretch [s].")]
 Databases = Annotated[list[Path] | None, typer.Option(help="CAN database; may be given more than once.")]
 ChannelMap = Annotated[
     Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
@@ -62,10 +78,12 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON document to stdou
 
 
 def diagnose(
-    recording: RecordingPath,
+    recordings: RecordingPaths,
     vehicle: VehicleName = None,
     monitor: MonitorName = None,
     variant: VariantName = None,
+    start: StretchStart = None,
+    stop: StretchStop = None,
     dbc: Databases = None,
     channel_map: ChannelMap = None,
     output: ReportPath = None,
@@ -75,32 +93,68 @@ def diagnose(
     report: WithReport = True,
     as_json: AsJson = False,
 ) -> int:
-    """Judge a recording of a drive: healthy (0), fault (1), could not judge (2), bad input (3)."""
+    """Judge recordings of drives: healthy (0), fault (1), could not judge (2), bad input (3); the worst of several."""
+    from tierod.monitors.several import ALL
+    from tierod.vehicles import load
+
+    named = [_named_in(each, dbc, channel_map) if vehicle is None else vehicle for each in recordings]
+    cars = {name: load(name) for name in named}
+    alone = len(recordings) == 1
+    what = monitor or (cars[named[0]].monitor if alone else None) or ALL
+    stem = recordings[0].stem if alone else "recordings"
+    target = (output or Path(f"{stem}-{what}.html")) if report else None
+    given = [*recordings, *named, *(dbc or []), channel_map, own_level, memory]
+    _refuse_what_cannot_be_written(target, signals, own_level, given)
+    reading = _Reading([cars[name] for name in named], dbc or None, channel_map, start, stop)
+    if not alone or what == ALL:
+        _refuse_options_of_one(
+            {"--variant": variant, "--own-level": own_level, "--memory": memory, "--signals": signals}, alone
+        )
+        return _all(recordings, None if what == ALL else what, reading, target, as_json)
+    return _one(recordings[0], what, variant, reading, target, own_level, memory, signals, as_json)
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """How the recordings are read: as which cars, by which files, which stretch."""
+
+    cars: Sequence[Vehicle]
+    dbc: list[Path] | None
+    channel_map: Path | None
+    start: float | None
+    stop: float | None
+
+
+def _one(
+    recording: Path,
+    monitor: str,
+    variant: str | None,
+    reading: _Reading,
+    target: Path | None,
+    own_level: Path | None,
+    memory: Path | None,
+    signals: Path | None,
+    as_json: bool,
+) -> int:
+    """One monitor over one recording, with all that only a single one can have."""
     from tierod.cli.terminal import messages, progress
     from tierod.cli.terminal import output as console
     from tierod.monitors.diagnose import diagnose as run
-    from tierod.monitors.diagnose import usual_monitor
-    from tierod.vehicles import load
+    from tierod.monitors.several import source_of
 
-    vehicle = _named_in(recording, dbc, channel_map) if vehicle is None else vehicle
-    car = load(vehicle)
-    monitor = monitor or usual_monitor(car)
-    target = output or Path(f"{recording.stem}-{monitor}.html") if report else None
-    _refuse_what_cannot_be_written(
-        target, signals, own_level, [recording, vehicle, *(dbc or []), channel_map, own_level, memory]
-    )
-    with progress(f"reading {recording.name}") as advance:
+    (car,) = reading.cars
+    with progress(f"reading {recording.name}") as advance, _naming_others(recording, monitor, reading):
         diagnosis = run(
-            recording,
+            source_of(recording, car, reading.dbc, reading.channel_map, reading.start, reading.stop),
             car,
             monitor,
             variant,
-            dbc=dbc or None,
-            channel_map=channel_map,
+            dbc=reading.dbc,
+            channel_map=reading.channel_map,
             own_level=own_level,
             memory=memory,
             signals=signals,
-            command=shlex.join(["tierod", *sys.argv[1:]]),
+            command=_command(),
             progress=advance,
         )
     show(diagnosis, as_json, target, console, messages)
@@ -111,6 +165,103 @@ def diagnose(
     for line in remarks:
         (messages() if as_json else console()).print(line, soft_wrap=True, markup=False)
     return diagnosis.findings[0].status.exit_code
+
+
+@contextmanager
+def _naming_others(recording: Path, monitor: str, reading: _Reading) -> Iterator[None]:
+    """Add to the refusal of a monitor which others can run."""
+    from tierod.core.errors import InputError, ParameterError, TierodError
+    from tierod.monitors.registry import MONITORS
+    from tierod.monitors.several import able
+
+    try:
+        yield
+    except (InputError, ParameterError) as error:
+        unable = isinstance(error, InputError) or "cannot run as" in str(error)
+        if not unable or monitor not in MONITORS or not recording.is_file():
+            raise
+        try:
+            others = list(able(recording, reading.cars[0], reading.dbc, reading.channel_map))
+        except TierodError:
+            raise error from None
+        others = [name for name in others if name != monitor]
+        if not others:
+            raise
+        hint = f"The recording can be judged with --monitor {' or '.join(others)}"
+        raise type(error)(f"{str(error).rstrip('.')}. {hint}") from None
+
+
+def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target: Path | None, as_json: bool) -> int:
+    """Several recordings, or every monitor: one page, one document, the worst exit code."""
+    from tierod.cli.terminal import messages, origin, print_json, progress
+    from tierod.cli.terminal import output as console
+    from tierod.core.errors import InputError
+    from tierod.core.files import write_text
+    from tierod.monitors.several import judge
+    from tierod.report import several
+
+    judged = []
+    for place, (recording, car) in enumerate(zip(recordings, reading.cars, strict=True)):
+        with progress(f"judging {recording.name} ({place + 1} of {len(recordings)})") as advance:
+            judged.append(
+                judge(
+                    recording,
+                    car,
+                    None if monitor is None else [monitor],
+                    dbc=reading.dbc,
+                    channel_map=reading.channel_map,
+                    start=reading.start,
+                    stop=reading.stop,
+                    command=_command(),
+                    progress=advance,
+                )
+            )
+    if not any(one.diagnoses for one in judged):
+        reasons = "; ".join(f"{name}: {short(reason)}" for _, name, reason in several.not_run(judged))
+        raise InputError(
+            f"no monitor can run on {', '.join(map(str, recordings))}: {reasons}. 'tierod inspect' says more"
+        )
+    if target is not None:
+        write_text(target, several.render(judged, origin()))
+    if as_json:
+        print_json(several.to_json(judged, origin()))
+    else:
+        _show_all(judged, console())
+    if target is not None:
+        (messages() if as_json else console()).print(f"report: {target}", soft_wrap=True, markup=False)
+    return several.worst(judged).exit_code
+
+
+def _show_all(judged: Sequence[Judged], console: Console) -> None:
+    """A table of the verdicts, then why the other monitors did not run."""
+    from tierod.cli.terminal import rows
+    from tierod.report import several
+
+    console.print(rows(several.HEADER, several.overview(judged)))
+    missed = [(where, name, short(reason)) for where, name, reason in several.not_run(judged)]
+    if missed:
+        console.print("\n[bold]Did not run[/bold]")
+        console.print(rows(("recording", "monitor", "why"), missed))
+
+
+def short(reason: str) -> str:
+    """The reason of a refusal without its advice and without the name of the monitor that stands beside it."""
+    bare = re.sub(r"^the monitor '[^']*' (?:cannot run as '[^']*': )?", "", reason)
+    return re.split(r"; did you mean|; known: |; none of the|\. (?=[A-Z])", bare)[0].rstrip(".")
+
+
+def _command() -> str:
+    return shlex.join(["tierod", *sys.argv[1:]])
+
+
+def _refuse_options_of_one(options: Mapping[str, object], alone: bool) -> None:
+    """Options that belong to one monitor over one recording."""
+    from tierod.core.errors import ParameterError
+
+    for name, value in options.items():
+        if value is not None:
+            cure = "name one with --monitor" if alone else "judge the recordings one by one, each with --monitor"
+            raise ParameterError(f"{name} belongs to one monitor over one recording; {cure}, or leave it out")
 
 
 def _named_in(recording: Path, dbc: list[Path] | None, channel_map: Path | None) -> str:

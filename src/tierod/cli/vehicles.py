@@ -40,16 +40,11 @@ def vehicles(
 
 
 def _to_begin_with(vehicle: Vehicle) -> str:
-    """The file's text; files that it names beside itself are named by their whole path, so that a copy finds them."""
+    """The file's text; files that it names are found by their names, beside a copy or among those that are shipped."""
     from tierod.core.errors import ParameterError
     from tierod.core.user_files import read_text
 
-    text = read_text(vehicle.path, "the vehicle file", ParameterError)
-    folder = vehicle.path.parent
-    for path in filter(None, (vehicle.channel_map, vehicle.database)):
-        if path.is_relative_to(folder):
-            text = text.replace(f'"{path.relative_to(folder).as_posix()}"', f'"{path.resolve().as_posix()}"')
-    return text
+    return read_text(vehicle.path, "the vehicle file", ParameterError)
 
 
 def _document(vehicle: Vehicle) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from typing import Any
 from tierod.core.errors import TierodError
 from tierod.core.findings import ChannelQuality
 from tierod.core.recording import Recording
+from tierod.core.units import COUNT
 from tierod.io.derive import complete
 from tierod.io.layout import plain
 from tierod.io.quality import channel_quality
@@ -21,6 +22,7 @@ from tierod.monitors.harness.named_vehicle import vehicle_named_in
 from tierod.monitors.harness.session import Monitor
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import Vehicle, load
+from tierod.vehicles.classes import typical
 
 
 @dataclass(frozen=True)
@@ -120,11 +122,40 @@ def inspect(
         whole = read(source, dbc=databases, channel_map=channel_map or (car.channel_map if car else None))
     progress(1.0)
     car = car or _named_in(whole)
-    monitors = tuple(Readiness(each, refusals(each, car, whole)) for each in MONITORS.values())
+    monitors = tuple(Readiness(each, _reasons(each, car, whole)) for each in MONITORS.values())
     whole = complete(whole)
     quality = tuple(channel_quality(channel) for channel in whole.channels.values())
     warnings = (*whole.warnings, *sign_warnings(whole), *turn_warnings(whole))
     return Inspection(whole, car, quality, warnings, monitors)
+
+
+def _reasons(monitor: Monitor, car: Vehicle | None, whole: Recording) -> Mapping[str, str]:
+    """Why a diagnosis would refuse the recording; without a vehicle, why it would with a typical car."""
+    if car is not None:
+        return refusals(monitor, car, whole)
+    without = refusals(monitor, None, whole)
+    if monitor.condition:
+        return without
+    typically = refusals(monitor, _typical_car(whole), whole)
+    # Where no variant fits the typical car, that says nothing of the recording.
+    said = not all(LACKING in reason for reason in typically.values())
+    return {name: reason or (typically[name] if said else "") for name, reason in without.items()}
+
+
+LACKING = "cannot run as"
+"""In the refusal of a vehicle, not of a recording."""
+
+
+def _typical_car(whole: Recording) -> Vehicle:
+    """A car with every parameter that a class or a bench gives; its torques are counts where the recording's are."""
+    counts = any(channel.unit == COUNT for channel in whole.channels.values())
+    bench = load("motor-bench").parameters
+    return dataclasses.replace(
+        load("midsize-eps"),
+        name="of a typical car",
+        torque_unit=COUNT if counts else "N*m",
+        parameters={**bench, **typical("midsize")},
+    )
 
 
 def _named_in(whole: Recording) -> Vehicle | None:

@@ -129,9 +129,16 @@ class _Reader:
             )
 
     def beside(self, key: str, name: str | None) -> Path | None:
+        """A file that the vehicle names: from its own folder, or one that tierod ships, by its bare name."""
         if name is None:
             return None
-        path = self.path.parent / name
-        if not path.is_file():
-            raise self.error(("channels", key), f"the file {path} is not there; correct the name or leave the key out")
-        return path
+        # A file that was written with a whole path and then moved has its companion beside it.
+        places = (self.path.parent / name, self.path.parent / Path(name).name, SHIPPED / Path(name).name)
+        found = next((path for path in places if path.is_file()), None)
+        if found is None:
+            raise self.error(
+                ("channels", key),
+                f"the file {places[0]} is not there, and tierod ships none of its name; put it beside the vehicle "
+                "file, correct the name, or leave the key out",
+            )
+        return found

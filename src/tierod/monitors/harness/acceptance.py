@@ -78,6 +78,12 @@ def _with_ingredients(name: str) -> str:
 SEEN = 1.0
 """Seconds of a recording that a session sees before it refuses it."""
 
+TRIED = 30.0
+"""Seconds that a monitor without required signals judges before it is known whether it has enough of them."""
+
+TOO_FEW = "fewer than"
+"""How the cause of such a monitor begins that has not."""
+
 
 def refusals(monitor: Monitor, vehicle: Vehicle | None, recording: Recording) -> Mapping[str, str]:
     """By the name of every variant, why a diagnosis would refuse the recording; "" where it would run.
@@ -120,6 +126,11 @@ def _refusal(monitor: Monitor, variant: Variant, vehicle: Vehicle | None, whole:
             if monitor.condition:
                 session.absorb(whole.align(session.signals, suited.rate, maximum_age=age))
                 session.conclude()
+            elif not suited.required:
+                stop = min(start + TRIED, whole.span[1])
+                session.absorb(whole.align(session.signals, suited.rate, maximum_age=age, start=start, stop=stop))
+                finding = session.conclude().finding
+                return finding.cause if finding.cause.startswith(TOO_FEW) else ""
     except TierodError as error:
         return str(error)
     return ""

@@ -1,0 +1,153 @@
+"""Every monitor that can run, over one recording or a stretch of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.findings import Diagnosis
+from tierod.core.recording import Recording
+from tierod.monitors.diagnose import diagnose
+from tierod.monitors.harness.acceptance import refusals, taken
+from tierod.monitors.harness.pieces import CHUNK, joined
+from tierod.monitors.registry import MONITORS
+from tierod.vehicles import Vehicle
+
+ALL = "all"
+"""Name that stands for every monitor that can run."""
+
+
+class NotRun(NamedTuple):
+    """A monitor that did not judge a recording, and why."""
+
+    monitor: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What the monitors found in one recording.
+
+    Args:
+        path: of the recording
+        vehicle: as which it was judged
+        diagnoses: by the name of the monitor
+        not_run: the other monitors
+    """
+
+    path: Path
+    vehicle: str
+    diagnoses: dict[str, Diagnosis]
+    not_run: tuple[NotRun, ...] = ()
+
+
+def judge(
+    path: Path,
+    car: Vehicle,
+    monitors: Sequence[str] | None = None,
+    *,
+    dbc: Any = None,
+    channel_map: Any = None,
+    start: float | None = None,
+    stop: float | None = None,
+    command: str = "",
+    progress: Callable[[float], None] = lambda share: None,
+) -> Judged:
+    """What every monitor that can run finds in a recording.
+
+    Args:
+        path: of the recording
+        car: as which it is judged
+        monitors: names; every one that needs no choice of a variant where None
+        dbc, channel_map: as of `diagnose`
+        start, stop: of the stretch that is judged, in the time of the recording [s]; all of it where not given
+        command: what the user typed, for the report
+        progress: called with the share done, 0 to 1
+
+    Raises:
+        InputError: the recording cannot be read, or the stretch is empty
+        ParameterError: no such monitor
+    """
+    source = source_of(path, car, dbc, channel_map, start, stop)
+    if isinstance(source, Path):
+        require_readable(path, car, dbc, channel_map)
+    names = tuple(MONITORS) if monitors is None else tuple(monitors)
+    found, missed = {}, []
+    for place, name in enumerate(names):
+        if MONITORS.required(name).default is None and monitors is None:
+            missed.append(NotRun(name, f"it has no default variant: choose with --monitor {name} and --variant"))
+            continue
+
+        def advance(share: float, place: int = place) -> None:
+            progress((place + share) / len(names))
+
+        try:
+            found[name] = diagnose(
+                source, car, name, dbc=dbc, channel_map=channel_map, command=command, progress=advance
+            )
+        except (InputError, ParameterError) as error:
+            missed.append(NotRun(name, str(error)))
+    return Judged(path, car.name, found, tuple(missed))
+
+
+def source_of(
+    path: Path, car: Vehicle, dbc: Any, channel_map: Any, start: float | None, stop: float | None
+) -> Path | Recording:
+    """The path itself, or the stretch of the recording where one is given.
+
+    Raises:
+        InputError: nothing is recorded there
+    """
+    if start is None and stop is None:
+        return path
+    first, last = float("-inf") if start is None else start, float("inf") if stop is None else stop
+    if not first < last:
+        raise InputError(f"a stretch from {first:g} to {last:g} s is empty; give --from before --to")
+    whole, seen = None, (float("inf"), float("-inf"))
+    for piece in _pieces(path, car, dbc, channel_map, CHUNK):
+        seen = (min(seen[0], piece.span[0]), max(seen[1], piece.span[1]))
+        part = piece.slice(first, last)
+        if any(len(channel.time) for channel in part.channels.values()):
+            whole = joined(whole, part)
+        if piece.span[0] >= last:
+            break
+    if whole is None:
+        raise InputError(
+            f"{path} holds nothing between {first:g} and {last:g} s; it goes from {seen[0]:.6g} to {seen[1]:.6g} s"
+        )
+    return whole
+
+
+def require_readable(path: Path, car: Vehicle, dbc: Any, channel_map: Any) -> None:
+    """Raise what is wrong with the file itself, once and not for every monitor.
+
+    Raises:
+        InputError: it cannot be read, or its channel map or database does not fit
+    """
+    if not path.is_fifo():
+        next(iter(_pieces(path, car, dbc, channel_map, 1.0)))
+
+
+def able(path: Path, car: Vehicle, dbc: Any, channel_map: Any) -> tuple[str, ...]:
+    """The monitors that would take a recording, judged by its first ten minutes.
+
+    Raises:
+        InputError: it cannot be read
+    """
+    piece = next(iter(_pieces(path, car, dbc, channel_map, CHUNK)))
+    usual = (each for each in MONITORS.values() if each.default is not None and not each.condition)
+    return tuple(each.name for each in usual if taken(each, refusals(each, car, piece)))
+
+
+def _pieces(path: Path, car: Vehicle, dbc: Any, channel_map: Any, seconds: float) -> Any:
+    from tierod.io.readers import open_chunks
+
+    return open_chunks(
+        path,
+        seconds=seconds,
+        dbc=car.database if dbc is None else dbc,
+        channel_map=car.channel_map if channel_map is None else channel_map,
+    )

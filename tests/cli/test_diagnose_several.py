@@ -1,0 +1,119 @@
+"""Several recordings and every monitor: one page, one document, the worst exit code."""
+
+import dataclasses
+import json
+
+import pytest
+
+from tierod.cli import main
+from tierod.core.findings import Finding, Status
+from tierod.io.writers import write
+from tierod.monitors.diagnose import diagnose as run
+from tierod.monitors.several import Judged
+from tierod.proving_ground import drive
+from tierod.report import several
+from tierod.vehicles import VEHICLES
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two recordings and a vehicle file that names no monitor."""
+    place = tmp_path_factory.mktemp("drives")
+    for name, seed in (("a", 3), ("b", 4)):
+        write(drive(minutes=2.0, seed=seed), place / f"{name}.parquet")
+    text = VEHICLES["midsize-eps"].read_text(encoding="utf-8")
+    (place / "car.toml").write_text(text.replace('monitor = "friction"\n', ""), encoding="utf-8")
+    return place
+
+
+@pytest.fixture(autouse=True)
+def _here(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    yield
+    for page in folder.glob("*.html"):
+        page.unlink()
+
+
+def test_several_recordings_give_one_page_and_the_worst_code(folder, capsys):
+    code = main(["diagnose", "a.parquet", "b.parquet", "--vehicle", "car.toml", "--monitor", "friction"])
+    printed = capsys.readouterr().out
+    assert "a.parquet" in printed
+    assert "b.parquet" in printed
+    assert "report: recordings-friction.html" in printed
+    (page,) = folder.glob("*.html")
+    text = page.read_text(encoding="utf-8")
+    assert "a.parquet, friction:" in text
+    assert "b.parquet, friction:" in text
+    assert code in (0, 1, 2)
+
+
+def test_a_car_that_names_no_monitor_is_judged_by_every_one_that_can_run(capsys):
+    code = main(["diagnose", "a.parquet", "--vehicle", "car.toml", "--no-report", "--json"])
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "tierod.diagnoses/1"
+    assert document["exit_code"] == code
+    (one,) = document["recordings"]
+    assert one["vehicle"] == "midsize-eps"
+    assert {"friction", "sideslip"} <= one["diagnoses"].keys()
+    assert {each["monitor"] for each in one["not_run"]} >= {"hysteresis", "motor-angle"}
+    assert one["diagnoses"]["friction"]["findings"][0]["monitor"].startswith("friction")
+
+
+def test_a_car_that_names_a_monitor_keeps_it_for_one_recording(capsys):
+    assert main(["diagnose", "a.parquet", "--vehicle", "midsize-eps", "--no-report", "--json"]) in (0, 2)
+    assert json.loads(capsys.readouterr().out)["schema"] == "tierod.diagnosis/2"
+
+
+def test_a_stretch_is_judged_alone(capsys):
+    stretch = ["--from", "30", "--to", "90"]
+    main(["diagnose", "a.parquet", "--vehicle", "midsize-eps", "--no-report", "--json", *stretch])
+    (row, *_) = json.loads(capsys.readouterr().out)["quality"]
+    assert row["samples"] == pytest.approx(6000, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["a.parquet", "absent.parquet"], "there is no file absent.parquet"),
+        (["a.parquet", "b.parquet", "--monitor", "frictoin"], "did you mean 'friction'"),
+        (["a.parquet", "b.parquet", "--memory", "memory.json"], "--memory belongs to one monitor over one recording"),
+        (["a.parquet", "--variant", "presliding"], "name one with --monitor"),
+        (["a.parquet", "--from", "20", "--to", "10"], "--from before --to"),
+        (["a.parquet", "--from", "1000"], "it goes from 0"),
+        (["a.parquet", "b.parquet", "--output", "a.parquet"], "would overwrite a.parquet"),
+        (["a.parquet", "b.parquet", "--output", "nowhere/page.html"], "nowhere"),
+        (["a.parquet", "b.parquet", "--monitor", "motor-angle"], "no monitor can run on a.parquet, b.parquet"),
+    ],
+)
+def test_what_is_wrong_is_said_and_nothing_is_written(arguments, sentence, folder, capsys):
+    assert main(["diagnose", *arguments, "--vehicle", "car.toml"]) == 3
+    assert sentence in capsys.readouterr().err
+    assert not list(folder.glob("*.html"))
+    assert not (folder / "memory.json").exists()
+
+
+def test_a_monitor_that_cannot_run_names_the_one_that_can(capsys):
+    arguments = ["diagnose", "a.parquet", "--vehicle", "midsize-eps", "--monitor", "motor-angle", "--no-report"]
+    assert main(arguments) == 3
+    error = capsys.readouterr().err
+    assert "--monitor" in error
+    assert "friction" in error
+
+
+@pytest.mark.parametrize(
+    ("statuses", "expected"),
+    [
+        (["healthy", "healthy"], Status.HEALTHY),
+        (["healthy", "not enabled"], Status.NOT_ENABLED),
+        (["not enabled", "fault", "healthy"], Status.FAULT),
+    ],
+)
+def test_the_worst_status(statuses, expected, folder):
+    usual = run(folder / "a.parquet", "midsize-eps", "friction")
+
+    def having(status: str):
+        finding: Finding = dataclasses.replace(usual.findings[0], status=Status(status))
+        return dataclasses.replace(usual, findings=(finding,))
+
+    judged = [Judged(folder / "a.parquet", "car", {str(k): having(each) for k, each in enumerate(statuses)})]
+    assert several.worst(judged) is expected
