@@ -5,22 +5,19 @@ The parameters are found by opening every variant with every shipped vehicle and
 
 from __future__ import annotations
 
-import contextlib
-import dataclasses
 import functools
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from docs_text import names, page, table, unit
 
-from tierod.core.errors import TierodError
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.monitors.harness.session import Monitor, Variant
+from tierod.monitors.harness.session import Monitor
+from tierod.monitors.needs import Reading, readings
 from tierod.monitors.registry import MONITORS
-from tierod.vehicles import QUANTITIES, Parameter, Vehicle, load, shipped
+from tierod.vehicles import QUANTITIES, shipped
 
 EXPLANATION = {name: f"../../explanation/{name}.md" for name in MONITORS}
 """Page with the equations of each monitor."""
@@ -30,92 +27,6 @@ def pages() -> dict[str, Callable[[], str]]:
     """Path below docs/ -> function that gives the text."""
     every = {f"reference/monitors/{name}.md": functools.partial(monitor_page, name) for name in MONITORS}
     return {"reference/monitors/index.md": index, **every}
-
-
-@dataclass
-class Reading:
-    """What a session reads of a vehicle.
-
-    Args:
-        needed: parameters without which it cannot be opened
-        optional: parameters that it uses where the vehicle file gives them
-        unclear: parameters that it asks for without a default, but may do without
-    """
-
-    needed: set[str] = field(default_factory=set)
-    optional: set[str] = field(default_factory=set)
-    unclear: set[str] = field(default_factory=set)
-
-
-class _Parameters(Mapping[str, Parameter]):
-    """The parameters of a vehicle; names that are looked up are recorded as optional."""
-
-    def __init__(self, known: Mapping[str, Parameter], reading: Reading):
-        self.known, self.reading = known, reading
-
-    def __getitem__(self, name: str) -> Parameter:
-        self.reading.optional.add(name)
-        return self.known[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.known)
-
-    def __len__(self) -> int:
-        return len(self.known)
-
-
-@dataclass(frozen=True)
-class _ReadVehicle(Vehicle):
-    """A vehicle that records which parameters are read, and which of them have no default."""
-
-    reading: Reading = field(default_factory=Reading)
-
-    def __getitem__(self, name: str) -> float:
-        self.reading.unclear.add(name)
-        return super().__getitem__(name)
-
-    def parameters_for(self, wanted: type[Any]) -> Any:
-        fields = [each for each in dataclasses.fields(wanted) if each.init]
-        missing = dataclasses.MISSING
-        self._asked({each.name for each in fields if each.default is missing and each.default_factory is missing})
-        return super().parameters_for(wanted)
-
-    def _asked(self, names: set[str]) -> None:
-        """Record names that are asked for without a default."""
-        looked_for = names & self.reading.optional
-        self.reading.unclear |= looked_for
-        self.reading.needed |= names - looked_for
-
-
-@functools.cache
-def readings(monitor: str) -> dict[str, dict[str, Reading]]:
-    """Variant -> shipped vehicle with which it opens -> what it reads."""
-    found: dict[str, dict[str, Reading]] = {}
-    for variant in MONITORS[monitor].variants.values():
-        found[variant.name] = {}
-        for name in shipped():
-            with contextlib.suppress(TierodError):
-                found[variant.name][name] = _reading(variant, load(name), MONITORS[monitor].rate)
-    return found
-
-
-def _reading(variant: Variant, vehicle: Vehicle, rate: float) -> Reading:
-    reading = Reading()
-    fields = {each.name: getattr(vehicle, each.name) for each in dataclasses.fields(Vehicle)}
-    fields["parameters"] = _Parameters(vehicle.parameters, reading)
-    session = variant.open(_ReadVehicle(**fields, reading=reading), rate, None)
-    # Some parameters are read for the conclusion alone, and a session without a recording may have none.
-    with contextlib.suppress(Exception):
-        session.conclude()
-    reading.needed &= vehicle.parameters.keys()
-    for name in (reading.unclear & vehicle.parameters.keys()) - reading.needed:
-        without = {key: value for key, value in vehicle.parameters.items() if key != name}
-        try:
-            variant.open(dataclasses.replace(vehicle, parameters=without), rate, None)
-        except TierodError:
-            reading.needed.add(name)
-    reading.optional = (reading.optional | reading.unclear) - reading.needed
-    return reading
 
 
 def index() -> str:

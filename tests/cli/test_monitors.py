@@ -68,3 +68,19 @@ def test_tells_the_decisions_with_their_false_alarms(capsys):
     )
     main(["monitors", "friction"])
     assert "Decisions of the variant pre-sliding" in capsys.readouterr().out
+
+
+def test_says_which_parameters_and_signals_a_vehicle_lacks(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "car.channels.toml").write_text('[signals.yaw_rate]\nsource = "yaw"\n')
+    assert main(["new", "car.toml", "--class", "midsize"]) == 0
+    capsys.readouterr()
+    assert main(["monitors", "motor-angle", "--vehicle", "car.toml"]) == 0
+    printed = capsys.readouterr().out
+    assert "motor-angle: cannot run with car" in printed
+    assert "motor_flux" in printed
+    assert "motor_current_alpha" in printed
+    assert main(["monitors", "motor-angle", "--vehicle", "motor-bench", "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["monitors"].values()
+    assert found["stator-frame"]["needed"] == []
+    assert found["stator-frame"]["needed_signals"] is None

@@ -15,7 +15,7 @@ import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import TextIO
+from typing import Any, TextIO
 
 from tierod.cli.terminal import spell_what_cannot_be_shown, visible
 from tierod.core.errors import KernelWarning, PluginWarning, TierodError, nearest
@@ -30,7 +30,7 @@ LONGEST_SENTENCE = 1200
 _LOOP = "Symlink loop from "
 """How the error begins that Python before 3.13 raises where it resolves such a link."""
 
-_NOT_COMMANDS = {"app", "terminal"}
+_NOT_COMMANDS = {"app", "examples", "terminal"}
 
 _HEADER = """\
 Estimate what cannot be measured in a steering system, and find what is going wrong in it.
@@ -108,12 +108,12 @@ def _dispatch(arguments: Sequence[str]) -> int:
 def _call(verb: str, arguments: Sequence[str]) -> int:
     import typer
 
-    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    app.command(verb, context_settings={"help_option_names": ["-h", "--help"]})(_function(verb))
     # typer's own usage errors end with 2, which here means "could not judge".
     usage_error: type[Exception] = typer.BadParameter.__mro__[1]
     try:
-        code = typer.main.get_command(app).main(list(arguments), prog_name=f"tierod {verb}", standalone_mode=False)
+        code = parser(verb, _below_help(verb, arguments)).main(
+            list(arguments), prog_name=f"tierod {verb}", standalone_mode=False
+        )
     except usage_error as error:
         sentence = error.format_message().rstrip(".")  # type: ignore[attr-defined]
         raise _Usage(f"{sentence}; see 'tierod {verb} --help'") from error
@@ -123,6 +123,34 @@ def _call(verb: str, arguments: Sequence[str]) -> int:
     if code == INTERRUPTED:
         raise KeyboardInterrupt  # typer has made an exit of it
     return code if isinstance(code, int) else HEALTHY
+
+
+def parser(verb: str, epilog: str | None = None) -> Any:
+    """The parser of a verb, with its options and arguments.
+
+    Args:
+        verb: as typed
+        epilog: text below its help
+    """
+    import typer
+
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    app.command(verb, epilog=epilog, context_settings={"help_option_names": ["-h", "--help"]})(_function(verb))
+    return typer.main.get_command(app)
+
+
+def _below_help(verb: str, arguments: Sequence[str]) -> str | None:
+    """Examples and names; only where help is asked for, since the names of vehicles and monitors take time."""
+    if "--help" not in arguments and "-h" not in arguments:
+        return None
+    from tierod.cli.examples import EXAMPLES, names_of
+
+    lines = [f"Example: {each}" for each in EXAMPLES.get(verb, ())]
+    for parameter in parser(verb).params:
+        argument = parameter.param_type_name == "argument"
+        if names := names_of(f"{verb} {parameter.name}" if argument else parameter.opts[0]):
+            lines.append(f"{parameter.name if argument else parameter.opts[0]}: {', '.join(names)}")
+    return "\n\n".join(line.replace("[", "\\[") for line in lines) or None
 
 
 def _module(verb: str) -> ModuleType:
@@ -136,11 +164,12 @@ def _function(verb: str) -> Callable[..., int | None]:
 
 
 def _overview() -> str:
-    rows = [f"  {verb:<16} {_summary(verb)}" for verb in commands()]
+    rows = [f"  {verb:<16} {summary(verb)}" for verb in commands()]
     return "\n".join([_HEADER, *rows, _FOOTER.rstrip()])
 
 
-def _summary(verb: str) -> str:
+def summary(verb: str) -> str:
+    """What a verb does, in a line."""
     return (_module(verb).__doc__ or "").strip().splitlines()[0].rstrip(".")
 
 

@@ -2,32 +2,88 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import dataclasses
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tierod.cli.terminal import output, print_json, rows
+from tierod.cli.terminal import output, print_json, progress, rows
 from tierod.core.shown import written
 
 if TYPE_CHECKING:
     from tierod.monitors.harness.decision import Decision
     from tierod.monitors.harness.session import Monitor
+    from tierod.monitors.needs import Lacking
 
 
 def monitors(
     name: Annotated[str | None, typer.Argument(help="a monitor, to see its signals and variants")] = None,
+    vehicle: Annotated[
+        str | None, typer.Option(help="a vehicle: what its file and its channel map lack, and what that would bring")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
 ) -> None:
     """List the monitors, or show one: the signals it needs, its variants, and where they come from."""
     from tierod.monitors.registry import MONITORS
 
+    if vehicle is not None:
+        _for_vehicle(name, vehicle, json)
+        return
     chosen = list(MONITORS.values()) if name is None else [MONITORS.required(name)]
     if json:
         print_json({"monitors": [_document(monitor) for monitor in chosen]})
         return
     for monitor in chosen:
         _show(monitor)
+
+
+def _for_vehicle(name: str | None, vehicle: str, json: bool) -> None:
+    """What every variant lacks with a vehicle."""
+    from tierod.monitors.needs import lacking
+    from tierod.monitors.registry import MONITORS
+    from tierod.vehicles import load
+
+    car = load(vehicle)
+    chosen = list(MONITORS.values()) if name is None else [MONITORS.required(name)]
+    found = {}
+    with progress(f"opening the monitors for {car.name}") as advance:
+        for place, each in enumerate(chosen):
+            found[each.name] = {v.name: lacking(each, v, car) for v in each.variants.values()}
+            advance((place + 1) / len(chosen))
+    if json:
+        rows_of = {name: {v: dataclasses.asdict(each) for v, each in parts.items()} for name, parts in found.items()}
+        print_json({"vehicle": car.name, "monitors": rows_of})
+        return
+    for monitor in chosen:
+        _show_lacking(monitor, found[monitor.name], car.name, name is not None)
+
+
+def _show_lacking(monitor: Monitor, found: Mapping[str, Lacking], car: str, whole: bool) -> None:
+    """Whether a monitor can run with a vehicle, and what the default variant, or the first one, lacks."""
+    from tierod.core.signals import SIGNALS
+    from tierod.vehicles import QUANTITIES
+
+    console = output()
+    able = [name for name, each in found.items() if not each.obstacle and not each.needed_signals]
+    console.print(
+        f"[bold]{monitor.name}[/bold]: {'can run as ' + ', '.join(able) if able else 'cannot run'} with {car}"
+    )
+    name = monitor.default or next(iter(found))
+    each = found[name]
+    cells = [(p, "parameter", f"needed by {name}", QUANTITIES[p].meaning) for p in each.needed]
+    cells += [(s, "signal", f"needed by {name}", SIGNALS[s].meaning) for s in each.needed_signals or ()]
+    if each.obstacle and not each.needed:
+        console.print(each.obstacle, markup=False)
+    if whole:
+        cells += [(p, "parameter", "replaces a default", QUANTITIES[p].meaning) for p in each.optional]
+        more = [s for s in each.optional_signals or () if s in SIGNALS]
+        cells += [(s, "signal", "makes it better", SIGNALS[s].meaning) for s in more]
+        if each.needed_signals is None:
+            console.print(f"{car} names no channel map, so that its signals are not known; 'tierod inspect' knows them")
+    if cells:
+        console.print(rows(("missing", "kind", "what it brings", "meaning"), cells))
+    console.print()
 
 
 def _document(monitor: Monitor) -> dict[str, Any]:

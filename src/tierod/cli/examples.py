@@ -1,0 +1,74 @@
+"""Examples and names that stand below the help of a command."""
+
+from __future__ import annotations
+
+EXAMPLES: dict[str, tuple[str, ...]] = {
+    "analyse": ("tierod analyse column --vehicle column-bench",),
+    "campaign": ("tierod campaign friction-steps --dry-run", "tierod campaign friction-steps -o runs/"),
+    "completion": ("source <(tierod completion bash)", "tierod completion fish | source"),
+    "demo": ("tierod demo",),
+    "diagnose": (
+        "tierod diagnose drive.mf4 --vehicle car.toml",
+        "tierod diagnose monday.mf4 tuesday.mf4 --vehicle car.toml -o week.html",
+        "tierod diagnose drive.mf4 --vehicle car.toml --monitor sideslip --from 60 --to 180",
+    ),
+    "identify": (
+        "tierod identify column bench.parquet --vehicle column-bench -o mine.toml",
+        "tierod identify thresholds monday.mf4 tuesday.mf4 --vehicle car.toml --in-place",
+    ),
+    "inspect": (
+        "tierod inspect drive.mf4",
+        "tierod inspect drive.mf4 --write-map car.channels.toml",
+        "tierod inspect can.log --vehicle rav4",
+    ),
+    "monitors": ("tierod monitors", "tierod monitors sideslip --vehicle car.toml"),
+    "new": (
+        "tierod new car.toml --like midsize-eps mass=1480 wheelbase=2.68",
+        'tierod new car.toml --class van "mass=2.1 t +- 3 %" steering_ratio=1/17 --drive drive.mf4',
+    ),
+    "scenarios": ("tierod scenarios",),
+    "simulate": ("tierod simulate mixed-drive-friction-step -o drive.mf4",),
+    "vehicles": ("tierod vehicles", "tierod vehicles midsize-eps --toml > car.toml"),
+}
+"""By command, as they are typed."""
+
+
+def names_of(parameter: str) -> tuple[str, ...]:
+    """The names that an option or an argument takes; empty where it takes something else.
+
+    Args:
+        parameter: "--monitor", or "COMMAND name" of an argument
+    """
+    from tierod.monitors.registry import MONITORS
+    from tierod.vehicles import VEHICLES
+    from tierod.vehicles.classes import classes
+
+    if parameter in ("--vehicle", "--like", "vehicles name"):
+        return tuple(VEHICLES.own)
+    if parameter == "--monitor":
+        return (*MONITORS.own, "all")
+    if parameter == "monitors name":
+        return tuple(MONITORS.own)
+    if parameter == "--class":
+        return tuple(classes())
+    return _of_argument(parameter)
+
+
+def _of_argument(parameter: str) -> tuple[str, ...]:
+    if parameter == "identify subject":
+        from tierod.report.identification import SUBJECTS
+
+        return tuple(SUBJECTS)
+    if parameter == "analyse subject":
+        from tierod.report.analysis import SUBJECTS as ANALYSES
+
+        return tuple(ANALYSES)
+    if parameter in ("simulate scenario", "scenarios name"):
+        from tierod.proving_ground.scenarios import shipped
+
+        return tuple(shipped())
+    if parameter == "campaign file":
+        from tierod.experiments.campaign import shipped as campaigns
+
+        return tuple(campaigns())
+    return ("bash", "zsh", "fish") if parameter == "completion shell" else ()

@@ -1,0 +1,168 @@
+"""Which parameters of a vehicle a monitor needs, which it can use, and which of them a car lacks.
+
+They are found by opening every variant with every shipped vehicle and recording what it reads.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from tierod.core.errors import TierodError
+from tierod.io.derive import RECIPES
+from tierod.io.readers import load_channel_map
+from tierod.monitors.harness.session import Monitor, Variant
+from tierod.monitors.registry import MONITORS
+from tierod.vehicles import QUANTITIES, Parameter, Vehicle, load, shipped
+from tierod.vehicles.vehicle import Parameters
+
+
+@dataclass
+class Reading:
+    """What a session reads of a vehicle.
+
+    Args:
+        needed: parameters without which it cannot be opened
+        optional: parameters that it uses where the vehicle file gives them
+        unclear: parameters that it asks for without a default, but may do without
+    """
+
+    needed: set[str] = field(default_factory=set)
+    optional: set[str] = field(default_factory=set)
+    unclear: set[str] = field(default_factory=set)
+
+
+class _Parameters(Mapping[str, Parameter]):
+    """The parameters of a vehicle; names that are looked up are recorded as optional."""
+
+    def __init__(self, known: Mapping[str, Parameter], reading: Reading):
+        self.known, self.reading = known, reading
+
+    def __getitem__(self, name: str) -> Parameter:
+        self.reading.optional.add(name)
+        return self.known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.known)
+
+    def __len__(self) -> int:
+        return len(self.known)
+
+
+@dataclass(frozen=True)
+class _ReadVehicle(Vehicle):
+    """A vehicle that records which parameters are read, and which of them have no default."""
+
+    reading: Reading = field(default_factory=Reading)
+
+    def __getitem__(self, name: str) -> float:
+        """The value of a parameter."""
+        self.reading.unclear.add(name)
+        return super().__getitem__(name)
+
+    def parameters_for(self, wanted: type[Parameters]) -> Parameters:
+        """A dataclass of parameters; see `Vehicle.parameters_for`."""
+        fields = [each for each in dataclasses.fields(wanted) if each.init]  # type: ignore[arg-type]
+        missing = dataclasses.MISSING
+        self._asked({each.name for each in fields if each.default is missing and each.default_factory is missing})
+        return super().parameters_for(wanted)
+
+    def _asked(self, names: set[str]) -> None:
+        """Record names that are asked for without a default."""
+        looked_for = names & self.reading.optional
+        self.reading.unclear |= looked_for
+        self.reading.needed |= names - looked_for
+
+
+@functools.cache
+def readings(monitor: str) -> dict[str, dict[str, Reading]]:
+    """Variant -> shipped vehicle with which it opens -> what it reads.
+
+    Args:
+        monitor: name
+    """
+    found: dict[str, dict[str, Reading]] = {}
+    for variant in MONITORS[monitor].variants.values():
+        found[variant.name] = {}
+        for name in shipped():
+            with contextlib.suppress(TierodError):
+                found[variant.name][name] = _reading(variant, load(name), MONITORS[monitor].rate)
+    return found
+
+
+def _reading(variant: Variant, vehicle: Vehicle, rate: float) -> Reading:
+    reading = Reading()
+    fields = {each.name: getattr(vehicle, each.name) for each in dataclasses.fields(Vehicle)}
+    fields["parameters"] = _Parameters(vehicle.parameters, reading)
+    session = variant.open(_ReadVehicle(**fields, reading=reading), rate, None)
+    # Some parameters are read for the conclusion alone, and a session without a recording may have none.
+    with contextlib.suppress(Exception):
+        session.conclude()
+    reading.needed &= vehicle.parameters.keys()
+    for name in (reading.unclear & vehicle.parameters.keys()) - reading.needed:
+        without = {key: value for key, value in vehicle.parameters.items() if key != name}
+        try:
+            variant.open(dataclasses.replace(vehicle, parameters=without), rate, None)
+        except TierodError:
+            reading.needed.add(name)
+    reading.optional = (reading.optional | reading.unclear) - reading.needed
+    return reading
+
+
+@dataclass(frozen=True)
+class Lacking:
+    """What a variant of a monitor lacks with a vehicle.
+
+    Args:
+        obstacle: why the variant cannot run with this vehicle; "" where it can
+        needed, optional: parameters that the vehicle file does not give, by use
+        needed_signals, optional_signals: that its channel map does not name; None where the vehicle names no map
+    """
+
+    obstacle: str
+    needed: tuple[str, ...]
+    optional: tuple[str, ...]
+    needed_signals: tuple[str, ...] | None
+    optional_signals: tuple[str, ...] | None
+
+
+def lacking(monitor: Monitor, variant: Variant, car: Vehicle) -> Lacking:
+    """What a variant lacks with a vehicle.
+
+    Args:
+        monitor: of the variant
+        variant: that is asked for
+        car: its vehicle
+    """
+    cars = readings(monitor.name).get(variant.name, {}) if monitor.name in MONITORS.own else {}
+    needed = set.intersection(*(each.needed for each in cars.values())) if cars else set()
+    used = set().union(*(each.needed | each.optional for each in cars.values())) - needed
+    try:
+        variant.open(car, monitor.rate, None)
+        obstacle = ""
+    except TierodError as error:
+        obstacle = str(error)
+    absent = [name for name in QUANTITIES if name not in car]
+    required = monitor.needing(variant).required
+    return Lacking(
+        obstacle,
+        tuple(name for name in absent if name in needed),
+        tuple(name for name in absent if name in used),
+        _unmapped(required, car),
+        _unmapped(tuple(name for name in monitor.optional if name not in required), car),
+    )
+
+
+def _unmapped(names: tuple[str, ...], car: Vehicle) -> tuple[str, ...] | None:
+    """The signals that the channel map of a car names neither itself nor what they are made of."""
+    if car.channel_map is None:
+        return None
+    mapped = load_channel_map(car.channel_map).entries
+
+    def there(name: str) -> bool:
+        return name in mapped or (name in RECIPES and all(each in mapped for each in RECIPES[name].needs))
+
+    return tuple(name for name in names if not there(name))
