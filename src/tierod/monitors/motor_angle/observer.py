@@ -49,7 +49,7 @@ class Pace(NamedTuple):
 
 
 class Surprise(NamedTuple):
-    """What the currents said beyond their last prediction, squared, in variances, and how often that was too much.
+    """What measurements said beyond their last prediction, squared, in variances, and how often that was too much.
 
     Args:
         last: of the sample before
@@ -234,12 +234,12 @@ class MotorAngleObserver:
     def _process_noise(
         self, filter_: KalmanFilter, standing: Scalar, sample: Sample, surprise: Surprise
     ) -> tuple[Scalar, ...]:
-        """Variances of this sample; after currents that no wander explains the load has stepped, and speed with it.
+        """Variances of this sample; after a surprise that no wander explains the load has stepped, and speed with it.
 
         A model that does not hold surprises on end, and no step explains it.
         """
         noise, t = list(filter_.process_noise), self.tuning
-        stepped = all_of(surprise.last > t.surprising, surprise.often < t.most_surprises, standing < 0.5)
+        stepped = both(surprise.last > t.surprising, surprise.often < t.most_surprises)
         noise[2] = where(stepped, t.stepped_speed**2, noise[2])
         noise[4] = where(stepped, t.stepped_load**2, noise[4])
         walk = self.tuning.standing_wander**2 * self.parameters.sample_time
@@ -249,10 +249,11 @@ class MotorAngleObserver:
         return tuple(noise)
 
     def _surprise(self, before: Surprise, estimate: Tree, begun: Scalar) -> Surprise:
-        """What the currents say beyond their prediction; missing ones say nothing."""
-        pairs = zip(estimate.innovation[:2], estimate.innovation_variance[:2], strict=True)
-        alpha, beta = (where(present(said), said * said / variance, 0.0) for said, variance in pairs)
-        last = where(begun, alpha + beta, 0.0)
+        """What currents, and increments of a slow motor, say beyond their prediction; missing ones say nothing."""
+        last = where(begun, estimate.nis, 0.0)
+        if self.commanded:
+            # A knee that is not learnt yet surprises as a load does, and more often.
+            last = where(estimate.variance.log_knee < self.tuning.learnt_knee**2, last, 0.0)
         keep = 1.0 - share_reached(self.parameters.sample_time / self.tuning.step_memory)
         return Surprise(last, keep * before.often + where(last > self.tuning.surprising, 1.0, 0.0))
 

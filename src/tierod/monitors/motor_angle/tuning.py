@@ -29,8 +29,8 @@ class MotorAngleTuning:
         sensor_noise: of one reading of the angle sensor, used for increments only
         speed_wander: that the balance of torques leaves out, per sample
         load_wander: of the load torque, per sample: it may reverse within some 10 ms
-        surprising: square of what the currents say beyond their prediction, in variances, from which the load has
-            stepped: noise of two currents goes beyond once in 22 000 samples
+        surprising: square of what measurements say beyond their prediction, in variances, from which the load has
+            stepped: noise of two currents goes beyond once in 22 000 samples, of increments besides once in 6 000
         stepped_speed, stepped_load: what both may then have changed by: a load at its limit within one sample
         most_surprises, step_memory: a step surprises less often than this within that time; more is a wrong model
         resistance_wander: of its logarithm per square root of a second: a winding heats over seconds
@@ -42,6 +42,7 @@ class MotorAngleTuning:
         first_resistance, first_flux: of their logarithms: temperatures from -40 to 120 degrees
         first_loss: of what the inverter takes from a command: its data sheet gives it within so much
         first_knee: of the logarithm of its knee, which no data sheet gives; 0 takes it as known
+        learnt_knee: deviation of that logarithm below which a surprise is one of the load
         least_current: below it the resistance is left alone, since noise alone would drive it
         standing_speed: below it the back-EMF determines no angle
         standing_time: for so long it must be below
@@ -74,6 +75,7 @@ class MotorAngleTuning:
     first_flux: Annotated[float, "", POSITIVE] = 0.05
     first_loss: Annotated[float, "V", POSITIVE] = 0.3
     first_knee: Annotated[float, "", NOT_NEGATIVE] = 0.5
+    learnt_knee: Annotated[float, "", POSITIVE] = 0.1
     least_current: Annotated[float, "A", POSITIVE] = 3.0
     standing_speed: Annotated[float, "rad/s", POSITIVE] = 1.0
     standing_time: Annotated[float, "s", POSITIVE] = 0.02

@@ -80,7 +80,7 @@ def clean_drive(
     start: float = 0.0,
     plant: MotorBench | None = None,
     load: np.ndarray | None = None,
-    pace: float = 1.0,
+    target: np.ndarray | None = None,
 ) -> BenchDrive:
     """The same without noise.
 
@@ -88,10 +88,10 @@ def clean_drive(
         seed, seconds, fault, start: as of `drive`
         plant: the bench; the usual one where None
         load: torque that opposes besides the spring, a value per step of the bench; none where None [N*m]
-        pace: of the course, over the usual one []
+        target: angle that is asked of the motor, likewise; that of `course` where None [rad]
     """
     plant, time = plant or MotorBench(), bench_time(seconds)
-    inputs = bench_inputs(pace * course(time, seed))
+    inputs = bench_inputs(course(time, seed) if target is None else target)
     if load is not None:
         inputs["load_torque"] = load
     if fault is not None:

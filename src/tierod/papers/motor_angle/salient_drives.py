@@ -10,7 +10,7 @@ import numpy as np
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
-from tierod.papers.motor_angle.fault_drives import RATE, BenchDrive, bench_time, clean_drive, noisy
+from tierod.papers.motor_angle.fault_drives import RATE, BenchDrive, bench_time, clean_drive, course, noisy
 from tierod.papers.motor_angle.fault_kinds import Fault
 from tierod.papers.motor_angle.fault_trials import Found, delays
 from tierod.papers.motor_angle.healthy_drives import bench_monitor
@@ -18,10 +18,10 @@ from tierod.papers.motor_angle.observer_drives import bench
 from tierod.proving_ground.cars.motor_bench import MotorBench
 
 LOAD = 1.6
-"""Largest step of the load [N*m]: it takes half of the motor's torque, and the motor then accelerates by 1.3 rad/s
-within a sample."""
-FAST, FAST_LOAD = 1.5, 0.4
-"""Pace of a course up to some 200 rad/s, at which the magnets alone induce more than the inverter makes; its load."""
+"""Largest step of the load [N*m]: half of the motor's torque; the motor accelerates by 1.3 rad/s within a sample."""
+FAST, FAST_LOAD, LOW_SUPPLY = 165.0, 0.8, 11.0
+"""Greatest speed of a fast drive [rad/s], at which the magnets alone induce more than the inverter makes of so low a
+supply [V], and the largest step of a load that the motor then carries [N*m]."""
 BETWEEN = 0.5
 """Mean time between two steps of the load [s]."""
 WEAKENING = 0.9
@@ -49,8 +49,8 @@ RIGHT = Assumed()
 def salient_bench(ratio: float) -> MotorBench:
     """The bench with a salient motor, driven with the least current and with weakened flux.
 
-    More inductance across the flux would leave too little voltage to brake a load of `LOAD` that drives the motor. The
-    load is that which steps, alone: with the spring besides, it would be more than the motor's torque.
+    More inductance across the flux would leave too little voltage to brake a load that drives the motor. The load is
+    that which steps, alone.
 
     Args:
         ratio: inductance across the flux over that along it
@@ -92,7 +92,7 @@ def stepping_load(seconds: float, seed: int, largest: float = LOAD) -> np.ndarra
     Args:
         seconds: how long
         seed: of instants and sizes
-        largest: either way [N*m]
+        largest: step; the load lies within half of it either way [N*m]
     """
     random = np.random.default_rng([seed, 3])
     steps = len(bench_time(seconds))
@@ -102,7 +102,7 @@ def stepping_load(seconds: float, seed: int, largest: float = LOAD) -> np.ndarra
         random.choice([-1.0, 0.0, 1.0], len(starts)),
         random.uniform(-1.0, 1.0, len(starts)),
     )
-    return np.asarray(largest * sizes[np.searchsorted(starts, bench_time(seconds), side="right")])
+    return np.asarray(0.5 * largest * sizes[np.searchsorted(starts, bench_time(seconds), side="right")])
 
 
 def salient_drive(
@@ -112,7 +112,6 @@ def salient_drive(
     fault: Fault | None = None,
     start: float = 0.0,
     largest: float = LOAD,
-    pace: float = 1.0,
 ) -> BenchDrive:
     """A drive of such a bench under a load that steps, as it is recorded.
 
@@ -123,20 +122,25 @@ def salient_drive(
         fault: None for a fault-free drive
         start: of the fault [s]
         largest: step of the load [N*m]
-        pace: of the course, over the usual one []
     """
     load = stepping_load(seconds, seed, largest)
-    clean = clean_drive(seed, seconds, fault, start, salient_bench(ratio), load, pace)
+    clean = clean_drive(seed, seconds, fault, start, salient_bench(ratio), load)
     return noisy(clean, np.random.default_rng([seed, 77]))
 
 
 def fast_drive(ratio: float, seed: int, seconds: float) -> BenchDrive:
-    """The same at a speed at which the drive weakens the flux, with the load that it can then carry.
+    """A drive on a low supply, so fast that the flux is weakened.
 
     Args:
         ratio, seed, seconds: as of `salient_drive`
     """
-    return salient_drive(ratio, seed, seconds, largest=FAST_LOAD, pace=FAST)
+    plant, time = salient_bench(ratio), bench_time(seconds)
+    low = replace(plant.motor, inverter=replace(plant.motor.inverter, supply_voltage=LOW_SUPPLY))
+    slow = course(time, seed) * np.clip(0.5 * time, 0.0, 1.0)
+    target = FAST / float(np.abs(np.gradient(slow, time)).max()) * slow
+    load = stepping_load(seconds, seed, FAST_LOAD)
+    clean = clean_drive(seed, seconds, None, 0.0, replace(plant, motor=low), load, target)
+    return noisy(clean, np.random.default_rng([seed, 77]))
 
 
 def found_on_salient(ratio: float, seed: int, fault: Fault, assumed: Assumed = RIGHT) -> Found | None:
