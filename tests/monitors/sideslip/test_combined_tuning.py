@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import pytest
 
 from tierod.models.lateral_parameters import OF_STEERING
+from tierod.monitors.sideslip.calibration import with_parameters
 from tierod.monitors.sideslip.combined_tuning import (
     LATERAL_ACCELERATION,
+    RATIO_ERROR,
+    SLIP_ERROR,
+    UNKNOWN_TYRES,
+    YAW_ADAPTATION,
     YAW_RATE,
     CombinedTuning,
     Wandering,
@@ -41,3 +47,26 @@ def test_sensors_of_a_production_car_have_offsets_and_a_file_that_names_one_is_b
     named = load("revsted-car")
     assert tuning_of(named).lateral_acceleration_bias.deviation == named["lateral_acceleration_wander"]
     assert tuning_of(named).yaw_rate_bias is None
+
+
+def test_noises_that_no_file_names_are_adapted_and_named_ones_believed():
+    usual = tuning_of(load("midsize-eps"))
+    assert usual.yaw_adaptation == YAW_ADAPTATION
+    assert usual.ratio_error == RATIO_ERROR
+    assert usual.slip_error == SLIP_ERROR
+    named = tuning_of(load("ferrari-250lm"))
+    assert named.yaw_adaptation == named.acceleration_adaptation == named.ratio_error == named.slip_error == 0.0
+    assert tuning_of(load("steer-by-wire")) == CombinedTuning()
+
+
+def test_tyres_are_as_uncertain_as_the_file_says():
+    car = load("midsize-eps")
+    front = car.parameters["front_cornering_stiffness"]
+    found = tuning_of(car).log_front_stiffness
+    assert found.deviation == pytest.approx(front.standard_deviation / front.value)
+    assert found.time == UNKNOWN_TYRES.time
+    vague = dataclasses.replace(front, standard_deviation=None)
+    without = dataclasses.replace(car, parameters={**car.parameters, front.name: vague})
+    assert tuning_of(without).log_front_stiffness == UNKNOWN_TYRES
+    sure = with_parameters(car, {front.name: 100.0 * front.value})
+    assert tuning_of(sure).log_front_stiffness.deviation == 0.05

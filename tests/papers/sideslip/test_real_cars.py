@@ -89,7 +89,7 @@ def test_a_linear_car_is_found_by_the_linear_filter():
     steer = 0.02 * np.sin(2.0 * TIME)
     stiffness = {"front": 7e4, "rear": 1.1e5}
     tuned = rivals.LINEAR_START | stiffness
-    block = rivals._linear_filter(car, tuned)
+    block = rivals.linear_filter(car, tuned)
     quiet = np.column_stack([steer, np.full(len(TIME), 25.0), np.full((len(TIME), 2), np.nan)])
     out = scan(block, quiet)
     made = recording(

@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple, Self
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
-from tierod.core.graph.maths import absolute, both, limit, log, maximum, present, sqrt, where
+from tierod.core.graph.maths import absolute, both, either, limit, log, maximum, present, sqrt, where
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import diagonal
@@ -24,6 +24,7 @@ from tierod.monitors.sideslip.combined_estimate import CombinedEstimate, Combine
 from tierod.monitors.sideslip.combined_filter import GATE, combined_filter, held_growth
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, per_sample, tuning_of
 from tierod.monitors.sideslip.decisions import limit_rule
+from tierod.monitors.sideslip.noise_scale import NoiseScale, ScaleState
 from tierod.physics.gravity import GRAVITY
 from tierod.vehicles.vehicle import Vehicle
 
@@ -39,6 +40,16 @@ PATIENCE = 1.0
 
 SLOWEST_ANGLE = 0.05
 """Time between two values of the slowest steering angle that the monitor accepts [s]: 20 Hz."""
+
+MOST_SIDESLIP = 0.6
+"""Tangent of the sideslip angle (31 degrees) from which a filter with raised noises is lost: no car on the road slips
+so far, and one that follows a wrong yaw rate does at once."""
+
+SLOW = 3.0
+"""Speed below which that is judged by the lateral speed [m/s]: a short car on full lock turns about its rear axle."""
+
+WIND_SPEED = 25.0
+"""At which the tuning's wind acts [m/s]; the force of a gust is in proportion to the speed of the car."""
 
 FARTHEST = 3.5
 """Standard deviations of its prior that the logarithm of a factor may be away from its usual value: a guard against
@@ -60,6 +71,7 @@ class CombinedState(NamedTuple):
         angle_gate: of the road-wheel angle
         lateral_acceleration: low-passed [m/s**2]
         misfit: low-passed squared innovation over its variance, per reading
+        yaw_noise, acceleration_noise: scales of the noises of the yaw rate's equation and of the accelerometer
     """
 
     belief: Belief
@@ -68,6 +80,8 @@ class CombinedState(NamedTuple):
     angle_gate: Tree
     lateral_acceleration: Annotated[Scalar, "m/s**2"]
     misfit: Annotated[Scalar, ""]
+    yaw_noise: ScaleState
+    acceleration_noise: ScaleState
 
 
 class SteeringAngle(NamedTuple):
@@ -86,8 +100,12 @@ class CombinedSideslip:
     Args:
         filter: over `tierod.models.lateral_motion`; its gate weakens readings that do not fit
         angle_gate: against jumps of a steering angle that is taken as known
+        yaw_noise: scales the noise of the yaw rate's equation: of forces and moments that the model lacks
+        acceleration_noise: scales the noise of the accelerometer, with vibration, lean and bank that no state follows
         growth: variance per sample of every state while the estimate is held
         most: variance up to which it grows
+        angle_deviation: in the long run, of the offset of a steering angle, where one is followed
+        ratio_error, slip_error: as of `CombinedTuning`
         free_rate: variance per sample of the road wheels' rate while the actuator's torque is not known
         slowest: speed below which the last estimate is held
         limit_share: of the greatest front force, from which the peak is announced
@@ -99,8 +117,13 @@ class CombinedSideslip:
 
     filter: KalmanFilter
     angle_gate: JumpGate
+    yaw_noise: NoiseScale
+    acceleration_noise: NoiseScale
     growth: tuple[float, ...]
     most: tuple[float, ...]
+    angle_deviation: Annotated[float, "rad", POSITIVE] = 1.0
+    ratio_error: Annotated[float, "", NOT_NEGATIVE] = 0.0
+    slip_error: Annotated[float, "", NOT_NEGATIVE] = 0.0
     free_rate: Annotated[float, "rad**2/s**2", NOT_NEGATIVE] = 0.0
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
     limit_share: Annotated[float, "", POSITIVE] = 0.7
@@ -147,8 +170,13 @@ class CombinedSideslip:
         return cls(
             filter,
             JumpGate(SteeringAngle, sample_time, 0.0, STEERING_RATE, SLOWEST_ANGLE, GATE),
+            NoiseScale(sample_time, greatest=tuning.yaw_adaptation),
+            NoiseScale(sample_time, greatest=tuning.acceleration_adaptation),
             growth=held_growth(filter.model, tuning.noises, sample_time),
             most=filter.initial_variance,
+            angle_deviation=tuning.road_wheel_angle_offset.deviation if tuning.road_wheel_angle_offset else 1.0,
+            ratio_error=tuning.ratio_error,
+            slip_error=tuning.slip_error,
             free_rate=per_sample(tuning.noises.free_road_wheel_rate, sample_time),
             slowest=tuning.slowest,
             limit_share=tuning.limit_share,
@@ -158,7 +186,17 @@ class CombinedSideslip:
 
     def init(self) -> CombinedState:
         """Straight ahead, with everything as the vehicle file gives it."""
-        return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init(), 0.0, 1.0)
+        return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init(), 0.0, 1.0, *self._usual())
+
+    def _adapts(self, state: CombinedState) -> Scalar:
+        """Whether a noise is raised, which keeps the innovations small whatever the estimate does."""
+        return state.yaw_noise.logarithm + state.acceleration_noise.logarithm > 0.0
+
+    def _fresh(self, scale: ScaleState, lost: Scalar) -> ScaleState:
+        return ScaleState(*(where(lost, 0.0, each) for each in scale))
+
+    def _usual(self) -> tuple[ScaleState, ScaleState]:
+        return self.yaw_noise.init(), self.acceleration_noise.init()
 
     def step(self, state: CombinedState, sample: CombinedSample) -> tuple[CombinedState, CombinedEstimate]:
         """One sample on."""
@@ -174,7 +212,8 @@ class CombinedSideslip:
         lateral = self._smoothed(state.lateral_acceleration, sample.lateral_acceleration, SMOOTHING)
         per_reading = where(estimate.present > 0.5, estimate.nis / maximum(estimate.present, 1.0), math.inf)
         misfit = self._smoothed(state.misfit, per_reading, PATIENCE)
-        lost = misfit > self.most_misfit
+        skids = absolute(belief.mean.lateral_speed) > MOST_SIDESLIP * maximum(inputs.vehicle_speed, SLOW)
+        lost = either(misfit > self.most_misfit, both(self._adapts(state), skids))
         belief = self._restarted(belief._replace(mean=self._kept(belief.mean, lateral)), lost)
         known = both(running, present(sample.road_wheel_angle))
         after = CombinedState(
@@ -184,6 +223,7 @@ class CombinedSideslip:
             angle_gate,
             lateral,
             where(lost, 1.0, misfit),
+            *(self._fresh(now, lost) for now in self._scales(state, estimate, running)),
         )
         return after, self._estimate(after, inputs, estimate, running, lost)
 
@@ -194,8 +234,24 @@ class CombinedSideslip:
         given = inputs._replace(vehicle_speed=where(running, inputs.vehicle_speed, math.inf))
         if not self.filter.model.steering:
             given = given._replace(road_wheel_angle=0.5 * (state.road_wheel_angle + inputs.road_wheel_angle))
-        noise = self._process_noise(state.belief, running, free)
-        return self.filter.step(state.belief, self.filter.Sample(given, self._measured(sample)), process_noise=noise)
+        noise = self._process_noise(state, inputs, running, free)
+        scale = self.acceleration_noise.scale(state.acceleration_noise)
+        reading = tuple(
+            scale * each if name == "lateral_acceleration" else each
+            for name, each in zip(self.filter.model.Output._fields, self.filter.measurement_noise, strict=True)
+        )
+        measured = self.filter.Sample(given, self._measured(sample))
+        return self.filter.step(state.belief, measured, process_noise=noise, measurement_noise=reading)
+
+    def _scales(self, state: CombinedState, estimate: Tree, running: Scalar) -> tuple[ScaleState, ScaleState]:
+        """The scales of the noises, one sample on."""
+        seen, expected = estimate.innovation, estimate.innovation_variance
+        return (
+            self.yaw_noise.step(state.yaw_noise, seen.yaw_rate, expected.yaw_rate, running),
+            self.acceleration_noise.step(
+                state.acceleration_noise, seen.lateral_acceleration, expected.lateral_acceleration, running
+            ),
+        )
 
     def _estimate(
         self, after: CombinedState, inputs: Tree, estimate: Tree, running: Scalar, lost: Scalar
@@ -205,6 +261,9 @@ class CombinedSideslip:
         if not self.filter.model.steering:
             seen = seen._replace(road_wheel_angle=after.road_wheel_angle)
         fields = derived_fields(self.filter, after.belief, seen)
+        missing = self.slip_error * fields["rear_slip_angle"]
+        known = fields["sideslip_angle_deviation"]
+        fields["sideslip_angle_deviation"] = sqrt(known * known + missing * missing)
         deviation = maximum(fields["front_friction_used_deviation"], 1e-9)
         distance = (fields["front_friction_used"] - self.limit_share) / deviation
         _, near = self.limit_rule.step(self.limit_rule.init(), distance, running)
@@ -216,6 +275,8 @@ class CombinedSideslip:
             readings=estimate.present,
             held=where(running, 0.0, 1.0),
             restarted=where(lost, 1.0, 0.0),
+            yaw_noise_scale=self.yaw_noise.scale(after.yaw_noise),
+            acceleration_noise_scale=self.acceleration_noise.scale(after.acceleration_noise),
         )
 
     def _inputs(self, sample: CombinedSample) -> tuple[Tree, Scalar]:
@@ -232,20 +293,35 @@ class CombinedSideslip:
     def _measured(self, sample: CombinedSample) -> Tree:
         return self.filter.model.Output(*(getattr(sample, name) for name in self.filter.model.Output._fields))
 
-    def _process_noise(self, belief: Belief, running: Scalar, free: Scalar) -> tuple[Scalar, ...]:
+    def _process_noise(self, state: CombinedState, inputs: Tree, running: Scalar, free: Scalar) -> tuple[Scalar, ...]:
         """Variance that each state gains in this sample; while the estimate is held only the motion's grows."""
+        factors = self._factors(state, inputs)
         noise = []
         for name, usual, growth, most, now in zip(
             self.filter.model.State._fields,
             self.filter.process_noise,
             self.growth,
             self.most,
-            diagonal(belief.covariance),
+            diagonal(state.belief.covariance),
             strict=True,
         ):
-            moving = where(free > 0.5, self.free_rate, usual) if name == "road_wheel_rate" else usual
+            usual = where(free > 0.5, self.free_rate, usual) if name == "road_wheel_rate" else usual
+            moving = factors[name] * usual if name in factors else usual
             noise.append(where(running, moving, where(now < most, growth, 0.0)))
         return tuple(noise)
+
+    def _factors(self, state: CombinedState, inputs: Tree) -> dict[str, Scalar]:
+        """What scales the variance that a state gains: innovations, the speed (wind), the angle (steering ratio)."""
+        speed = inputs.vehicle_speed / WIND_SPEED
+        factors: dict[str, Scalar] = {
+            "yaw_rate": self.yaw_noise.scale(state.yaw_noise),
+            "side_force": speed * speed,
+            "side_moment": speed * speed,
+        }
+        if not self.filter.model.steering:
+            part = self.ratio_error * inputs.road_wheel_angle / self.angle_deviation
+            factors["road_wheel_angle_offset"] = 1.0 + part * part
+        return factors
 
     def _smoothed(self, before: Scalar, value: Scalar, time: float) -> Scalar:
         """First-order low-pass; holds where the value is missing."""

@@ -70,6 +70,7 @@ class CombinedEstimate(NamedTuple):
         nis, readings: normalised innovation squared of the sample, and over how many readings
         held: 1 where nothing could be estimated and the last estimate stands
         restarted: 1 where the innovations had been too large for a second, and the filter started anew
+        yaw_noise_scale, acceleration_noise_scale: variance of the noise over the least one, see `NoiseScale`
     """
 
     sideslip_angle: Annotated[Scalar, "rad"]
@@ -111,6 +112,8 @@ class CombinedEstimate(NamedTuple):
     readings: Annotated[Scalar, ""]
     held: Annotated[Scalar, ""]
     restarted: Annotated[Scalar, ""]
+    yaw_noise_scale: Annotated[Scalar, ""]
+    acceleration_noise_scale: Annotated[Scalar, ""]
 
 
 class Derived(NamedTuple):

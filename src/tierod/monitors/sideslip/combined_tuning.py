@@ -75,7 +75,11 @@ class CombinedTuning:
         lateral_acceleration_bias, yaw_rate_bias, road_wheel_angle_offset: of the sensors
         log_steering_friction, log_trail: of the steering, where its torque is known
         roll: whether the body rolls with a motion of its own
-        noises: of equations and sensors
+        noises: of equations and sensors; those of yaw rate (equation) and lateral acceleration (sensor) are the least
+            ones, see `NoiseScale`
+        yaw_adaptation, acceleration_adaptation: greatest logarithm of those scales; zero takes the noises as given
+        ratio_error: of the steering's ratio, relative; the wander of the angle's offset grows by so much of the angle
+        slip_error: of the rear axle's slip angle, relative, that no state of the model stands for
         slowest: speed below which the last estimate is held
         limit_share: of the greatest front force, from which the peak is announced
         limit_certainty: standard deviations by which the share has to be above it
@@ -96,6 +100,10 @@ class CombinedTuning:
     log_trail: Wandering | None = field(default_factory=lambda: Wandering(0.25, 3600.0))
     roll: bool = True
     noises: Noises = field(default_factory=Noises)
+    yaw_adaptation: Annotated[float, "", NOT_NEGATIVE] = 0.0
+    acceleration_adaptation: Annotated[float, "", NOT_NEGATIVE] = 0.0
+    ratio_error: Annotated[float, "", NOT_NEGATIVE] = 0.0
+    slip_error: Annotated[float, "", NOT_NEGATIVE] = 0.0
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
     limit_share: Annotated[float, "", POSITIVE] = 0.7
     limit_certainty: Annotated[float, "", POSITIVE] = 1.0
@@ -120,6 +128,26 @@ USUAL_TIME = 60.0
 
 WIND_ARM = 0.5
 """Distance of the wind's force from the centre of gravity [m], a typical one of passenger cars."""
+
+UNKNOWN_TYRES = Wandering(0.3, 300.0)
+"""Logarithm of the cornering stiffness of tyres that nobody measured: 30 % about a value typical of the load, and as
+tyres heat and cool within minutes. A file that gives a standard deviation has that in its place."""
+
+TYRES_KNOWN = (0.05, 0.5)
+"""Least and greatest standard deviation of that logarithm that is taken from a file."""
+
+YAW_ADAPTATION = 8.0
+"""Of the logarithm of the scale of the yaw rate's noise: at 55 times the usual drift the filter takes the gyroscope at
+its word, and forces and moments that the model lacks no longer reach the stiffness."""
+
+ACCELERATION_ADAPTATION = 7.0
+"""Of the logarithm of the scale of the accelerometer's noise: 33 times the usual one, 5 m/s**2 of a reading."""
+
+RATIO_ERROR = 0.03
+"""Relative error of a constant steering ratio: racks of variable ratio and Cardan joints change it by some per cent."""
+
+SLIP_ERROR = 0.1
+"""Relative error of the slip angle of a tyre of known stiffness: camber, load transfer, force along the wheel, heat."""
 
 THROUGH_A_COLUMN = Wandering(0.001, 3.0)
 """Error of a road wheels' angle that comes from the steering wheel [rad]: the torsion bar twists, the steering yields,
@@ -179,15 +207,17 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
     """
     given = vehicle.parameters_for(VehicleTuning)
     stiffness = given.stiffness_wander, given.stiffness_wander_time
+    front, rear = usual.log_front_stiffness, usual.log_rear_stiffness
     angle, acceleration, yaw = usual.road_wheel_angle_offset, usual.lateral_acceleration_bias, usual.yaw_rate_bias
     if BY_WIRE not in vehicle:
+        front, rear = (_tyres(vehicle, axle) for axle in ("front", "rear"))
         angle = angle or THROUGH_A_COLUMN
         if given.lateral_acceleration_wander is None:
             acceleration, yaw = acceleration or LATERAL_ACCELERATION, yaw or YAW_RATE
     return replace(
-        usual,
-        log_front_stiffness=_wandering(usual.log_front_stiffness, *stiffness),
-        log_rear_stiffness=_wandering(usual.log_rear_stiffness, *stiffness),
+        _guarded(vehicle, usual),
+        log_front_stiffness=_wandering(front, *stiffness),
+        log_rear_stiffness=_wandering(rear, *stiffness),
         log_friction=_wandering(usual.log_friction, given.friction_wander, None),
         bank_angle=_wandering(usual.bank_angle, given.bank_wander, given.bank_wander_time),
         side_force=_wandering(usual.side_force, given.wind_wander, None),
@@ -207,6 +237,31 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
             lateral_acceleration_reading=given.lateral_acceleration_noise,
         ),
     )
+
+
+def _guarded(vehicle: Vehicle, usual: CombinedTuning) -> CombinedTuning:
+    """The tuning with what guards against noises that nobody found for a car; none of it where the file names its own.
+
+    A car steered by wire is a test car, whose sensors and parameters are known.
+    """
+    if BY_WIRE in vehicle:
+        return usual
+    return replace(
+        usual,
+        yaw_adaptation=0.0 if "yaw_rate_drift" in vehicle else YAW_ADAPTATION,
+        acceleration_adaptation=0.0 if "lateral_acceleration_noise" in vehicle else ACCELERATION_ADAPTATION,
+        ratio_error=0.0 if "road_wheel_angle_wander" in vehicle else RATIO_ERROR,
+        slip_error=0.0 if "lateral_speed_drift" in vehicle else SLIP_ERROR,
+    )
+
+
+def _tyres(vehicle: Vehicle, axle: str) -> Wandering:
+    """How far the stiffness of an axle may be from the file's value."""
+    parameter = vehicle.parameters.get(f"{axle}_cornering_stiffness")
+    if parameter is None or not parameter.standard_deviation or not parameter.value > 0.0:
+        return UNKNOWN_TYRES
+    least, most = TYRES_KNOWN
+    return replace(UNKNOWN_TYRES, deviation=min(max(parameter.standard_deviation / parameter.value, least), most))
 
 
 def _wandering(usual: Wandering | None, deviation: float | None, time: float | None) -> Wandering | None:

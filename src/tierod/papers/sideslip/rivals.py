@@ -101,7 +101,7 @@ def linear(recording: Recording, vehicle: Vehicle, until: float) -> BesideTruth:
     def run(moved: np.ndarray) -> BesideTruth:
         tuned = dict(zip(LINEAR_START, np.array(list(LINEAR_START.values())) * np.exp(0.3 * moved[2:]), strict=True))
         zeros = span * moved[:2]
-        out = scan(_linear_filter(vehicle, tuned), values + zeros[0] * offset)
+        out = scan(linear_filter(vehicle, tuned), values + zeros[0] * offset)
         return beside(recording, out["mean.sideslip_angle"] + zeros[1])
 
     def residuals(moved: np.ndarray) -> np.ndarray:
@@ -111,16 +111,23 @@ def linear(recording: Recording, vehicle: Vehicle, until: float) -> BesideTruth:
     return run(least_squares(residuals, np.zeros(2 + len(LINEAR_START)), diff_step=1e-3, max_nfev=15).x)
 
 
-def _linear_filter(vehicle: Vehicle, tuned: dict[str, float]) -> KalmanFilter:
+def linear_filter(vehicle: Vehicle, tuned: dict[str, float], rate: float = RATE) -> KalmanFilter:
+    """A Kalman filter of the linear single track.
+
+    Args:
+        vehicle: whose mass, yaw inertia and distances are taken
+        tuned: stiffnesses, noises and drifts, as `LINEAR_START`
+        rate: of the samples [Hz]
+    """
     names = ("mass", "yaw_inertia", "front_distance", "rear_distance")
     mass, inertia, front, rear = (vehicle[name] for name in names)
     car = SingleTrack.Parameters(mass, inertia, front, rear, tuned["front"], tuned["rear"])
     return KalmanFilter(
         LINEAR,
-        LINEAR.Parameters(car, 1.0 / RATE),
+        LINEAR.Parameters(car, 1.0 / rate),
         initial_mean=(0.0, 0.0),
         initial_variance=(0.01, 0.1),
-        process_noise=(tuned["sideslip_drift"] ** 2 / RATE, tuned["yaw_drift"] ** 2 / RATE),
+        process_noise=(tuned["sideslip_drift"] ** 2 / rate, tuned["yaw_drift"] ** 2 / rate),
         measurement_noise=(tuned["yaw_rate"] ** 2, tuned["lateral_acceleration"] ** 2),
     )
 

@@ -1,0 +1,132 @@
+"""Two real cars as a user has them who owns a tape and a scale: typical tyres, default noises, no fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from tierod.core.claims import Claim, at_least, at_most
+from tierod.core.content import Heading, Item, Table
+from tierod.core.recording import Recording
+from tierod.experiments.effort import Effort
+from tierod.monitors.sideslip.beside_truth import BesideTruth, beside_truth
+from tierod.papers.sideslip import car_park, race_laps
+from tierod.papers.sideslip.real_recordings import GOAL, NO_DATA, recorded
+from tierod.papers.sideslip.typical_cars import PASSENGER, SIMPLE, SPORTS, Class, measured_wrong
+from tierod.vehicles import load
+
+MOST_WORSE = 1.3
+"""Error over that of the shipped vehicle file."""
+
+
+@dataclass(frozen=True)
+class Unprepared:
+    """A real car, judged as if nobody had fitted anything to it.
+
+    Args:
+        name: in the names of the claims
+        file, vehicle: recording, and the vehicle file whose tape and scale are taken
+        kind: class of its tyres
+        rate: of the samples [Hz]
+        start: from when it is judged, after the beginning of the recording [s]
+    """
+
+    name: str
+    file: tuple[str, str]
+    vehicle: str
+    kind: Class
+    rate: float
+    start: float
+
+
+CARS = (
+    Unprepared("race-laps", race_laps.FILE, race_laps.VEHICLE, SPORTS, 100.0, 110.0),
+    Unprepared("passenger-car", car_park.FILE, car_park.VEHICLE, PASSENGER, car_park.RATE, 1.0),
+)
+"""The first 110 s of the laps, two of five parts, were looked at while the default noises were made."""
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """Both cars, one after the other."""
+    yield Heading(
+        "Cars that nobody prepared",
+        (
+            "Mass and distances as tape and scale give them, with errors of 3 cm and 3 %; tyres typical of the class, "
+            "default noises, no reference. Beside it the vehicle file that was fitted to the car, and three simple "
+            "estimates with the same typical tyres. The zeros of the sensors are those of the channel map.",
+        ),
+    )
+    for each in CARS:
+        yield from _judged(each, recorded(each.file, each.vehicle))
+
+
+def _judged(unprepared: Unprepared, recording: Recording | None) -> Iterator[Item]:
+    if recording is None:
+        for key in ("worse", "band", "simple"):
+            yield Claim(
+                f"unprepared.{unprepared.name}-{key}", "A car without a fit.", GOAL, None, None, None, "", NO_DATA
+            )
+        return
+    car, rate = load(unprepared.vehicle), unprepared.rate
+    start = recording.span[0] + unprepared.start
+    cars = measured_wrong(car, unprepared.kind)
+    shipped = beside_truth(recording, car, rate)
+    drawn = [beside_truth(recording, each, rate) for each in cars]
+    simple = {name: estimate(recording, cars[0], rate) for name, estimate in SIMPLE.items()}
+    yield _table(unprepared, start, shipped, drawn, simple)
+    errors = [each.figures(start) for each in drawn]
+    best = min(each.figures(start).rms for each in simple.values())
+    fitted, worst = shipped.figures(start), max(errors, key=lambda each: each.rms)
+    ratio = errors[0].rms / fitted.rms
+    note = f"{worst.rms / fitted.rms:.2f} in the worst corner of tape and scale."
+    yield Claim(
+        f"unprepared.{unprepared.name}-worse",
+        "Error of the sideslip with typical tyres and default noises over that with the fitted vehicle file.",
+        GOAL,
+        None,
+        ratio,
+        at_most(MOST_WORSE),
+        "",
+        note,
+    )
+    yield Claim(
+        f"unprepared.{unprepared.name}-band",
+        "Share of the truth in the 95 % band, typical tyres and default noises, parameters taken as exact.",
+        GOAL,
+        None,
+        errors[0].coverage,
+        at_least(0.9),
+        "",
+        f"{min(each.coverage for each in errors):.2f} in the worst corner.",
+    )
+    yield Claim(
+        f"unprepared.{unprepared.name}-simple",
+        "Error of the sideslip over that of the best of three simple estimates.",
+        GOAL,
+        None,
+        errors[0].rms / best,
+        at_most(1.0),
+        "",
+        f"The best has {math.degrees(best):.3f} degrees (root mean square).",
+    )
+
+
+def _table(
+    unprepared: Unprepared, start: float, shipped: BesideTruth, drawn: list[BesideTruth], simple: dict[str, BesideTruth]
+) -> Table:
+    worst = max(drawn, key=lambda each: each.figures(start).rms)
+    rows = [(name, str(each.figures(start)), "") for name, each in simple.items()]
+    compared = {
+        "combined, typical tyres, default noises": drawn[0],
+        "the same, worst corner of tape and scale": worst,
+        "combined, fitted vehicle file": shipped,
+    }
+    for name, each in compared.items():
+        figures = each.figures(start)
+        rows.append((name, str(figures), f"{100.0 * figures.coverage:.0f} %"))
+    return Table(
+        f"{unprepared.vehicle}: mean absolute / root mean square error of the sideslip (degrees)",
+        ("estimate", f"from {unprepared.start:.0f} s on", "in the 95 % band"),
+        tuple(rows),
+    )
