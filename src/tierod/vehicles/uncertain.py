@@ -1,0 +1,85 @@
+"""Vehicles whose parameters are moved within their spread, in standard deviations."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping
+
+from tierod.vehicles.catalogue import QUANTITIES
+from tierod.vehicles.vehicle import Parameter, Vehicle
+
+LARGE = 0.25
+"""Relative standard deviation from which a positive quantity is moved by factors: a quarter less and a quarter more are
+then no longer alike, and four of them would pass zero."""
+
+OWN_MODEL = ("_noise", "_drift", "_wander", "_wander_time", "_resolution")
+"""Endings of parameters that describe how uncertain a filter or a sensor is: they make the band, and are not moved."""
+
+LIMITS = frozenset(
+    ("nominal_friction", "rising_friction", "fault_friction", "noticeable_friction", "baseline_variance")
+)
+"""What an estimate is judged against: chosen, or judged with its deviation by the monitor itself."""
+
+
+def may_move(name: str) -> bool:
+    """Whether a parameter describes the car, and not a limit or how uncertain a sensor is.
+
+    Args:
+        name: in the catalogue of quantities
+    """
+    return name not in LIMITS and not name.endswith(OWN_MODEL)
+
+
+def moved(vehicle: Vehicle, by: Mapping[str, float]) -> Vehicle:
+    """The vehicle with parameters that are wrong by so many standard deviations.
+
+    A positive quantity with a large spread is moved by factors (log-normal, its value the median), any other one by
+    differences; none leaves the range that the catalogue calls plausible, unless its value does so already.
+
+    Args:
+        vehicle: with a standard deviation for each of them
+        by: standard deviations by name of the parameter []
+    """
+    parameters = {
+        name: dataclasses.replace(each, value=_moved(each, by[name])) if by.get(name) else each
+        for name, each in vehicle.parameters.items()
+    }
+    return dataclasses.replace(vehicle, parameters=parameters)
+
+
+def _moved(each: Parameter, by: float) -> float:
+    """The value of a parameter that is wrong by so many standard deviations."""
+    low, high = QUANTITIES[each.name].plausible
+    low, high = min(low, each.value), max(high, each.value)
+    spread = each.standard_deviation or 0.0
+    if each.value > 0.0 and low >= 0.0 and spread > LARGE * each.value:
+        exponent = by * math.sqrt(math.log1p((spread / each.value) ** 2))
+        return min(max(each.value * math.exp(exponent), low), high)
+    return min(max(each.value + by * spread, low), high)
+
+
+class WatchedParameters(Mapping[str, Parameter]):
+    """Parameters of a vehicle that remember which of them were read.
+
+    Args:
+        parameters: by name
+    """
+
+    def __init__(self, parameters: Mapping[str, Parameter]):
+        self._parameters = parameters
+        self.read: dict[str, None] = {}
+
+    def __getitem__(self, name: str) -> Parameter:
+        found = self._parameters[name]
+        self.read[name] = None
+        return found
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._parameters
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._parameters)
+
+    def __len__(self) -> int:
+        return len(self._parameters)
