@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from tierod.core.block import Scalar
-from tierod.core.findings import Element, Estimate, Finding, Status
+from tierod.core.findings import Element, Estimate, Finding, ParameterEffect, Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Variant
 from tierod.monitors.harness.spread.joining import restated
+from tierod.monitors.harness.spread.turning import turn_by_estimate
 from tierod.vehicles import load
 
 OWN = 0.01
@@ -169,6 +170,24 @@ def test_the_band_holds_the_truth_of_cars_within_the_spread():
         exact += error <= 1.96 * OWN
     assert 0.89 <= held / 200 <= 0.99
     assert exact / 200 < 0.75
+
+
+@pytest.mark.parametrize(
+    ("status", "value", "deviation", "turns"),
+    [
+        (Status.HEALTHY, 4.0, 1.1, Status.RISING),
+        (Status.HEALTHY, 4.0, 0.9, None),
+        (Status.FAULT, 9.0, 1.6, Status.HEALTHY),
+        (Status.FAULT, 9.0, 1.4, None),
+        (Status.NOT_READY, 4.0, 9.0, None),
+    ],
+)
+def test_a_verdict_turns_where_two_deviations_pass_the_limit(status, value, deviation, turns):
+    estimate = Estimate("friction", value, 0.1, "N*m", {"nominal": 4.0, "rising": 6.0, "fault": 8.0})
+    effect = ParameterEffect("trail", 0.05, 0.01, "m", deviation, "N*m", 1.0)
+    found = turn_by_estimate(Finding("friction", status, "", estimate=estimate), deviation**2, (effect,))
+    assert (found and found.status) == turns
+    assert found is None or found.names == ("trail",)
 
 
 def test_only_the_deviation_of_the_estimate_is_restated():

@@ -59,7 +59,7 @@ class Sensitivities:
         Args:
             moves: of the result with each parameter, in its own standard deviations [], (names, n)
         """
-        self._grams.append(moves @ moves.T)
+        self._grams.append(np.einsum("in,jn->ij", moves, moves))
         self._counts.append(moves.shape[1])
 
     def _gram(self) -> np.ndarray:

@@ -13,7 +13,7 @@ from tierod.core.shown import shown
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.spread.effects import Effects, effects
 from tierod.monitors.harness.spread.parameter_spread import Outcome
-from tierod.monitors.harness.spread.turning import most_important, turn, turned
+from tierod.monitors.harness.spread.turning import most_important, turn, turn_by_estimate, turned
 from tierod.vehicles.vehicle import Vehicle
 
 DOMINANT = 0.5
@@ -50,7 +50,9 @@ def joined(conclusion: Conclusion, outcome: Outcome, vehicle: Vehicle, may_turn:
     if outcome.held is not None and "truth_within_band_share" in finding.evidence:
         finding = replace(finding, evidence={**finding.evidence, "truth_within_wider_band_share": outcome.held})
     conclusion = replace(conclusion, finding=finding, remarks=_remarks(conclusion.remarks, found))
-    turning = turn(conclusion, outcome) if may_turn else None
+    turning = None
+    if may_turn:
+        turning = turn(conclusion, outcome) or turn_by_estimate(finding, found.variance, found.each)
     return Joined(conclusion if turning is None else turned(conclusion, turning, vehicle), found.each)
 
 

@@ -19,7 +19,7 @@ from tierod.vehicles.vehicle import Vehicle
 REACH = 2.0
 """Standard deviations by which parameters are moved together along a direction: the ends of a 95 % band."""
 
-SHORTEST, LONGEST = 30.0, 300.0
+SHORTEST, LONGEST = 20.0, 300.0
 """Stretch over which every parameter is moved alone [s]: as long as all of them together cost as much as one run over
 the recording, and long enough for an estimator to settle and a car to turn."""
 

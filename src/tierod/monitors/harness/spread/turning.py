@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from tierod.core.findings import Element, Finding, ParameterEffect, Status
-from tierod.core.shown import written
+from tierod.core.shown import shown, written
 from tierod.monitors.harness.session import Conclusion
-from tierod.monitors.harness.spread.parameter_spread import Outcome
+from tierod.monitors.harness.spread.parameter_spread import REACH, Outcome
 from tierod.monitors.harness.spread.points import Concluded
 from tierod.vehicles.vehicle import Vehicle
 
 ALARMS = (Status.FAULT, Status.RISING, Status.SUSPECT)
+
+LIMITS = ("rising", "fault")
+"""Names of references beyond which an estimate raises an alarm."""
 
 DECIDING = 0.8
 """Share of a move that the parameters hold which are named as deciding."""
@@ -54,6 +59,27 @@ def turn(conclusion: Conclusion, outcome: Outcome) -> Turn | None:
     return Turn(found.finding.status, _deciding(nearest), found.elements)
 
 
+def turn_by_estimate(finding: Finding, variance: float, effects: Sequence[ParameterEffect]) -> Turn | None:
+    """The same from the estimate alone: the other side of its lowest limit is within two deviations of the parameters.
+
+    Args:
+        finding: for the vehicle as it is
+        variance: that the parameters add to its estimate, in the unit squared
+        effects: of the parameters, the one that moves it most first
+    """
+    estimate = finding.estimate
+    limits = [] if estimate is None else [estimate.reference[name] for name in LIMITS if name in estimate.reference]
+    if estimate is None or not limits or not effects:
+        return None
+    reach, lowest = REACH * math.sqrt(variance), min(limits)
+    names = _enough({each.name: each.effect**2 for each in effects})
+    if finding.status is Status.HEALTHY and estimate.value + reach > lowest > estimate.value:
+        return Turn(Status.FAULT if len(limits) == 1 else Status.RISING, names, ())
+    if finding.status in ALARMS and estimate.value - reach < lowest < estimate.value:
+        return Turn(Status.HEALTHY, names, ())
+    return None
+
+
 def _turns(finding: Finding, other: Finding) -> bool:
     if finding.status in ALARMS:
         return other.status is Status.HEALTHY
@@ -64,11 +90,16 @@ def _turns(finding: Finding, other: Finding) -> bool:
 
 def _deciding(point: Concluded) -> tuple[str, ...]:
     """The parameters that make most of a move."""
-    ordered = sorted(point.by, key=lambda name: -abs(point.by[name]))
-    total, held, names = sum(by * by for by in point.by.values()), 0.0, []
+    return _enough({name: by * by for name, by in point.by.items()})
+
+
+def _enough(parts: Mapping[str, float]) -> tuple[str, ...]:
+    """The names of the largest parts that together make most of the whole."""
+    ordered = sorted(parts, key=lambda name: -parts[name])
+    total, held, names = sum(parts.values()), 0.0, []
     for name in ordered[:MOST_NAMED]:
         names.append(name)
-        held += point.by[name] ** 2
+        held += parts[name]
         if held >= DECIDING * total:
             break
     return tuple(names)
@@ -150,8 +181,6 @@ def most_important(each: ParameterEffect, vehicle: Vehicle) -> str:
 
 def moves_by(each: ParameterEffect) -> str:
     """The move of the result in words: "±2.6 degrees"."""
-    from tierod.core.shown import shown
-
     factor, label = shown(each.effect_unit)
     label = " degrees" if label == "°" else f" {label}" if label else " of the threshold"
     return f"±{abs(each.effect) * factor:.2g}{label}"
