@@ -54,6 +54,9 @@ def test_reading_a_parameter_is_noted_and_asking_for_it_is_not():
     assert "trail" in vehicle
     assert vehicle["mass"] == 1600.0
     assert list(watched.read) == ["mass"]
+    assert not watched.deviations_read
+    assert vehicle.parameters["trail"].standard_deviation == 0.015
+    assert list(watched.deviations_read) == ["trail"]
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.vehicle import Parameter, Vehicle
@@ -59,16 +60,36 @@ def _moved(each: Parameter, by: float) -> float:
     return min(max(each.value + by * spread, low), high)
 
 
+class _WatchedParameter(Parameter):
+    """A parameter that notes when its standard deviation is read."""
+
+    _notes: dict[str, None]
+
+    @classmethod
+    def of(cls, each: Parameter, notes: dict[str, None]) -> _WatchedParameter:
+        found = cls(each.name, each.value, each.unit, each.standard_deviation, each.source)
+        object.__setattr__(found, "_notes", notes)
+        return found
+
+    def __getattribute__(self, name: str) -> Any:
+        if name == "standard_deviation":
+            self._notes[self.name] = None
+        return super().__getattribute__(name)
+
+
 class WatchedParameters(Mapping[str, Parameter]):
-    """Parameters of a vehicle that remember which of them were read.
+    """Parameters of a vehicle that remember which of them were read, and of which the standard deviation.
 
     Args:
         parameters: by name
+
+    `read` are the first, `deviations_read` the others: whoever reads a deviation has it in its own band.
     """
 
     def __init__(self, parameters: Mapping[str, Parameter]):
-        self._parameters = parameters
         self.read: dict[str, None] = {}
+        self.deviations_read: dict[str, None] = {}
+        self._parameters = {name: _WatchedParameter.of(each, self.deviations_read) for name, each in parameters.items()}
 
     def __getitem__(self, name: str) -> Parameter:
         found = self._parameters[name]

@@ -11,8 +11,9 @@ from shared_data import shared_data
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.io.readers import read
-from tierod.monitors.diagnose import diagnose
+from tierod.monitors.diagnose import diagnose, find
 from tierod.monitors.harness.run import Run
+from tierod.monitors.harness.spread.opening import Uncertain
 from tierod.proving_ground import drive
 from tierod.vehicles import Vehicle, load
 
@@ -61,8 +62,6 @@ def test_without_spread_a_run_is_the_same_to_the_last_bit():
     vehicle = load("midsize-eps")
     exact = guessed(vehicle, **{name: (each.value, 0.0) for name, each in vehicle.parameters.items()})
     with_spread, judged = diagnose(healthy, exact, "friction"), diagnose(healthy, vehicle, "friction")
-    from tierod.monitors.diagnose import find
-
     run = Run(*find("friction"), exact)
     run.add(healthy)
     plain = run.finish()
@@ -70,6 +69,20 @@ def test_without_spread_a_run_is_the_same_to_the_last_bit():
     for name in plain.traces:
         assert np.array_equal(with_spread.traces[name].mean, plain.traces[name].mean, equal_nan=True), name
     assert np.array_equal(judged.traces["nis"].mean, plain.traces["nis"].mean, equal_nan=True)
+
+
+def test_a_monitor_that_reads_a_deviation_itself_has_it_in_its_band_once():
+    vehicle = load("midsize-eps")
+    assert "column_damping" not in Uncertain(*find("hysteresis", "hoist"), vehicle, None).names
+    bare = guessed(vehicle, column_damping=(0.8, None))
+    assert "column_damping" in Uncertain(*find("hysteresis", "hoist"), bare, None).of_class
+
+
+def test_limits_of_a_calibration_hold_the_spread():
+    vehicle = load("midsize-eps")
+    calibrated = dataclasses.replace(vehicle, thresholds={"friction": {}})
+    assert "mass" in Uncertain(*find("friction"), vehicle, None).names
+    assert Uncertain(*find("friction"), calibrated, None).names == ()
 
 
 def rolling(distance: float, seed: int) -> Recording:
