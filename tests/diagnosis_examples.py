@@ -2,7 +2,17 @@
 
 import numpy as np
 
-from tierod.core.findings import ChannelQuality, Diagnosis, Element, Episode, Estimate, Finding, Status, Trace
+from tierod.core.findings import (
+    ChannelQuality,
+    Diagnosis,
+    Element,
+    Episode,
+    Estimate,
+    Finding,
+    ParameterEffect,
+    Status,
+    Trace,
+)
 
 
 def trace(name, unit, time, values, spread=0.0):
@@ -143,6 +153,24 @@ def several_elements():
     return Diagnosis(findings=(finding,), elements=elements, recording={"name": "lap.mf4"}, version="0.1.0")
 
 
+def estimated():
+    """A sideslip that nothing confirms, whose band a guessed distance decides."""
+    estimate = Estimate("largest sideslip angle at the centre of gravity", -0.246, 0.061, "rad")
+    finding = Finding(
+        "sideslip, combined", Status.HEALTHY, "Sideslip angle up to −14.09 ± 3.49 degrees.", estimate=estimate,
+        confirmed=False,
+    )  # fmt: skip
+    return Diagnosis(
+        findings=(finding,),
+        parameter_effects=(
+            ParameterEffect("rear_distance", 1.2, 0.3, "m", 0.0605, "rad", 0.99),
+            ParameterEffect("steering_ratio", 0.0662, 0.005, "", -0.0019, "rad", 0.01),
+        ),
+        remarks={"parameters": "mass has no standard deviation and takes that of the class 'midsize'."},
+        vehicle={"name": "my-car", "torque_unit": "N*m"},
+    )
+
+
 def nothing():
     """No monitor ran."""
     return Diagnosis(findings=())
@@ -153,5 +181,6 @@ EXAMPLES = {
     "healthy": healthy,
     "not_identifiable": not_identifiable,
     "several_elements": several_elements,
+    "estimated": estimated,
     "nothing": nothing,
 }

@@ -73,3 +73,11 @@ def test_series_are_whole():
 def test_unknown_metadata_does_not_break_it():
     diagnosis = dataclasses.replace(friction_fault(), recording={"path": Path("a"), "bus": {"a": object()}})
     assert json.loads(to_json(diagnosis))["recording"]["path"] == "a"
+
+
+def test_parameters_stand_by_how_far_they_move_the_result_and_an_estimate_has_its_word():
+    document = json.loads(to_json(EXAMPLES["estimated"]()))
+    assert [each["name"] for each in document["parameter_effects"]] == ["rear_distance", "steering_ratio"]
+    assert document["parameter_effects"][0]["effect"] == pytest.approx(0.0605)
+    assert (document["findings"][0]["word"], document["status"], document["exit_code"]) == ("estimated", "healthy", 0)
+    assert json.loads(to_json(friction_fault()))["findings"][0]["word"] == ""

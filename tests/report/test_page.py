@@ -214,3 +214,12 @@ def test_every_sensor_and_actuator_has_its_line_and_every_episode_too():
     for each in order:
         place = said.index(each, place) + len(each)
     assert "not separable from steering motor 2" in said
+
+
+def test_the_page_ranks_uncertain_parameters_and_calls_an_estimate_by_its_word():
+    text = render(EXAMPLES["estimated"]())
+    assert "</span> estimated</span>" in text
+    assert "healthy" not in text.split("</head>")[1].split("<footer")[0].split("How this page came about")[0]
+    assert text.index("Which parameters decide") < text.index("rear_distance</th>") < text.index("steering_ratio</th>")
+    assert "Measure rear_distance first" in text
+    assert "takes that of the class &#39;midsize&#39;" in text or "takes that of the class 'midsize'" in text

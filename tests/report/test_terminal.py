@@ -43,6 +43,20 @@ def printed(name):
                 "the recording has no tie_rod_force",
             ],
         ),
+        (
+            "estimated",
+            [
+                "? ESTIMATED",
+                "Which parameters decide",
+                "rear_distance",
+                "1.2 ± 0.3 m",
+                "+3.5 °",
+                "99 %",
+                "−0.11 °",
+                "Measure rear_distance first",
+                "takes that of the class 'midsize'",
+            ],
+        ),
         ("nothing", ["not available: no monitor ran"]),
     ],
 )

@@ -57,8 +57,8 @@ def test_a_motor_is_written_only_where_it_is_given():
 
 
 def test_a_value_without_a_class_gets_a_wide_spread():
-    _, found = begun({"gear_stiffness": Known(100.0)}, "small", None)
-    assert {each.name: each for each in found}["gear_stiffness"].standard_deviation == pytest.approx(30.0)
+    _, found = begun({"rack_stiffness": Known(100.0)}, "small", None)
+    assert {each.name: each for each in found}["rack_stiffness"].standard_deviation == pytest.approx(30.0)
 
 
 def test_neither_class_nor_car_is_an_error_that_lists_the_classes():

@@ -9,6 +9,9 @@ from typing import Any
 from tierod.core.screen import Screen
 from tierod.core.shown import in_words
 
+ESTIMATED, CONSISTENT, INCONSISTENT = "estimated", "consistent", "inconsistent"
+"""Words for an estimate: nothing confirms it, a reference or redundant signals agree with it, or something does not."""
+
 
 class Status(StrEnum):
     """The state of what is monitored, or why it could not be judged."""
@@ -78,6 +81,8 @@ class Finding:
         action: what to do
         warnings: what a reader of the verdict must know (wrong sign suspected, torque in raw counts, ...)
         decided_by: names of the decisions that raised the alarm; empty without one
+        confirmed: of a monitor that estimates, whether a reference or redundant signals were there to contradict it:
+            what would be healthy is then "consistent", and "estimated" without; None for a monitor that judges
     """
 
     monitor: str
@@ -90,6 +95,20 @@ class Finding:
     action: str = ""
     warnings: tuple[str, ...] = ()
     decided_by: tuple[str, ...] = ()
+    confirmed: bool | None = None
+
+    @property
+    def word(self) -> str:
+        """The word for the status of an estimate; "" where the status is shown."""
+        if self.confirmed is None:
+            return ""
+        words = {Status.HEALTHY: CONSISTENT if self.confirmed else ESTIMATED, Status.SUSPECT: INCONSISTENT}
+        return words.get(self.status, "")
+
+    @property
+    def shown_status(self) -> str:
+        """The word under which the finding is shown."""
+        return self.word or str(self.status)
 
     def screen(self) -> Screen:
         """What is shown of the finding in a terminal or a notebook."""
@@ -105,7 +124,7 @@ class Finding:
             f"what to do: {self.action}" if self.action else "",
             *(f"warning: {warning}" for warning in self.warnings[:3]),
         )
-        return Screen(f"Finding of {self.monitor}: {self.status}", lines)
+        return Screen(f"Finding of {self.monitor}: {self.shown_status}", lines)
 
     def __repr__(self) -> str:
         return self.screen().text()
@@ -238,6 +257,27 @@ class Decided:
 
 
 @dataclass(frozen=True)
+class ParameterEffect:
+    """How far a parameter of the vehicle, uncertain as it is, moves a result.
+
+    Args:
+        name: of the parameter
+        value, standard_deviation, unit: as judged with
+        effect: move of the result by one standard deviation of the parameter, with sign
+        effect_unit: in the notation of pint; "" for a distance from a threshold, in shares of it
+        share: of the variance that all parameters add to the result [0 to 1]
+    """
+
+    name: str
+    value: float
+    standard_deviation: float
+    unit: str
+    effect: float
+    effect_unit: str
+    share: float
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """Everything that one run of monitors over one recording gives; report and JSON are made from it alone.
 
@@ -253,6 +293,7 @@ class Diagnosis:
         quality: one per channel used
         parameters: rows (name, value, unit, standard deviation, source)
         decisions: the rules by which the monitors decided
+        parameter_effects: of the uncertain parameters that move the result, the one that moves it most first
         recording, vehicle, version, command, created: provenance
     """
 
@@ -266,6 +307,7 @@ class Diagnosis:
     quality: tuple[ChannelQuality, ...] = ()
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
     decisions: tuple[Decided, ...] = ()
+    parameter_effects: tuple[ParameterEffect, ...] = ()
     recording: dict[str, Any] = field(default_factory=dict)
     vehicle: dict[str, Any] = field(default_factory=dict)
     version: str = ""

@@ -69,12 +69,12 @@ def diagnose(
     asked = variant is not None or isinstance(monitor, Variant)
     known = own_level if isinstance(own_level, Baseline) else _stored(own_level)
     kept = None if signals is None else OverTime()
-    run = Run(definition, chosen, car, known, memory, kept)
+    run = Run(definition, chosen, car, known, memory, kept, uncertain=True)
     for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
         if place == 0:
             suited, picked = _suited(definition, chosen if asked else None, piece)
             if (suited, picked) != (definition, None):
-                run = Run(suited, picked or chosen, car, known, memory, kept)
+                run = Run(suited, picked or chosen, car, known, memory, kept, uncertain=True)
         run.add(piece)
         if progress:
             progress(share_read(piece))

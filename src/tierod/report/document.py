@@ -14,7 +14,7 @@ from tierod.core.findings import ChannelQuality, Diagnosis, Element, Episode, Es
 from tierod.report.display import INTERVAL
 from tierod.report.verdict import overall
 
-SCHEMA = "tierod.diagnosis/2"
+SCHEMA = "tierod.diagnosis/3"
 """Name and version of the JSON document."""
 
 
@@ -37,6 +37,7 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
             dict(zip(("name", "value", "unit", "standard_deviation", "source"), row, strict=True))
             for row in diagnosis.parameters
         ],
+        "parameter_effects": [dataclasses.asdict(each) for each in diagnosis.parameter_effects],
     }
     if series:
         content["traces"] = {name: _trace(merged(trace)) for name, trace in diagnosis.traces.items()}
@@ -67,8 +68,8 @@ def plain(value: object) -> Any:
 
 
 def _finding(finding: Finding) -> dict[str, Any]:
-    names = [field.name for field in dataclasses.fields(finding) if field.name != "decided_by"]
-    content = {name: getattr(finding, name) for name in names}
+    names = [field.name for field in dataclasses.fields(finding) if field.name not in ("decided_by", "confirmed")]
+    content = {name: getattr(finding, name) for name in names} | {"word": finding.word}
     return content | {"estimate": _estimate(finding.estimate)}
 
 

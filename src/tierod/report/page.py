@@ -20,7 +20,9 @@ from tierod.report.charts.figure import BLUE, Figure, drawn_from, level_colour
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
 from tierod.report.display import INTERVAL, date, duration, evidence, instant, interval, number, share, words
 from tierod.report.html import Origin, packed_series, rendered
-from tierod.report.verdict import COLUMNS, appearance, deciding, overall, rows
+from tierod.report.uncertain import COLUMNS as EFFECT_COLUMNS
+from tierod.report.uncertain import HEADING, effect_rows, measure_first
+from tierod.report.verdict import COLUMNS, deciding, overall, rows, shown_as
 
 _WIDTH, _MARGIN = 640.0, 14.0
 _ROW = 26.0
@@ -138,10 +140,14 @@ def render(diagnosis: Diagnosis) -> str:
         drawn,
         packed,
         diagnosis=diagnosis,
-        status=overall(diagnosis),
+        status=diagnosis.findings[0].shown_status if diagnosis.findings else overall(diagnosis),
         verdicts=[verdict(diagnosis, finding) for finding in diagnosis.findings],
         elements=[row for element in diagnosis.elements for row in rows(element)],
         element_columns=COLUMNS,
+        effects=effect_rows(diagnosis),
+        effect_columns=EFFECT_COLUMNS,
+        effect_heading=HEADING,
+        measure_first=measure_first(diagnosis),
         figures=figures,
         quality=[_quality_row(row) for row in diagnosis.quality],
         parameters=[_parameter_row(row) for row in diagnosis.parameters if not _is_tuning(row)],
@@ -161,7 +167,7 @@ def render(diagnosis: Diagnosis) -> str:
 def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
     """A finding in words and figures."""
     decisive = [_sentence(each) for each in deciding(diagnosis, finding)]
-    looks = appearance(finding.status)
+    looks = shown_as(finding)
     value = spread = picture = ""
     if finding.estimate is not None:
         middle, low, high, unit = interval(finding.estimate)

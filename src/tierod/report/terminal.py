@@ -10,7 +10,9 @@ from tierod.core.signals import SIGNALS
 from tierod.diagnosis.entry import FreezeFrame
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.report.display import evidence, instant, interval, number, words
-from tierod.report.verdict import COLUMNS, appearance, deciding, overall, rows
+from tierod.report.uncertain import COLUMNS as EFFECT_COLUMNS
+from tierod.report.uncertain import HEADING, effect_rows, measure_first
+from tierod.report.verdict import COLUMNS, appearance, deciding, overall, rows, shown_as
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,6 +30,10 @@ def show(diagnosis: Diagnosis, console: Console) -> None:
         _finding(diagnosis, finding, console)
     if diagnosis.elements:
         _elements(diagnosis, console)
+    if diagnosis.parameter_effects:
+        _effects(diagnosis, console)
+    if note := diagnosis.remarks.get("parameters"):
+        console.print(f"\n[bold]Parameters[/bold]\n  {escape(note)}")
     warned = {warning for finding in diagnosis.findings for warning in finding.warnings}
     remarks = [(row.name, remark) for row in diagnosis.quality for remark in row.remarks]
     remarks = [(name, remark) for name, remark in remarks if f"{name}: {remark}" not in warned]
@@ -54,12 +60,27 @@ def _elements(diagnosis: Diagnosis, console: Console) -> None:
     console.print(table)
 
 
+def _effects(diagnosis: Diagnosis, console: Console) -> None:
+    """The table of uncertain parameters by how far they move the result."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for column in EFFECT_COLUMNS:
+        table.add_column(column, overflow="fold", header_style="dim")
+    for row in effect_rows(diagnosis):
+        table.add_row(*map(escape, row))
+    console.print(f"\n[bold]{HEADING}[/bold]")
+    console.print(table)
+    console.print(measure_first(diagnosis))
+
+
 def _finding(diagnosis: Diagnosis, finding: Finding, console: Console) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    looks = appearance(finding.status)
-    console.print(f"[{looks.style}]{looks.symbol} {finding.status.upper()}[/]  {escape(finding.headline)}")
+    looks = shown_as(finding)
+    console.print(f"[{looks.style}]{looks.symbol} {finding.shown_status.upper()}[/]  {escape(finding.headline)}")
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tierod.core.findings import Decided, Diagnosis, Element, Episode, Finding, Status
+from tierod.core.findings import ESTIMATED, Decided, Diagnosis, Element, Episode, Finding, Status
 from tierod.core.shown import shown
 from tierod.report.display import instant, interval, number, words
 
@@ -43,6 +43,11 @@ _APPEARANCES = {
 def appearance(status: Status) -> Appearance:
     """How this status is shown; whatever is no judgement looks open."""
     return _APPEARANCES.get(status, _OPEN)
+
+
+def shown_as(finding: Finding) -> Appearance:
+    """How a finding is shown: an estimate that nothing confirms looks open, whatever its status."""
+    return _OPEN if finding.word == ESTIMATED else appearance(finding.status)
 
 
 def overall(diagnosis: Diagnosis) -> Status:

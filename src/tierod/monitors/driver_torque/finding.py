@@ -47,7 +47,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
         decided_by = tuple(name for name, distance in distances(drive, vehicle).items() if rules.beyond(name, distance))
         return Finding(
             name, Status.SUSPECT, headline, evidence=evidence, cause=cause, action=action, warnings=notice,
-            decided_by=decided_by,
+            decided_by=decided_by, confirmed=False,
         )  # fmt: skip
     evidence |= _value(drive)
     estimate = None  # what has no deviation has no interval
@@ -56,7 +56,10 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
     notices = _notices(drive, vehicle, rules)
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
     notices += () if drive.contradiction is not None else (UNCHECKED,)
-    return Finding(name, Status.HEALTHY, _headline(drive), None, estimate, evidence, action=action, warnings=notices)
+    return Finding(
+        name, Status.HEALTHY, _headline(drive), None, estimate, evidence, action=action, warnings=notices,
+        confirmed=drive.contradiction is not None,
+    )  # fmt: skip
 
 
 def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.core.recording import Recording
+from tierod.core.recording import Aligned, Recording
 from tierod.io.readers import SHARE_READ
 from tierod.vehicles import Vehicle
 
@@ -89,6 +89,18 @@ def joined(before: Recording | None, piece: Recording) -> Recording:
                 new, time=np.concatenate([old.time, new.time]), values=np.concatenate([old.values, new.values])
             )
     return Recording(channels, piece.metadata)
+
+
+def together(parts: Sequence[Aligned]) -> Aligned:
+    """Consecutive parts of one grid as one.
+
+    Args:
+        parts: at least one
+    """
+    if len(parts) == 1:
+        return parts[0]
+    time, values = (np.concatenate(each) for each in zip(*((p.time, p.values) for p in parts), strict=True))
+    return Aligned(time, values, parts[0].names)
 
 
 PAUSE = 2.0

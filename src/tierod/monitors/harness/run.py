@@ -9,12 +9,10 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from tierod import __version__
 from tierod.core.decimation import Decimator, bins_each
 from tierod.core.errors import InputError
-from tierod.core.findings import Diagnosis, Trace
+from tierod.core.findings import Diagnosis, ParameterEffect, Trace
 from tierod.core.recording import Aligned, Recording
 from tierod.io.derive import complete, ingredients
 from tierod.io.readers import SHARE_READ
@@ -23,10 +21,14 @@ from tierod.monitors.harness.baseline import Baseline, refuse_foreign
 from tierod.monitors.harness.decision_report import Passing, decided
 from tierod.monitors.harness.input_checks import InputChecks
 from tierod.monitors.harness.over_time import OverTime
-from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, joined
+from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, joined, share_read, together
 from tierod.monitors.harness.sample_digest import SampleDigest
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant, opened
+from tierod.monitors.harness.spread.joining import joined as with_parameter_spread
+from tierod.monitors.harness.spread.opening import Uncertain
+from tierod.monitors.harness.spread.parameter_spread import ParameterSpread
 from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import in_words
 
 if TYPE_CHECKING:
     from tierod.monitors.harness.into_memory import MemoryFeed
@@ -42,6 +44,7 @@ class Run:
         own_level: of this car; the monitor learns one where not given
         memory: path of the fault memory that takes the recording as one operation cycle
         kept: takes what is read and told over time
+        uncertain: whether the spread of the vehicle's parameters is carried into bands and verdict
 
     Raises:
         InputError: the own level is of another vehicle or variant
@@ -56,11 +59,17 @@ class Run:
         own_level: Baseline | None = None,
         memory: str | Path | None = None,
         kept: OverTime | None = None,
+        uncertain: bool = False,
     ):
         self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
         if own_level is not None:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
-        self.session: Session = opened(monitor, variant, vehicle, own_level)
+        self._uncertain = Uncertain(monitor, variant, vehicle, own_level) if uncertain else None
+        self.session: Session = (
+            opened(monitor, variant, vehicle, own_level) if self._uncertain is None else self._uncertain.session
+        )
+        self._spread: ParameterSpread | None = None
+        self._may_turn = own_level is None
         self.feed = _feed(memory, vehicle, monitor) if memory else None
         self._digest = SampleDigest(_common(monitor)) if memory else None
         self.kept = kept
@@ -97,6 +106,8 @@ class Run:
         if self._start is None:
             refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
             self._start = begin
+            if self._uncertain is not None:
+                self._spread = self._uncertain.spread((last - begin) / max(share_read(piece), 1e-3))
         self._inputs.refuse_slow()
         self._before = piece.slice(last - OVERLAP)
         waiting: list[tuple[Aligned, Aligned]] = []
@@ -138,11 +149,14 @@ class Run:
         """What follows on what was judged already, as it was recorded and without what is stuck."""
         if not parts:
             return
-        aligned, usable = (_together(each) for each in zip(*parts, strict=True))
+        aligned, usable = (together(each) for each in zip(*parts, strict=True))
         assert self._start is not None
         self._inputs.add(whole, self._start, usable)
         # What is stuck is shown as it was recorded; only the monitor does not see it.
-        shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **self.session.absorb(usable)}
+        traces = self.session.absorb(usable)
+        if self._spread is not None:
+            traces = self._spread.absorb(usable, traces)
+        shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **traces}
         if self.feed:
             self.feed.add(aligned, self.monitor.rate)
         if self.kept:
@@ -164,14 +178,25 @@ class Run:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
         self._inputs.quality.refuse_unusable(self.monitor.required)
         contradictions = self._inputs.quality.contradictions()
-        conclusion = self._inputs.limited(self.session.conclude(), contradictions)
+        concluded, effects = self._concluded()
+        conclusion = self._inputs.limited(concluded, contradictions)
         self.learnt, self.course = conclusion.own_level, conclusion.course
         self.code_courses = conclusion.code_courses
-        diagnosis = self._diagnosis(conclusion, contradictions, command)
+        diagnosis = dataclasses.replace(self._diagnosis(conclusion, contradictions, command), parameter_effects=effects)
         if self.feed and self._digest:
             taken = self.feed.finish(diagnosis, self.course, self.code_courses, self._digest.result())
             diagnosis = diagnosis.remarked("fault memory", taken)
         return diagnosis
+
+    def _concluded(self) -> tuple[Conclusion, tuple[ParameterEffect, ...]]:
+        """What the session concludes, with the spread of the parameters, and what these do to it."""
+        conclusion = self.session.conclude()
+        if self._uncertain is None or self._spread is None:
+            return conclusion, ()
+        found = with_parameter_spread(conclusion, self._spread.conclude(), self._uncertain.vehicle, self._may_turn)
+        note = in_words(self._uncertain.vehicle, self._uncertain.of_class)
+        remarks = {**found.conclusion.remarks, **({"parameters": f"{note}."} if note else {})}
+        return dataclasses.replace(found.conclusion, remarks=remarks), found.effects
 
     def _diagnosis(self, conclusion: Conclusion, contradictions: Sequence[str], command: str) -> Diagnosis:
         return Diagnosis(
@@ -217,14 +242,6 @@ def _feed(memory: str | Path, vehicle: Vehicle, monitor: Monitor) -> MemoryFeed:
     from tierod.monitors.harness.into_memory import MemoryFeed  # few runs have a memory, and it takes its time to load
 
     return MemoryFeed(memory, vehicle.name, monitor.name)
-
-
-def _together(parts: Sequence[Aligned]) -> Aligned:
-    """Consecutive parts of one grid as one."""
-    if len(parts) == 1:
-        return parts[0]
-    time, values = (np.concatenate(each) for each in zip(*((p.time, p.values) for p in parts), strict=True))
-    return Aligned(time, values, parts[0].names)
 
 
 def _common(monitor: Monitor) -> set[str]:

@@ -97,7 +97,8 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
         headline = f"Sideslip angle up to {largest}, estimated for {drive.seconds:.0f} s."
         found = Finding(name, Status.HEALTHY, headline, None, estimate, evidence, action="none")
         found = _beside_truth(found, figures.compared / drive.rate)
-    return _contradicted(_with_offset(found, drive), drive)
+    found = _contradicted(_with_offset(found, drive), drive)
+    return replace(found, confirmed=figures.compared >= LEAST_COMPARED * drive.rate)
 
 
 def _beside_truth(finding: Finding, seconds: float) -> Finding:

@@ -1,0 +1,99 @@
+"""How far the parameters move what a monitor concludes."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from tierod.core.findings import Estimate, ParameterEffect
+from tierod.monitors.harness.spread.directions import SMALLEST, Direction
+from tierod.monitors.harness.spread.parameter_spread import REACH, Outcome
+from tierod.monitors.harness.spread.points import Concluded
+from tierod.vehicles.vehicle import Vehicle
+
+
+class Effects(NamedTuple):
+    """By how much the parameters move a result.
+
+    Args:
+        variance: that they add to its own, in the unit squared
+        each: by parameter, the one that moves it most first
+    """
+
+    variance: float
+    each: tuple[ParameterEffect, ...]
+
+
+def effects(outcome: Outcome, estimate: Estimate | None, vehicle: Vehicle) -> Effects:
+    """What the moved vehicles show of an estimate, or of the result over time where there is no estimate.
+
+    Args:
+        outcome: of the moved vehicles
+        estimate: for the vehicle as it is; None where nothing is estimated
+        vehicle: with the standard deviation of its parameters
+    """
+    found = {} if estimate is None else _of_estimate(outcome, estimate)
+    if estimate is None or not found:
+        size = math.sqrt(sum(each * each for each in outcome.moves.values()))
+        scale = outcome.deviation / size if size > 0.0 and outcome.deviation > 0.0 else 1.0
+        found = {name: scale * move for name, move in outcome.moves.items()}
+        own = scale if estimate is None else estimate.standard_deviation
+        unit = (outcome.unit if outcome.deviation > 0.0 else "") if estimate is None else estimate.unit
+    else:
+        own, unit = estimate.standard_deviation, estimate.unit
+    total = sum(each * each for each in found.values())
+    counted = {name: move for name, move in found.items() if abs(move) > SMALLEST * own}
+    ranked = sorted(counted, key=lambda name: -abs(counted[name]))
+    rows = [_row(vehicle, name, counted[name], unit, total) for name in ranked]
+    variance = total if outcome.alone or not outcome.along else _along(outcome, estimate) or total
+    return Effects(variance if counted else 0.0, tuple(rows))
+
+
+def _row(vehicle: Vehicle, name: str, move: float, unit: str, total: float) -> ParameterEffect:
+    parameter = vehicle.parameters[name]
+    spread = parameter.standard_deviation or 0.0
+    return ParameterEffect(name, parameter.value, spread, parameter.unit, move, unit, move * move / total)
+
+
+def _of_estimate(outcome: Outcome, estimate: Estimate) -> dict[str, float]:
+    """Move of the estimate by one standard deviation of each parameter; empty where no moved vehicle has one."""
+    if outcome.alone:
+        moves = {name: _move(estimate, each) for name, each in outcome.alone.items()}
+        return {name: move for name, move in moves.items() if move is not None}
+    found: dict[str, float] = {}
+    for direction, concluded in outcome.along:
+        each_move = [(each, _move(estimate, each)) for each in concluded]
+        along = [move / _way(direction, each) for each, move in each_move if move is not None]
+        if along:
+            size = math.copysign(math.sqrt(sum(move * move for move in along) / len(along)), sum(along))
+            for name, part in direction.by.items():
+                found[name] = found.get(name, 0.0) + part * size
+    return found
+
+
+def _way(direction: Direction, each: Concluded) -> float:
+    """Standard deviations by which a vehicle was moved along its direction, with sign."""
+    name = max(direction.by, key=lambda part: abs(direction.by[part]))
+    return each.by[name] / direction.by[name]
+
+
+def _along(outcome: Outcome, estimate: Estimate | None) -> float:
+    """Variance that the directions add to an estimate; 0 where no moved vehicle has one."""
+    if estimate is None:
+        return 0.0
+    variance, captured = 0.0, sum(direction.share for direction, _ in outcome.along)
+    for _, concluded in outcome.along:
+        moves = [move for each in concluded if (move := _move(estimate, each)) is not None]
+        if moves:
+            variance += sum((move / REACH) ** 2 for move in moves) / len(moves)
+    return variance / captured
+
+
+def _move(estimate: Estimate, other: Concluded) -> float | None:
+    """By how much a moved vehicle's estimate differs; None where it has none."""
+    found = other.conclusion.finding.estimate
+    if found is None or not math.isfinite(found.value):
+        return None
+    if estimate.quantity.startswith("largest"):
+        return abs(found.value) - abs(estimate.value)
+    return found.value - estimate.value

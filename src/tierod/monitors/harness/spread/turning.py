@@ -1,0 +1,186 @@
+"""Whether a verdict turns within the spread of the vehicle's parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from tierod.core.findings import Element, Finding, ParameterEffect, Status
+from tierod.core.shown import shown, written
+from tierod.monitors.harness.session import Conclusion
+from tierod.monitors.harness.spread.parameter_spread import REACH, Outcome
+from tierod.monitors.harness.spread.points import Concluded
+from tierod.vehicles.vehicle import Vehicle
+
+ALARMS = (Status.FAULT, Status.RISING, Status.SUSPECT)
+
+LIMITS = ("rising", "fault")
+"""Names of references beyond which an estimate raises an alarm."""
+
+DECIDING = 0.8
+"""Share of a move that the parameters hold which are named as deciding."""
+
+MOST_NAMED = 3
+
+
+class Turn(NamedTuple):
+    """A verdict that is another one for a car within the spread.
+
+    Args:
+        status: for that car
+        names: of the parameters that decide, the most important first
+        elements: sensors and actuators as judged for that car
+    """
+
+    status: Status
+    names: tuple[str, ...]
+    elements: tuple[Element, ...]
+
+
+def turn(conclusion: Conclusion, outcome: Outcome) -> Turn | None:
+    """The car within the spread for which the verdict is another one; None where there is none.
+
+    An alarm turns where such a car is healthy. Healthy turns where such a car raises an alarm by an estimate beyond its
+    reference. An alarm that comes from signals and parameters that do not fit each other turns nothing: the recording
+    then speaks against that car.
+
+    Args:
+        conclusion: for the vehicle as it is
+        outcome: for the moved ones
+    """
+    points = [*outcome.alone.values(), *(each for _, several in outcome.along for each in several)]
+    turning = [each for each in points if _turns(conclusion.finding, each.conclusion.finding)]
+    if not turning:
+        return None
+    nearest = min(turning, key=lambda each: sum(by * by for by in each.by.values()))
+    found = nearest.conclusion
+    return Turn(found.finding.status, _deciding(nearest), found.elements)
+
+
+def turn_by_estimate(finding: Finding, variance: float, effects: Sequence[ParameterEffect]) -> Turn | None:
+    """The same from the estimate alone: the other side of its lowest limit is within two deviations of the parameters.
+
+    Args:
+        finding: for the vehicle as it is
+        variance: that the parameters add to its estimate, in the unit squared
+        effects: of the parameters, the one that moves it most first
+    """
+    estimate = finding.estimate
+    limits = [] if estimate is None else [estimate.reference[name] for name in LIMITS if name in estimate.reference]
+    if estimate is None or not limits or not effects:
+        return None
+    reach, lowest = REACH * math.sqrt(variance), min(limits)
+    names = _enough({each.name: each.effect**2 for each in effects})
+    if finding.status is Status.HEALTHY and estimate.value + reach > lowest > estimate.value:
+        return Turn(Status.FAULT if len(limits) == 1 else Status.RISING, names, ())
+    if finding.status in ALARMS and estimate.value - reach < lowest < estimate.value:
+        return Turn(Status.HEALTHY, names, ())
+    return None
+
+
+def _turns(finding: Finding, other: Finding) -> bool:
+    if finding.status in ALARMS:
+        return other.status is Status.HEALTHY
+    if finding.status is not Status.HEALTHY or other.estimate is None or not other.estimate.reference:
+        return False
+    return other.status in (Status.FAULT, Status.RISING)
+
+
+def _deciding(point: Concluded) -> tuple[str, ...]:
+    """The parameters that make most of a move."""
+    return _enough({name: by * by for name, by in point.by.items()})
+
+
+def _enough(parts: Mapping[str, float]) -> tuple[str, ...]:
+    """The names of the largest parts that together make most of the whole."""
+    ordered = sorted(parts, key=lambda name: -parts[name])
+    total, held, names = sum(parts.values()), 0.0, []
+    for name in ordered[:MOST_NAMED]:
+        names.append(name)
+        held += parts[name]
+        if held >= DECIDING * total:
+            break
+    return tuple(names)
+
+
+def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
+    """The conclusion where its verdict turns: an alarm is suspect, healthy is not identifiable.
+
+    Args:
+        conclusion: for the vehicle as it is
+        found: for which car it turns
+        vehicle: with the standard deviation of its parameters
+    """
+    finding = conclusion.finding
+    alarm = finding.status in ALARMS
+    names = in_words(found.names)
+    given = "; ".join(spread_of(vehicle, name) for name in found.names)
+    cause = f"the verdict depends on parameters of the vehicle file: within their spread ({given}) it is {found.status}"
+    finding = replace(
+        finding,
+        status=Status.SUSPECT if alarm else Status.NOT_IDENTIFIABLE,
+        headline=f"{finding.headline} But {names} {_decide(found.names)}: within the spread this is {found.status}.",
+        cause=f"{cause}; {finding.cause}" if finding.cause else cause,
+        action=f"measure {names} first, enter value and standard_deviation in the vehicle file, and judge anew; "
+        f"{finding.action}".removesuffix("; none"),
+    )
+    return replace(
+        conclusion,
+        finding=finding,
+        elements=_doubted(conclusion.elements, found.elements),
+        own_level=None,
+        course=(),
+        code_courses={},
+    )
+
+
+def _doubted(elements: tuple[Element, ...], others: tuple[Element, ...]) -> tuple[Element, ...]:
+    """Elements at fault that are not at fault for the other car, as suspect."""
+    faulty = {each.name for each in others if each.status is Status.FAULT}
+    return tuple(
+        replace(each, status=Status.SUSPECT) if each.status is Status.FAULT and each.name not in faulty else each
+        for each in elements
+    )
+
+
+def _decide(names: tuple[str, ...]) -> str:
+    return "decides" if len(names) == 1 else "decide"
+
+
+def in_words(names: tuple[str, ...]) -> str:
+    """Names of parameters as a part of a sentence.
+
+    Args:
+        names: at least one
+    """
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def spread_of(vehicle: Vehicle, name: str) -> str:
+    """A parameter with its standard deviation, in words: "rear_distance ±0.2 m".
+
+    Args:
+        vehicle: with it
+        name: of the parameter
+    """
+    parameter = vehicle.parameters[name]
+    return f"{name} ±{parameter.standard_deviation or 0.0:.3g} {written(parameter.unit)}".rstrip()
+
+
+def most_important(each: ParameterEffect, vehicle: Vehicle) -> str:
+    """A sentence on the parameter that moves the result most.
+
+    Args:
+        each: the parameter's effect
+        vehicle: with it
+    """
+    return f"{spread_of(vehicle, each.name)} moves it by {moves_by(each)}; measure it first"
+
+
+def moves_by(each: ParameterEffect) -> str:
+    """The move of the result in words: "±2.6 degrees"."""
+    factor, label = shown(each.effect_unit)
+    label = " degrees" if label == "°" else f" {label}" if label else " of the threshold"
+    return f"±{abs(each.effect) * factor:.2g}{label}"

@@ -1,0 +1,44 @@
+"""Uncertain parameters as rows, ranked by how far they move the result; for terminal and page."""
+
+from __future__ import annotations
+
+from tierod.core.findings import Diagnosis, ParameterEffect
+from tierod.core.shown import shown, written
+from tierod.report.display import number, share
+
+COLUMNS = ("parameter", "value", "moves the result by", "share of what parameters add")
+
+HEADING = "Which parameters decide"
+
+
+def effect_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str, str]]:
+    """The cells of `COLUMNS` for every uncertain parameter that moves the result, the largest effect first.
+
+    Args:
+        diagnosis: with what its parameters do
+    """
+    return [(each.name, _value(each), _effect(each), share(each.share)) for each in diagnosis.parameter_effects]
+
+
+def measure_first(diagnosis: Diagnosis) -> str:
+    """A sentence on the parameter that is worth measuring; "" where none moves the result.
+
+    Args:
+        diagnosis: with what its parameters do
+    """
+    if not diagnosis.parameter_effects:
+        return ""
+    first = diagnosis.parameter_effects[0]
+    return (
+        f"Each move is that of one standard deviation of the parameter. Measure {first.name} first: it makes "
+        f"{share(first.share)} of what uncertain parameters add to the variance."
+    )
+
+
+def _value(each: ParameterEffect) -> str:
+    return f"{number(each.value, 4)} ± {number(each.standard_deviation, 2)} {written(each.unit)}".rstrip()
+
+
+def _effect(each: ParameterEffect) -> str:
+    factor, label = shown(each.effect_unit)
+    return f"{'−' if each.effect < 0.0 else '+'}{number(abs(each.effect) * factor, 2)} {label or 'of the threshold'}"

@@ -1,0 +1,128 @@
+"""Uncertain parameters on monitors and cars that ship: the band holds the truth, and what decides is named."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from shared_data import shared_data
+from tierod.core.findings import Status
+from tierod.core.recording import Channel, Recording
+from tierod.io.readers import read
+from tierod.monitors.diagnose import diagnose, find
+from tierod.monitors.harness.run import Run
+from tierod.monitors.harness.spread.opening import Uncertain
+from tierod.proving_ground import drive
+from tierod.vehicles import Vehicle, load
+
+TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
+
+
+def guessed(vehicle: Vehicle, **values: tuple[float, float | None]) -> Vehicle:
+    parameters = dict(vehicle.parameters)
+    for name, (value, deviation) in values.items():
+        parameters[name] = dataclasses.replace(parameters[name], value=value, standard_deviation=deviation)
+    return dataclasses.replace(vehicle, parameters=parameters)
+
+
+@pytest.fixture(scope="module")
+def slow_turns():
+    path = shared_data("revsted_slip_angle", "obd.csv")
+    return read(path, channel_map=load("revsted-car").channel_map)
+
+
+def test_a_guessed_distance_gives_a_band_that_holds_the_truth_and_is_named(slow_turns):
+    bare = Recording({name: each for name, each in slow_turns.channels.items() if name not in TRUTHS})
+    found = diagnose(bare, guessed(load("revsted-car"), rear_distance=(1.2, 0.3)), "sideslip")
+    finding, estimate = found.findings[0], found.findings[0].estimate
+    assert finding.word == "estimated"
+    assert abs(np.degrees(estimate.value) + 9.5) < 1.96 * np.degrees(estimate.standard_deviation) < 10.0
+    assert found.parameter_effects[0].name == "rear_distance"
+    assert found.parameter_effects[0].share > 0.9
+    assert "rear_distance ±0.3 m moves it by ±3" in finding.headline
+
+
+def test_with_the_reference_the_same_guess_is_inconsistent_and_its_wider_band_holds_it(slow_turns):
+    finding = diagnose(slow_turns, guessed(load("revsted-car"), rear_distance=(1.2, 0.3)), "sideslip").findings[0]
+    assert (finding.status, finding.word) == (Status.SUSPECT, "inconsistent")
+    assert finding.evidence["truth_within_band_share"] < 0.7
+    assert finding.evidence["truth_within_wider_band_share"] > 0.9
+
+
+def test_the_file_of_the_car_is_consistent_with_its_reference(slow_turns):
+    finding = diagnose(slow_turns, "revsted-car", "sideslip").findings[0]
+    assert (finding.status, finding.word) == (Status.HEALTHY, "consistent")
+    assert finding.evidence["truth_within_wider_band_share"] > 0.95
+
+
+def test_without_spread_a_run_is_the_same_to_the_last_bit():
+    healthy = drive(minutes=3.0, seed=3)
+    vehicle = load("midsize-eps")
+    exact = guessed(vehicle, **{name: (each.value, 0.0) for name, each in vehicle.parameters.items()})
+    with_spread, judged = diagnose(healthy, exact, "friction"), diagnose(healthy, vehicle, "friction")
+    run = Run(*find("friction"), exact)
+    run.add(healthy)
+    plain = run.finish()
+    assert with_spread.findings[0].evidence == plain.findings[0].evidence
+    for name in plain.traces:
+        assert np.array_equal(with_spread.traces[name].mean, plain.traces[name].mean, equal_nan=True), name
+    assert np.array_equal(judged.traces["nis"].mean, plain.traces["nis"].mean, equal_nan=True)
+
+
+def test_a_monitor_that_reads_a_deviation_itself_has_it_in_its_band_once():
+    vehicle = load("midsize-eps")
+    assert "column_damping" not in Uncertain(*find("hysteresis", "hoist"), vehicle, None).names
+    bare = guessed(vehicle, column_damping=(0.8, None))
+    assert "column_damping" in Uncertain(*find("hysteresis", "hoist"), bare, None).of_class
+
+
+def test_limits_of_a_calibration_hold_the_spread():
+    vehicle = load("midsize-eps")
+    calibrated = dataclasses.replace(vehicle, thresholds={"friction": {}})
+    assert "mass" in Uncertain(*find("friction"), vehicle, None).names
+    assert Uncertain(*find("friction"), calibrated, None).names == ()
+
+
+def rolling(distance: float, seed: int) -> Recording:
+    """A car that rolls without slip at walking pace: its sideslip is distance times yaw rate over speed."""
+    random = np.random.default_rng(seed)
+    time = np.arange(0.0, 25.0, 0.01)
+    speed = np.full(len(time), 3.0)
+    angle = 0.35 * np.sin(0.6 * time)
+    yaw_rate = speed * np.tan(angle) / 2.7
+    slip = np.arctan(distance * yaw_rate / speed)
+    noise = {"yaw_rate": 0.003, "vehicle_speed": 0.02, "road_wheel_angle": 0.002}
+    signals = {"vehicle_speed": (speed, "m/s"), "yaw_rate": (yaw_rate, "rad/s"), "road_wheel_angle": (angle, "rad")}
+    channels = {
+        name: Channel(name, time, values + random.normal(0.0, noise[name], len(time)), unit)
+        for name, (values, unit) in signals.items()
+    }
+    return Recording({**channels, "truth_sideslip_angle": Channel("truth_sideslip_angle", time, slip, "rad")})
+
+
+def coverage(count: int, seed: int, spread: float) -> tuple[float, float]:
+    """Share of the truths in the wider and in the estimator's own band, over cars drawn from the spread."""
+    random = np.random.default_rng(seed)
+    wider, own = [], []
+    for drawn in range(count):
+        distance = float(np.clip(random.normal(1.2, spread), 0.3, 2.4))
+        car = guessed(load("revsted-car"), rear_distance=(1.2, spread), front_distance=(1.5, spread))
+        evidence = diagnose(rolling(distance, seed + drawn), car, "sideslip").findings[0].evidence
+        wider.append(evidence["truth_within_wider_band_share"])
+        own.append(evidence["truth_within_band_share"])
+    return float(np.mean(wider)), float(np.mean(own))
+
+
+def test_the_band_holds_the_sideslip_of_cars_drawn_from_the_spread():
+    wider, own = coverage(count=12, seed=161, spread=0.2)
+    assert wider > 0.85
+    assert own < 0.75
+
+
+@pytest.mark.slow
+def test_the_coverage_over_two_hundred_cars():
+    wider, own = coverage(count=200, seed=1162, spread=0.2)
+    print(f"95 % band of the sideslip, 200 cars: {wider:.3f} with the spread, {own:.3f} without")
+    assert 0.9 <= wider <= 0.99
