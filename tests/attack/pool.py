@@ -18,7 +18,7 @@ from typing import Any
 
 from .worker import MEMORY, SECONDS
 
-WAIT = 3.0 * SECONDS
+WAIT = 12.0 * SECONDS
 """By the clock, after which a worker that waits is ended [s]: the machine may be busy with other things."""
 
 LONGEST_SENTENCE = 4000
