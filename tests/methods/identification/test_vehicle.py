@@ -77,6 +77,7 @@ def test_ratio_and_stiffness_come_closer_than_the_guess_and_within_what_is_claim
 def test_noises_of_the_sensors_and_the_zeros_of_the_drive(found):
     assert found.noises["yaw_rate_noise"][0] == pytest.approx(0.003, rel=0.1)
     assert found.noises["lateral_acceleration_noise"][0] == pytest.approx(0.1, rel=0.25)
+    assert not {"yaw_rate_noise", "lateral_acceleration_noise"} & {each.name for each in found.found}
     (zeros,) = found.zeros
     for (value, deviation), truth in ((zeros.yaw_rate, 0.002), (zeros.lateral_acceleration, 0.08)):
         assert abs(value - truth) < 3.0 * deviation
