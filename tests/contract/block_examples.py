@@ -30,9 +30,12 @@ from tierod.methods.filters.butterworth import Butterworth
 from tierod.methods.filters.each import Delay, InputHold
 from tierod.methods.filters.first_order import Differentiator, FirstOrderLowPass
 from tierod.methods.filters.jump_gate import JumpGate
+from tierod.methods.identification.drive_likelihood import DriveLikelihood
+from tierod.methods.identification.drive_model import DriveNoises, drive_filter
 from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.methods.identification.simulation import Innovations, Simulation
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
+from tierod.models.lateral_parameters import LateralParameters
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.models.steering_column import ColumnParameters
@@ -244,6 +247,9 @@ def examples() -> dict[type, Callable[[], Any]]:
         ),
         Starting: lambda: ColumnObserver.of_vehicle(load("column-bench")).starting,
         StationaryBank: lambda: ColumnObserver.of_vehicle(load("midsize-eps")).bank,
+        DriveLikelihood: lambda: DriveLikelihood(
+            drive_filter(load("midsize-eps").parameters_for(LateralParameters), DriveNoises(), DT), 0.065
+        ),
         Innovations: lambda: Innovations(
             SampledColumn, BENCH, (0.0,) * 7, (1e-4,) * 7, (1e-4,), (1e-6, 1e-5, 4e-4), RoundedColumn
         ),

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def identify(
-    subject: Annotated[str, typer.Argument(help="What to identify: column, motor, inverter or thresholds.")],
+    subject: Annotated[str, typer.Argument(help="What to identify: vehicle, column, motor, inverter or thresholds.")],
     recordings: Annotated[
         list[Path], typer.Argument(help="Recordings of bench or drive, one experiment each or more.")
     ],
@@ -45,6 +45,8 @@ def identify(
 
     wanted, car = subject_of(subject), load(vehicle)
     hours = _wanted_hours(wanted, subject, false_alarms)
+    # The file of a car is what its drives add to: the same name in both options says so.
+    in_place, output = _same_file(subject, car, output, in_place)
     target = _target(car, output, in_place)
     _require_places(car, recordings, channel_map, target, in_place, report)
     with progress(f"identifying the {subject} of {car.name}") as advance:
@@ -81,6 +83,13 @@ def _wanted_hours(wanted: Subject, subject: str, false_alarms: str | None) -> fl
 
 def _names(free: str | None) -> tuple[str, ...]:
     return tuple(name.strip() for name in (free or "").split(",") if name.strip())
+
+
+def _same_file(subject: str, car: Vehicle, output: Path | None, in_place: bool) -> tuple[bool, Path | None]:
+    """Whether the vehicle's own file is to be written, and else the place."""
+    if subject == "vehicle" and output is not None and output.resolve() == car.path.resolve():
+        return True, None
+    return in_place, output
 
 
 def _target(car: Vehicle, output: Path | None, in_place: bool) -> Path | None:

@@ -72,12 +72,17 @@ class KalmanFilter(GaussianFilter):
         known = [quadratic(row, predicted.covariance) for row in rows]
         return Innovations(rows, tuple(measured - expected for measured, expected in pairs), known)
 
+    def bounded_noise(self, noise: Vector, known: Vector, innovation: Vector) -> Vector:
+        """The noise of every reading, raised where its innovation lies beyond the gate."""
+        if self.gate is None:
+            return noise
+        return tuple(_widened(self.gate, *each) for each in zip(noise, known, innovation, strict=True))
+
     def _correct(
         self, predicted: Prediction, sample: Tree, noise: Vector, start: Vector
     ) -> tuple[Correction, Vector, Vector]:
         rows, innovation, known = self.innovations(predicted, sample)
-        if self.gate is not None:
-            noise = tuple(_widened(self.gate, *each) for each in zip(noise, known, innovation, strict=True))
+        noise = self.bounded_noise(noise, known, innovation)
         spread = tuple(plus(each, value) for each, value in zip(known, noise, strict=True))
         return correct(predicted.covariance, rows, innovation, noise, start), innovation, spread
 

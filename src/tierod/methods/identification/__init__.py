@@ -1,1 +1,1 @@
-"""Identification of parameters from recordings made for the purpose."""
+"""Identification of parameters from recordings: of a bench, or of ordinary drives."""

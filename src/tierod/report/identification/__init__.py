@@ -26,6 +26,7 @@ SUBJECTS = {
     "motor": "tierod.report.identification.motor:MOTOR",
     "inverter": "tierod.report.identification.motor:INVERTER",
     "thresholds": "tierod.report.identification.thresholds:THRESHOLDS",
+    "vehicle": "tierod.report.identification.vehicle:VEHICLE",
 }
 """Where each is defined, by the name that the command line takes."""
 
@@ -168,7 +169,7 @@ def identify(
     """Parameters of a vehicle from recordings of a bench or a drive.
 
     Args:
-        subject: "column", "motor", "inverter" or "thresholds"
+        subject: "vehicle", "column", "motor", "inverter" or "thresholds"
         recordings: paths, or recordings by name; one experiment each or more
         vehicle: where the search starts: a parameter set, its name, or the path of its file
         free: names of the parameters to find; the usual ones of the subject where not given

@@ -1,0 +1,118 @@
+"""The likelihood of an ordinary drive: what the filter of a car did not foresee, sample by sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar, Tree, rebuild
+from tierod.core.graph.maths import both, log, present, sqrt, where
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.kernels import correct_in_turn
+from tierod.methods.estimators.linear_algebra import Vector, from_diagonal, plus, upper
+from tierod.methods.estimators.shapes import Belief, leaf_values
+from tierod.methods.identification.drive_model import MOVING
+
+SLOWEST = 2.0
+"""Speed below which no sample counts [m/s]: tyres that hardly roll say little, and steering is large."""
+
+
+class DriveSample(NamedTuple):
+    """What an ordinary drive is read for; NaN where missing."""
+
+    vehicle_speed: Annotated[Scalar, "m/s"]
+    longitudinal_acceleration: Annotated[Scalar, "m/s**2"]
+    steering_angle: Annotated[Scalar, "rad"]
+    yaw_rate: Annotated[Scalar, "rad/s"]
+    lateral_acceleration: Annotated[Scalar, "m/s**2"]
+
+
+class DriveScore(NamedTuple):
+    """Innovations of a sample, each over its standard deviation, and the logarithms of those; zeros and their variance.
+
+    The zeros are those of steering angle at the road wheels, yaw rate and lateral acceleration after the sample.
+    """
+
+    whitened_yaw_rate: Annotated[Scalar, ""]
+    whitened_lateral_acceleration: Annotated[Scalar, ""]
+    spread_yaw_rate: Annotated[Scalar, ""]
+    spread_lateral_acceleration: Annotated[Scalar, ""]
+    steering_zero: Annotated[Scalar, "rad"]
+    yaw_rate_zero: Annotated[Scalar, "rad/s"]
+    lateral_acceleration_zero: Annotated[Scalar, "m/s**2"]
+    steering_variance: Annotated[Scalar, "rad**2"]
+    yaw_rate_variance: Annotated[Scalar, "rad**2/s**2"]
+    lateral_acceleration_variance: Annotated[Scalar, "m**2/s**4"]
+
+
+@dataclass(frozen=True)
+class DriveLikelihood:
+    """The terms of a drive's likelihood.
+
+    Args:
+        filter: of `drive_filter`
+        ratio: road wheels over the angle that is read
+    """
+
+    filter: KalmanFilter
+    ratio: Annotated[float, ""]
+
+    Sample = DriveSample
+    Output = DriveScore
+
+    def init(self) -> Belief:
+        """The belief before the drive."""
+        return self.filter.init()
+
+    def step(self, state: Belief, sample: DriveSample) -> tuple[Belief, DriveScore]:
+        """Predict, score the readings, correct; while the car stands the motion is forgotten, the zeros are kept."""
+        kind = self.filter.model
+        angle = self.ratio * sample.steering_angle
+        running = both(both(present(sample.vehicle_speed), present(angle)), sample.vehicle_speed > SLOWEST)
+        inputs = kind.Input(
+            where(running, sample.vehicle_speed, SLOWEST),
+            where(present(sample.longitudinal_acceleration), sample.longitudinal_acceleration, 0.0),
+            where(running, angle, 0.0),
+        )
+        given = self.filter.Sample(inputs, kind.Output(sample.yaw_rate, sample.lateral_acceleration))
+        belief, whitened, spread = self._filtered(state, given)
+        mean = [where(running, a, b) for a, b in zip(leaf_values(belief.mean), self._still(state), strict=True)]
+        covariance = [
+            where(running, a, b) for a, b in zip(belief.covariance, self._forgotten(state.covariance), strict=True)
+        ]
+        after = Belief(rebuild(state.mean, mean), tuple(covariance))
+        size = len(mean)
+        at = {pair: k for k, pair in enumerate(upper(size))}
+        zeros = (size - 1, 8, 7)
+        score = DriveScore(
+            *(where(running, each, 0.0) for each in (*whitened, *spread)),
+            *(mean[k] for k in zeros),
+            *(covariance[at[k, k]] for k in zeros),
+        )
+        return after, score
+
+    def _filtered(self, state: Belief, sample: Tree) -> tuple[Belief, list[Scalar], list[Scalar]]:
+        """One step of the filter, the readings one after the other: the factors of the likelihood."""
+        predicted = self.filter._predict(state, sample.input, leaf_values(self.filter.process_noise), ())
+        rows, residuals, known = self.filter.innovations(predicted, sample)
+        noise = self.filter.bounded_noise(leaf_values(self.filter.measurement_noise), known, residuals)
+        done = correct_in_turn(predicted.covariance, rows, residuals, noise)
+        mean = [plus(a, b) for a, b in zip(predicted.mean, done.correction.shift, strict=True)]
+        whitened, spread = [], []
+        for residual, variance in zip(done.residuals, done.spreads, strict=True):
+            there = present(residual)
+            whitened.append(where(there, residual, 0.0) / sqrt(variance))
+            spread.append(where(there, 0.5 * log(variance), 0.0))
+        return Belief(rebuild(state.mean, mean), done.correction.covariance), whitened, spread
+
+    def _still(self, state: Belief) -> Vector:
+        """The mean where the car stands: no motion, and what is not known stays."""
+        values = leaf_values(state.mean)
+        return tuple(0.0 if k < len(MOVING) else value for k, value in enumerate(values))
+
+    def _forgotten(self, covariance: Vector) -> Vector:
+        """The covariance where the car stands: that of the start for the motion, correlated with nothing."""
+        first = from_diagonal(leaf_values(self.filter.initial_variance))
+        moving = len(MOVING)
+        pairs = upper(len(leaf_values(self.filter.initial_variance)))
+        return tuple(a if i < moving else b for (i, _), a, b in zip(pairs, first, covariance, strict=True))

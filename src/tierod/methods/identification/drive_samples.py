@@ -1,0 +1,101 @@
+"""Ordinary drives as the identification of a vehicle reads them: on one grid, with what a drive must hold."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.recording import Recording
+from tierod.io.derive import complete, ingredients
+from tierod.methods.identification.drive_likelihood import SLOWEST
+
+RATE = 50.0
+"""Of the samples [Hz]: yaw and roll of a car end below 5 Hz."""
+HELD = 0.2
+"""For so long a speed or an angle goes on as it was last read [s]."""
+LEAST_DRIVEN = 30.0
+"""Driving above the slowest speed that a drive must hold [s]."""
+
+SPEED, ALONG, LATERAL, YAW = "vehicle_speed", "longitudinal_acceleration", "lateral_acceleration", "yaw_rate"
+ANGLES = ("road_wheel_angle", "steering_wheel_angle")
+"""Of which the first one that a recording has is read."""
+SIGNALS = ingredients((SPEED, ALONG, *ANGLES, YAW, LATERAL))
+
+
+class Drive(NamedTuple):
+    """One drive.
+
+    Args:
+        name: of the recording
+        samples: of `DriveSample`, (n, 5); what drives the model is the mean since the sample before
+        angle: the signal that the angle comes from
+        driven: for how long it counts [s]
+    """
+
+    name: str
+    samples: np.ndarray
+    angle: str
+    driven: float
+
+
+def drive_of(name: str, recording: Recording) -> Drive:
+    """A recording as a drive.
+
+    Args:
+        name: of the recording, for messages
+        recording: with speed or rear wheel speeds, steering angle and yaw rate; lateral acceleration is better
+
+    Raises:
+        InputError: a signal is missing, or the car hardly moves
+    """
+    recording = complete(recording, (SPEED,))
+    angle = next((each for each in ANGLES if each in recording), ANGLES[1])
+    for wanted in (SPEED, angle, YAW):
+        if wanted not in recording or not np.isfinite(recording[wanted].values).any():
+            raise InputError(
+                f"{name} has no '{wanted}'; identification of a vehicle needs speed (or both rear wheel speeds), "
+                "steering angle and yaw rate. 'tierod inspect' shows what the recording has; name it in the channel map"
+            )
+    driven = recording.align((SPEED, ALONG, angle), RATE, "linear", maximum_age=HELD).values
+    read = recording.align((YAW, LATERAL), RATE, maximum_age=0.999 / RATE).values
+    driven[1:] = 0.5 * (driven[1:] + driven[:-1])
+    samples = np.column_stack([driven, read])
+    seconds = _driven(samples)
+    if seconds < LEAST_DRIVEN:
+        raise InputError(
+            f"{name} holds {seconds:.0f} s of driving above {SLOWEST:g} m/s with all signals; identification of a "
+            f"vehicle needs {LEAST_DRIVEN:g} s, better ten minutes of town and country road"
+        )
+    return Drive(name, samples, angle, seconds)
+
+
+def drives_of(recordings: Mapping[str, Recording]) -> list[Drive]:
+    """All recordings as drives, in their order.
+
+    Raises:
+        InputError: see `drive_of`; two of the same drive; angles of different places
+    """
+    drives, seen = [], dict[bytes, str]()
+    for name, recording in recordings.items():
+        drive = drive_of(name, recording)
+        content = hashlib.sha256(drive.samples.tobytes()).digest()
+        if content in seen:
+            raise InputError(f"{seen[content]} and {name} hold the same drive; it counts once: leave one out")
+        seen[content] = name
+        drives.append(drive)
+    if len({each.angle for each in drives}) > 1:
+        first, other = drives[0], next(each for each in drives if each.angle != drives[0].angle)
+        raise InputError(
+            f"{first.name} gives {first.angle} and {other.name} {other.angle}: identify from drives with the same "
+            "angle, or leave the other one out of the channel map"
+        )
+    return drives
+
+
+def _driven(samples: np.ndarray) -> float:
+    fast = np.nan_to_num(samples[:, 0]) > SLOWEST
+    return float(np.count_nonzero(fast & np.isfinite(samples[:, 2]) & np.isfinite(samples[:, 3]))) / RATE

@@ -1,0 +1,217 @@
+"""The most probable parameters given recordings and what is known before (maximum a posteriori)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.block import Block
+from tierod.core.graph import scan
+
+STEP = 1e-3
+"""Of differences, in standard deviations of what is known before."""
+ENOUGH = 0.02
+"""Gain of log posterior below which a search ends [nat]."""
+MOST_STEPS = 25
+LARGEST = 1.0
+"""Step of a coordinate: farther, its derivatives no longer hold."""
+TRUSTED = 6000.0
+"""Readings that a drive of any length counts for at most: beyond them the errors of the model decide."""
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of a parameter before: normal, of its logarithm where it is positive.
+
+    Args:
+        name: of the parameter
+        value: most probable before
+        deviation: one standard deviation, in the unit of the value
+        positive: whether the logarithm is looked for
+        low, high: a value beyond is impossible
+    """
+
+    name: str
+    value: float
+    deviation: float
+    positive: bool = True
+    low: float = -math.inf
+    high: float = math.inf
+
+    @property
+    def scale(self) -> float:
+        """Standard deviation of the coordinate that is searched."""
+        return math.log1p(self.deviation / abs(self.value)) if self.positive else self.deviation
+
+    def at(self, place: float) -> float:
+        """The value so many standard deviations from the one before."""
+        moved = self.scale * place
+        value = self.value * math.exp(moved) if self.positive else self.value + moved
+        return min(max(value, self.low), self.high)
+
+    def spread(self, place: float, deviation: float) -> float:
+        """Standard deviation in the unit of the value, from one in those of before."""
+        return deviation * self.scale * (abs(self.at(place)) if self.positive else 1.0)
+
+
+class Place(NamedTuple):
+    """What recordings and prior say of a set of parameters.
+
+    Args:
+        cost: negative logarithm of the posterior density, without its constant
+        gradient, information: of it, in standard deviations of what is known before; prior included
+        scores: gradient of every sample, per recording
+        shares: information of each recording alone, without the prior
+        whitened: innovations over their standard deviations, per recording
+    """
+
+    cost: float
+    gradient: np.ndarray
+    information: np.ndarray
+    scores: tuple[np.ndarray, ...]
+    shares: tuple[np.ndarray, ...]
+    whitened: tuple[np.ndarray, ...]
+
+
+class Posterior(NamedTuple):
+    """Where a search ended.
+
+    Args:
+        priors: of what was looked for
+        place: of the most probable parameters, in standard deviations of what is known before
+        covariance: of that place; holds with autocorrelated residuals
+        at: the posterior there
+        steps: of the search
+        converged: whether it came to an end
+    """
+
+    priors: tuple[Prior, ...]
+    place: np.ndarray
+    covariance: np.ndarray
+    at: Place
+    steps: int
+    converged: bool
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Of the parameters, by name."""
+        return {prior.name: prior.at(float(x)) for prior, x in zip(self.priors, self.place, strict=True)}
+
+    @property
+    def deviations(self) -> dict[str, float]:
+        """One standard deviation of every parameter, in its unit."""
+        shares = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        each = zip(self.priors, self.place, shares, strict=True)
+        return {prior.name: prior.spread(float(x), float(share)) for prior, x, share in each}
+
+
+Built = Callable[[dict[str, float], int], Block]
+"""The block of a recording with parameters by name. Its first outputs are whitened innovations, as many logarithms of
+their standard deviations follow."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Gauss-Newton from what is known before.
+
+    Args:
+        priors: of what is looked for
+        recordings: samples of the blocks, (n, inputs) each
+        built: block of a recording with parameters
+        outputs: readings that are scored
+    """
+
+    priors: tuple[Prior, ...]
+    recordings: Sequence[np.ndarray]
+    built: Built
+    outputs: int
+    trusted: float = TRUSTED
+
+    @cached_property
+    def weight(self) -> float:
+        """Power of the likelihood (coarsened posterior)."""
+        readings = sum(int(np.isfinite(each[:, -self.outputs :]).sum()) for each in self.recordings)
+        return 1.0 / (1.0 + readings / self.trusted)
+
+    def values(self, place: np.ndarray) -> dict[str, float]:
+        """Parameters of a place."""
+        return {prior.name: prior.at(float(x)) for prior, x in zip(self.priors, place, strict=True)}
+
+    def scored(self, place: np.ndarray, recording: int) -> np.ndarray:
+        """Innovations of a recording, then the logarithms of their standard deviations, (n, 2 outputs)."""
+        block = self.built(self.values(place), recording)
+        return scan(block, self.recordings[recording]).values[:, : 2 * self.outputs]
+
+    def cost(self, place: np.ndarray) -> float:
+        """Negative logarithm of the posterior density."""
+        total = 0.5 * float(place @ place)
+        for k in range(len(self.recordings)):
+            total += self.weight * _cost(self.scored(place, k), self.outputs)
+        return total if math.isfinite(total) else math.inf
+
+    def at(self, place: np.ndarray) -> Place:
+        """Cost and derivatives."""
+        count, m = len(place), self.outputs
+        cost, gradient, information = 0.5 * float(place @ place), place.copy(), np.eye(count)
+        scores, shares, whitened = [], [], []
+        for k in range(len(self.recordings)):
+            here = self.scored(place, k)
+            moved = np.stack([(self.scored(place + STEP * row, k) - here) / STEP for row in np.eye(count)])
+            surprise, widths = moved[:, :, :m], moved[:, :, m:]
+            score = self.weight * np.sum(surprise * here[:, :m] + widths, axis=2).T
+            flat, wide = (surprise + here[:, :m] * widths).reshape(count, -1), widths.reshape(count, -1)
+            share = self.weight * (flat @ flat.T + 2.0 * wide @ wide.T)
+            cost, gradient, information = (
+                cost + self.weight * _cost(here, m),
+                gradient + score.sum(axis=0),
+                information + share,
+            )
+            scores.append(score)
+            shares.append(share)
+            whitened.append(here[:, :m])
+        return Place(cost, gradient, information, tuple(scores), tuple(shares), tuple(whitened))
+
+    def run(
+        self,
+        start: np.ndarray | None = None,
+        progress: Callable[[float], None] = lambda share: None,
+        enough: float = ENOUGH,
+    ) -> Posterior:
+        """The most probable parameters.
+
+        Args:
+            start: place where the search begins; what is known before where None
+            enough: gain of log posterior below which the search ends [nat]
+            progress: called with the share done, roughly
+        """
+        place = np.zeros(len(self.priors)) if start is None else start
+        here, damping, steps = self.at(place), 1e-3, 0
+        while steps < MOST_STEPS and not _ended(here, enough) and damping < 1e6:
+            steps += 1
+            damped = here.information + damping * np.diag(np.diag(here.information))
+            move = np.clip(-np.linalg.solve(damped, here.gradient), -LARGEST, LARGEST)
+            cost = self.cost(place + move)
+            if cost < here.cost:
+                place, damping = place + move, 0.1 * damping
+                here = self.at(place)
+            else:
+                damping = max(10.0 * damping, 1e-3)
+            progress(min(steps / 12.0, 0.95))
+        converged = _ended(here, enough)
+        covariance = np.linalg.inv(here.information)
+        progress(1.0)
+        return Posterior(self.priors, place, covariance, here, steps, converged)
+
+
+def _ended(here: Place, enough: float) -> bool:
+    """Whether the parabola through a place promises next to nothing."""
+    return float(0.5 * here.gradient @ np.linalg.solve(here.information, here.gradient)) < enough
+
+
+def _cost(scored: np.ndarray, outputs: int) -> float:
+    return float(0.5 * np.sum(scored[:, :outputs] ** 2) + np.sum(scored[:, outputs:]))

@@ -1,0 +1,294 @@
+"""Parameters of a vehicle from ordinary drives: what they teach, what stays as the file gives it, and what to drive."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.errors import ParameterError
+from tierod.core.graph import scan
+from tierod.core.recording import Recording
+from tierod.methods.identification.drive_likelihood import DriveLikelihood
+from tierod.methods.identification.drive_model import DriveNoises, drive_filter
+from tierod.methods.identification.drive_samples import ANGLES, RATE, Drive, drives_of
+from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
+from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Posterior, Prior, Search
+from tierod.methods.identification.vehicle_judgement import (
+    LEARNT,
+    Contradiction,
+    Judged,
+    Odd,
+    contradictions,
+    contradictory,
+    judged,
+    odd_drive,
+)
+from tierod.methods.identification.vehicle_priors import NOISES, USUAL, priors_of, spread_of
+from tierod.models.lateral_parameters import LateralParameters
+from tierod.physics.gravity import GRAVITY
+from tierod.physics.single_track import understeer_gradient
+from tierod.vehicles import Vehicle
+
+STAGES = ((0.1, 0.5), (1.0, ENOUGH))
+"""Share of the trusted readings of every stage of the search, and the gain that ends it: first what is known leads."""
+CROSSFALL = 0.02
+"""Standard deviation of the bank of straight roads [rad]: the zeros hold what it does to them."""
+OUTPUTS = 2
+WIDENED = 10.0
+"""Factor on what is known before of a parameter where file and drives contradict each other."""
+_GAUSSIAN = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+
+
+class Zeros(NamedTuple):
+    """Readings of a drive's sensors without motion, and their standard deviations.
+
+    Args:
+        steering: of the angle that is read [rad]
+        yaw_rate: [rad/s]
+        lateral_acceleration: with the crossfall of the road [m/s**2]
+    """
+
+    steering: tuple[float, float]
+    yaw_rate: tuple[float, float]
+    lateral_acceleration: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class VehicleIdentification:
+    """What drives have shown of a vehicle.
+
+    Args:
+        found: what goes into the vehicle file
+        judged: every parameter that was looked for
+        zeros: of every drive, in their order
+        noises: of sensors, model and road, with their standard deviations
+        drives: that were read
+        posterior: where the search ended
+        contradictory: between file and drives
+        odd: the drive of another car
+        remarks: what was noticed
+        doubt: why nothing may be written; empty where it may
+    """
+
+    found: tuple[Found, ...]
+    judged: tuple[Judged, ...]
+    zeros: tuple[Zeros, ...]
+    noises: Mapping[str, tuple[float, float]]
+    drives: tuple[Drive, ...]
+    posterior: Posterior
+    contradictory: tuple[Contradiction, ...]
+    odd: Odd | None
+    remarks: tuple[str, ...]
+    doubt: str
+
+
+def identify_vehicle(
+    recordings: Mapping[str, Recording],
+    vehicle: Vehicle,
+    free: tuple[str, ...] = (),
+    progress: Callable[[float], None] = lambda share: None,
+) -> VehicleIdentification:
+    """The most probable parameters of a vehicle, given its file and drives.
+
+    Args:
+        recordings: ordinary drives of one car, by name
+        vehicle: its values and standard deviations are what is known before; where it gives no deviation, that of cars
+            of its class
+        free: parameters that may change; all that drives may show where none is given. The others are as uncertain as
+            before all the same
+        progress: called with the share that is done
+
+    Raises:
+        InputError: a recording without what is needed, see `drive_of`
+        ParameterError: the vehicle lacks a parameter, or one is free that drives do not show
+    """
+    if unknown := [name for name in free if name not in USUAL]:
+        raise ParameterError(f"'{unknown[0]}' is not identified from ordinary drives; there are {', '.join(USUAL)}")
+    drives = tuple(drives_of(recordings))
+    priors = priors_of(vehicle, with_ratio=drives[0].angle != ANGLES[0])
+    built = _built(vehicle, drives[0].angle)
+    posterior = _searched(priors, drives, built, progress)
+    alone = [_searched(priors, [each], built, start=posterior.place) for each in drives] if len(drives) > 1 else []
+    return _concluded(vehicle, drives, posterior, alone, built, free or tuple(USUAL))
+
+
+def _searched(
+    priors: tuple[Prior, ...],
+    drives: Sequence[Drive],
+    built: Built,
+    progress: Callable[[float], None] = lambda share: None,
+    start: np.ndarray | None = None,
+) -> Posterior:
+    """The end of the search: in all stages, or the last one alone from a start that is near."""
+    samples = [each.samples for each in drives]
+    stages = STAGES if start is None else STAGES[-1:]
+    for number, (share, enough) in enumerate(stages):
+        found = Search(priors, samples, built, OUTPUTS, share * TRUSTED).run(
+            start, partial(_part, progress, number), enough
+        )
+        start = found.place
+    return found
+
+
+def _by_drives_alone(
+    posterior: Posterior, names: Sequence[str], drives: Sequence[Drive], built: Built
+) -> tuple[Contradiction, ...]:
+    """File and drives, where they lie far apart: the drives with next to no knowledge before of such parameters."""
+    far = contradictory(posterior, names)
+    if not far:
+        return ()
+    wide = tuple(
+        dataclasses.replace(each, deviation=WIDENED * each.deviation) if each.name in far else each
+        for each in posterior.priors
+    )
+    return contradictions(_searched(wide, drives, built), posterior.priors, far)
+
+
+def _part(progress: Callable[[float], None], number: int, done: float) -> None:
+    progress((number + done) / len(STAGES))
+
+
+def _built(vehicle: Vehicle, angle: str) -> Callable[..., DriveLikelihood]:
+    base, usual = vehicle.parameters_for(LateralParameters), DriveNoises()
+    of_car = {each.name for each in dataclasses.fields(LateralParameters)}
+    ratio = 1.0 if angle == ANGLES[0] else vehicle["steering_ratio"]
+
+    def built(values: Mapping[str, float], recording: int) -> DriveLikelihood:
+        car = dataclasses.replace(base, **{name: value for name, value in values.items() if name in of_car})
+        noises = dataclasses.replace(usual, **{name: value for name, value in values.items() if name in NOISES})
+        return DriveLikelihood(drive_filter(car, noises, 1.0 / RATE), values.get("steering_ratio", ratio))
+
+    return built
+
+
+def _concluded(
+    vehicle: Vehicle,
+    drives: tuple[Drive, ...],
+    posterior: Posterior,
+    alone: Sequence[Posterior],
+    built: Callable[..., DriveLikelihood],
+    free: tuple[str, ...],
+) -> VehicleIdentification:
+    names = tuple(prior.name for prior in posterior.priors if prior.name in USUAL)
+    every = [each for each in judged(posterior, names) if each.name in free]
+    blocks = [built(posterior.values, k) for k in range(len(drives))]
+    results = [scan(block, each.samples) for block, each in zip(blocks, drives, strict=True)]
+    zeros = tuple(
+        _zeros(each.values[-1], block.ratio, block.filter.parameters.sampled.car)
+        for block, each in zip(blocks, results, strict=True)
+    )
+    noises = {name: (posterior.values[name], posterior.deviations[name]) for name in NOISES}
+    noises |= _reading_noise([each.values for each in results])
+    against = _by_drives_alone(posterior, names, drives, built)
+    odd = odd_drive(alone, names)
+    learnt = [each for each in every if each.kind == LEARNT]
+    found = [_found(each.name, vehicle, each.value, each.deviation) for each in learnt]
+    found += [
+        _found(name, vehicle, *noises[name])
+        for name, usual in WRITTEN_NOISES.items()
+        if learnt and noises.get(name, (0.0, 0.0))[0] > usual
+    ]
+    return VehicleIdentification(
+        tuple(found),
+        tuple(every),
+        zeros,
+        noises,
+        drives,
+        posterior,
+        against,
+        odd,
+        tuple(_remarks(vehicle, every, against, posterior)),
+        _doubt(vehicle, drives, learnt, against, odd),
+    )
+
+
+WRITTEN_NOISES = {"yaw_rate_noise": 0.0035, "lateral_acceleration_noise": 0.2}
+"""Noises of a reading that go into the vehicle file where they lie above these, which any car's sensors have. Lower
+ones make an estimator trust its model of the road too much: the error of sideslip grew by half on virtual cars."""
+
+
+def _found(name: str, vehicle: Vehicle, value: float, deviation: float) -> Found:
+    given = vehicle.parameters.get(name)
+    before = UNKNOWN_BEFORE if given is None else (given.value, given.standard_deviation)
+    return Found.normal(name, before, value, deviation, "drives")
+
+
+def _zeros(last: np.ndarray, ratio: float, car: LateralParameters) -> Zeros:
+    """Zeros after the last sample; a road that falls to one side moves those of steering and lateral acceleration."""
+    values, spreads = last[2 * OUTPUTS : 2 * OUTPUTS + 3], np.sqrt(last[2 * OUTPUTS + 3 : 2 * OUTPUTS + 6])
+    stiffness = car.front_cornering_stiffness, car.rear_cornering_stiffness
+    gradient = understeer_gradient(car.mass, car.front_distance, car.rear_distance, *stiffness)
+    by_road = np.array([gradient, 0.0, 1.0]) * GRAVITY * CROSSFALL
+    scale = np.array([1.0 / ratio, 1.0, 1.0])
+    pairs = zip((scale * values).tolist(), (scale * np.hypot(spreads, by_road)).tolist(), strict=True)
+    return Zeros(*pairs)
+
+
+def _reading_noise(results: list[np.ndarray]) -> dict[str, tuple[float, float]]:
+    """Noise of a reading of the lateral acceleration, from the spread of its innovations; empty without readings."""
+    innovations = np.concatenate([each[:, 1] * np.exp(each[:, OUTPUTS + 1]) for each in results])
+    innovations = innovations[innovations != 0.0]
+    if not len(innovations):
+        return {}
+    value = _GAUSSIAN * float(np.median(np.abs(innovations)))
+    return {"lateral_acceleration_noise": (value, value / math.sqrt(TRUSTED))}
+
+
+def _remarks(
+    vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction, ...], posterior: Posterior
+) -> list[str]:
+    remarks = []
+    usual = [each.name for each in every if not spread_of(each.name, vehicle)[1]]
+    if usual:
+        remarks.append(
+            f"the vehicle file gives no standard deviation of {', '.join(usual)}: that of cars of its class was taken"
+        )
+    remarks += [
+        f"{each.name}: {_both(vehicle, each)}; no standard deviation is in the file, so the drives are followed"
+        for each in against
+        if not spread_of(each.name, vehicle)[1]
+    ]
+    if not posterior.converged:
+        remarks.append("the search has not come to its end; start again from the file that it wrote")
+    return remarks
+
+
+def _both(vehicle: Vehicle, each: Contradiction) -> str:
+    deviation, _ = spread_of(each.name, vehicle)
+    before = f"{vehicle[each.name]:.4g} ± {deviation:.2g}" if each.name in vehicle else "the usual value"
+    return f"{before} before, {each.value:.4g} ± {each.deviation:.2g} in these drives, {each.distance:.1f} σ apart"
+
+
+def _doubt(
+    vehicle: Vehicle,
+    drives: tuple[Drive, ...],
+    learnt: list[Judged],
+    against: tuple[Contradiction, ...],
+    odd: Odd | None,
+) -> str:
+    if odd is not None:
+        name = drives[odd.drive].name
+        which = (
+            f"{name} is" if odd.certain else f"the drives are of two cars; {name}, farther from the file, seems to be"
+        )
+        return (
+            f"{which} of another car than the rest: {odd.name} is {odd.own:.4g} there and {odd.others:.4g} in the "
+            f"others, {odd.distance:.0f} σ apart; leave it out, or identify it for itself"
+        )
+    given = [each for each in against if spread_of(each.name, vehicle)[1]]
+    if given:
+        said = "; ".join(f"{each.name} is {_both(vehicle, each)}" for each in given[:3])
+        return (
+            f"vehicle file and drives contradict each other: {said}; see that the drives are of this car and that "
+            "units and signs of the channel map are right, or give the parameter a wider standard_deviation"
+        )
+    if not learnt:
+        return "these drives teach nothing that the vehicle file does not say already; drive as the table says"
+    return ""

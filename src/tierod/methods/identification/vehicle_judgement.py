@@ -1,0 +1,192 @@
+"""What drives have shown of every parameter of a vehicle, where they contradict its file, and which drive is odd."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.methods.identification.posterior import Posterior, Prior
+
+LEARNT, BOUND, NOT_SEEN = "learnt", "bound", "not seen"
+NARROWED = 0.7
+"""Standard deviation over that before, below which a parameter is learnt: drives halve its variance."""
+TOGETHER = 0.5
+"""Correlation from which a parameter is bound to another one."""
+CONTRADICTION = 4.0
+"""Standard deviations between file and drives from which both are wrong together."""
+ODD = 6.0
+"""Standard deviations between one drive and all others from which it is of another car."""
+
+_AXLES = "drive slow turns and fast bends in one drive; better: measure the wheelbase and weigh the axles"
+CURES = {
+    "mass": "weigh the car: no drive shows it beside the stiffnesses",
+    "yaw_inertia": "drive quick lane changes or a slalom at 60 to 80 km/h",
+    "front_distance": _AXLES,
+    "rear_distance": _AXLES,
+    "front_cornering_stiffness": "drive bends at 60 to 100 km/h with lateral accelerations of 2 to 4 m/s²",
+    "rear_cornering_stiffness": "drive quick lane changes at 80 to 100 km/h",
+    "steering_ratio": "drive bends and turns at 20 to 60 km/h",
+    "tyre_friction": "drive bends near the limit of grip, on a closed track",
+    "rear_friction_ratio": "drive bends near the limit of grip, on a closed track",
+    "relaxation_length": "drive a slalom below 40 km/h",
+    "rear_relaxation_ratio": "drive a slalom below 40 km/h",
+    "roll_share": "drive long steady bends at 2 to 4 m/s², with lateral acceleration recorded",
+    "sensor_forward": "drive quick steering at any speed, with lateral acceleration recorded",
+}
+"""What shows a parameter."""
+
+
+class Judged(NamedTuple):
+    """What drives have shown of a parameter.
+
+    Args:
+        name: of the parameter
+        kind: learnt, bound or not seen
+        before, before_deviation: of file or class
+        value, deviation: most probable now
+        text: a sentence for bound and not seen; empty where learnt
+    """
+
+    name: str
+    kind: str
+    before: float
+    before_deviation: float
+    value: float
+    deviation: float
+    text: str
+
+
+def judged(posterior: Posterior, names: Sequence[str]) -> list[Judged]:
+    """Every parameter among those found.
+
+    Args:
+        posterior: of the drives
+        names: of parameters, noises left out
+    """
+    spread = np.sqrt(np.diag(posterior.covariance))
+    correlation = posterior.covariance / np.outer(spread, spread)
+    alone = 1.0 / np.sqrt(np.diag(posterior.at.information))
+    values, deviations, found = posterior.values, posterior.deviations, []
+    for k, prior in enumerate(posterior.priors):
+        if prior.name not in names:
+            continue
+        partners = [
+            (float(correlation[k, j]), other.name)
+            for j, other in enumerate(posterior.priors)
+            if j != k and other.name in names and abs(correlation[k, j]) > TOGETHER
+        ]
+        kind = LEARNT if spread[k] < NARROWED else BOUND if partners and alone[k] < NARROWED else NOT_SEEN
+        text = {LEARNT: "", BOUND: _bound(partners), NOT_SEEN: ""}[kind]
+        if kind != LEARNT:
+            text = f"{text or 'not seen in these drives'}; {CURES[prior.name]}"
+        given = prior.name, kind, prior.value, prior.deviation
+        found.append(Judged(*given, values[prior.name], deviations[prior.name], text))
+    return found
+
+
+def _bound(partners: Sequence[tuple[float, str]]) -> str:
+    ordered = sorted(partners, reverse=True, key=lambda pair: abs(pair[0]))[:2]
+    return "bound together with " + " and ".join(f"{name} ({each:+.2f})".replace("-", "−") for each, name in ordered)
+
+
+class Contradiction(NamedTuple):
+    """A parameter of which the file says one thing and the drives another one.
+
+    Args:
+        name: of the parameter
+        value, deviation: of the drives alone
+        distance: from the file's value, in standard deviations of both
+    """
+
+    name: str
+    value: float
+    deviation: float
+    distance: float
+
+
+def contradictory(posterior: Posterior, names: Sequence[str]) -> tuple[str, ...]:
+    """Parameters whose value before lies far from that of the drives alone.
+
+    The drives alone follow from posterior and prior, both normal: precision and information are differences.
+    """
+    found = []
+    for k, prior in enumerate(posterior.priors):
+        share = float(posterior.covariance[k, k])
+        if prior.name in names and 0.0 < share < 1.0:
+            distance = abs(float(posterior.place[k])) / math.sqrt(1.0 - share)
+            found += [prior.name] if distance > CONTRADICTION else []
+    return tuple(found)
+
+
+def contradictions(posterior: Posterior, priors: Sequence[Prior], names: Sequence[str]) -> tuple[Contradiction, ...]:
+    """Both values of the parameters that contradict each other, the farthest first.
+
+    Args:
+        posterior: with little known before of these parameters
+        priors: what the file says
+        names: of the parameters
+    """
+    values, deviations, before = posterior.values, posterior.deviations, {each.name: each for each in priors}
+    found = []
+    for name in names:
+        spread = math.hypot(before[name].deviation, deviations[name])
+        distance = abs(values[name] - before[name].value) / spread
+        if distance > 0.5 * CONTRADICTION:
+            found.append(Contradiction(name, values[name], deviations[name], distance))
+    return tuple(sorted(found, reverse=True, key=lambda each: each.distance))
+
+
+class Odd(NamedTuple):
+    """A drive that does not fit to the others.
+
+    Args:
+        drive: its place among the drives
+        name: of the parameter that differs most
+        own, others: its value in this drive, and in the others
+        distance: of all parameters, as a normal deviate
+        certain: whether it is known to be this one, and not the only other one
+    """
+
+    drive: int
+    name: str
+    own: float
+    others: float
+    distance: float
+    certain: bool
+
+
+def odd_drive(alone: Sequence[Posterior], names: Sequence[str]) -> Odd | None:
+    """The drive whose own parameters lie farthest from those of all others; None where all agree.
+
+    Args:
+        alone: what each drive shows by itself, with the same knowledge before
+        names: of parameters, noises left out
+    """
+    if len(alone) < 2:
+        return None
+    kept = [k for k, prior in enumerate(alone[0].priors) if prior.name in names]
+    found = [_against_others(alone, drive, kept) for drive in range(len(alone))]
+    best = max(found, key=lambda each: each.distance)
+    if best.distance < ODD:
+        return None
+    if len(alone) == 2:
+        best = max(found, key=lambda each: float(np.sum(alone[each.drive].place[kept] ** 2)))
+    return best._replace(certain=len(alone) > 2)
+
+
+def _against_others(alone: Sequence[Posterior], drive: int, kept: Sequence[int]) -> Odd:
+    """Normal deviate of the squared distance (chi-square) of a drive from the mean of the others."""
+    size = np.ix_(kept, kept)
+    own, others = alone[drive], [each for k, each in enumerate(alone) if k != drive]
+    precisions = [np.linalg.inv(each.covariance[size]) for each in others]
+    spread = np.linalg.inv(sum(precisions))
+    mean = spread @ sum(p @ each.place[kept] for p, each in zip(precisions, others, strict=True))
+    apart, both = own.place[kept] - mean, own.covariance[size] + spread
+    square, count = float(apart @ np.linalg.solve(both, apart)), len(kept)
+    worst = int(np.argmax(np.abs(apart) / np.sqrt(np.diag(both))))
+    prior = own.priors[kept[worst]]
+    values = prior.at(float(own.place[kept[worst]])), prior.at(float(mean[worst]))
+    return Odd(drive, prior.name, *values, (square - count) / math.sqrt(2.0 * count), True)

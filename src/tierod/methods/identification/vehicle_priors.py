@@ -1,0 +1,101 @@
+"""What is known of a vehicle before it is identified: its file, and the usual spread of cars where that says none."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import NamedTuple
+
+from tierod.methods.identification.drive_model import DriveNoises
+from tierod.methods.identification.posterior import Prior
+from tierod.models.lateral_parameters import LateralParameters
+from tierod.vehicles import QUANTITIES, Vehicle
+
+
+class Usual(NamedTuple):
+    """Usual spread of a parameter over the cars of a class.
+
+    Args:
+        relative, absolute: one standard deviation, of the value and in its unit; they add up
+    """
+
+    relative: float = 0.0
+    absolute: float = 0.0
+
+
+USUAL: dict[str, Usual] = {
+    "mass": Usual(0.08),
+    "yaw_inertia": Usual(0.15),
+    "front_distance": Usual(0.06),
+    "rear_distance": Usual(0.06),
+    "front_cornering_stiffness": Usual(0.3),
+    "rear_cornering_stiffness": Usual(0.3),
+    "steering_ratio": Usual(0.08),
+    "tyre_friction": Usual(0.15),
+    "rear_friction_ratio": Usual(0.1),
+    "relaxation_length": Usual(0.4),
+    "rear_relaxation_ratio": Usual(0.4),
+    "roll_share": Usual(absolute=0.03),
+    "sensor_forward": Usual(absolute=0.3),
+}
+"""Of a vehicle whose class is all that is known; of what ordinary drives may show."""
+
+SIGNED = ("roll_share", "sensor_forward")
+"""May be zero or negative."""
+OF_ROAD = ("superelevation",)
+"""May be negative too, where a road falls off to the outside of its bends."""
+NOISES: dict[str, float] = {
+    "yaw_rate_noise": 1.7,
+    "lateral_speed_drift": 1.7,
+    "yaw_rate_drift": 1.7,
+    "bank_wander": 1.7,
+    "road_wheel_angle_wander": 1.7,
+    "superelevation": 1.0,
+}
+"""Noises that are found beside the parameters, and their spread over drives relative to `DriveNoises`."""
+
+
+def spread_of(name: str, vehicle: Vehicle) -> tuple[float, bool]:
+    """Standard deviation of a parameter before, and whether the vehicle file gives it.
+
+    Args:
+        name: in `USUAL`
+        vehicle: whose file may give it
+    """
+    given = vehicle.parameters.get(name)
+    if given is not None and given.standard_deviation is not None:
+        return given.standard_deviation, True
+    usual = USUAL[name]
+    return usual.relative * abs(_value(name, vehicle)) + usual.absolute, False
+
+
+def priors_of(vehicle: Vehicle, with_ratio: bool = True) -> tuple[Prior, ...]:
+    """What is known before, of parameters and noises; a parameter with a deviation of zero is held.
+
+    Args:
+        vehicle: with mass, yaw inertia, distances and cornering stiffnesses, and the steering ratio
+        with_ratio: whether the steering ratio is among them
+
+    Raises:
+        ParameterError: the vehicle lacks a parameter
+    """
+    vehicle.parameters_for(LateralParameters)
+    if with_ratio:
+        vehicle["steering_ratio"]
+    priors = []
+    for name in USUAL:
+        deviation, _ = spread_of(name, vehicle)
+        if (name == "steering_ratio" and not with_ratio) or not deviation:
+            continue
+        low, high = QUANTITIES[name].plausible
+        priors.append(Prior(name, _value(name, vehicle), deviation, name not in SIGNED, low, high))
+    usual = DriveNoises()
+    noises = (
+        Prior(name, getattr(usual, name), share * getattr(usual, name), name not in OF_ROAD)
+        for name, share in NOISES.items()
+    )
+    return (*priors, *noises)
+
+
+def _value(name: str, vehicle: Vehicle) -> float:
+    defaults = {each.name: each.default for each in fields(LateralParameters)}
+    return vehicle[name] if name in vehicle else float(defaults[name])  # type: ignore[arg-type]

@@ -1,0 +1,133 @@
+"""Identification of a vehicle from ordinary drives: tables of what they taught, and of what to drive for the rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+from tierod.core.content import Heading, Item, Table
+from tierod.core.recording import Recording
+from tierod.methods.identification.drive_samples import SIGNALS
+from tierod.methods.identification.vehicle import VehicleIdentification, Zeros, identify_vehicle
+from tierod.methods.identification.vehicle_judgement import LEARNT
+from tierod.report.display import number
+from tierod.report.identification.subject import Subject, found_table
+from tierod.vehicles import QUANTITIES, Vehicle
+
+_BEYOND = "They include errors of the model, which longer driving does not remove."
+
+
+def _vehicle(
+    car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
+) -> VehicleIdentification:
+    return identify_vehicle(recordings, car, free, advance)
+
+
+def _items(result: VehicleIdentification) -> Iterator[Item]:
+    yield from _tables(result)
+    yield Heading("Noises", ("Found from the innovations of the filter, beside the parameters.",))
+    rows = tuple((name.replace("_", " "), number(value, 3), number(s, 2)) for name, (value, s) in result.noises.items())
+    yield Table("Noises of sensors, model and road", ("noise", "value", "σ"), rows)
+    yield _correlation(result)
+
+
+def _tables(result: VehicleIdentification) -> Sequence[Table]:
+    return [found_table(result.found, _BEYOND), _rest(result), _drives(result)]
+
+
+def _rest(result: VehicleIdentification) -> Table:
+    rows = tuple(
+        (each.name, f"{number(each.before)} ± {number(each.before_deviation, 2)}", each.text)
+        for each in result.judged
+        if each.kind != LEARNT
+    )
+    return Table("Kept as before", ("parameter", "before", "why"), rows, "A number in brackets is a correlation.")
+
+
+def _drives(result: VehicleIdentification) -> Table:
+    rows = tuple(
+        (drive.name, f"{drive.driven / 60.0:.1f}", *_zero_cells(zeros))
+        for drive, zeros in zip(result.drives, result.zeros, strict=True)
+    )
+    header = ("drive", "min", "steering zero (°)", "yaw rate zero (°/s)", "lateral zero (m/s²)")
+    note = "Readings without motion; a road that falls to one side adds to the first and to the third."
+    return Table("Drives and their zeros", header, rows, note)
+
+
+def _zero_cells(zeros: Zeros) -> tuple[str, str, str]:
+    steering, yaw = (tuple(map(math.degrees, each)) for each in (zeros.steering, zeros.yaw_rate))
+    pairs = (steering, yaw, zeros.lateral_acceleration)
+    cells = [f"{value:.3f} ± {deviation:.3f}".replace("-", "−") for value, deviation in pairs]
+    return cells[0], cells[1], cells[2]
+
+
+def _correlation(result: VehicleIdentification) -> Table:
+    names = [each.name for each in result.judged]
+    every = [prior.name for prior in result.posterior.priors]
+    places, covariance = [every.index(name) for name in names], result.posterior.covariance
+    rows = tuple(
+        (
+            name,
+            *(
+                f"{covariance[i, j] / math.sqrt(covariance[i, i] * covariance[j, j]):+.2f}".replace("-", "−")
+                for j in places
+            ),
+        )
+        for name, i in zip(names, places, strict=True)
+    )
+    return Table("Correlation of the parameters", ("", *names), rows)
+
+
+def _lines(result: VehicleIdentification) -> Sequence[str]:
+    learnt = sum(each.kind == LEARNT for each in result.judged)
+    count = len(result.drives)
+    return [f"{learnt} of {len(result.judged)} parameters learnt from {count} drive{'s' if count > 1 else ''}"]
+
+
+def _document(result: VehicleIdentification) -> dict[str, Any]:
+    return {
+        "judged": [
+            {
+                "name": each.name,
+                "unit": QUANTITIES[each.name].unit,
+                "kind": each.kind,
+                "before": each.before,
+                "before_standard_deviation": each.before_deviation,
+                "value": each.value,
+                "standard_deviation": each.deviation,
+                "why": each.text,
+            }
+            for each in result.judged
+        ],
+        "drives": [
+            {"name": drive.name, "driven_s": drive.driven, "zeros": zeros._asdict()}
+            for drive, zeros in zip(result.drives, result.zeros, strict=True)
+        ],
+        "noises": {name: {"value": v, "standard_deviation": s} for name, (v, s) in result.noises.items()},
+        "contradictions": [each._asdict() for each in result.contradictory],
+        "odd_drive": result.odd and result.drives[result.odd.drive].name,
+        "converged": result.posterior.converged,
+        "doubt": result.doubt,
+    }
+
+
+def _signals() -> tuple[str, ...]:
+    return SIGNALS
+
+
+def _shown(result: VehicleIdentification) -> Iterable[Item]:
+    return _items(result)
+
+
+VEHICLE = Subject(
+    "Vehicle",
+    "Most probable parameters of a vehicle given its file and ordinary drives. What the drives do not show keeps the "
+    "value and the standard deviation that it had.",
+    _vehicle,
+    _shown,
+    _tables,
+    _lines,
+    _document,
+    signals=_signals,
+)

@@ -1,0 +1,148 @@
+"""A vehicle identified from ordinary drives of virtual cars."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.recording import Recording
+from tierod.methods.identification.vehicle import identify_vehicle
+from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN
+from tierod.methods.identification.vehicle_priors import USUAL
+from tierod.models.lateral_parameters import LateralParameters
+from tierod.proving_ground.cars.catalogue import load as load_car
+from tierod.proving_ground.courses.roads import City, Country
+from tierod.proving_ground.drives import CHANNELS, drive
+from tierod.proving_ground.sensors import SensorSet
+from tierod.vehicles import load
+from tierod.vehicles.vehicle import Parameter
+
+FREE = ("steering_ratio", "front_cornering_stiffness")
+SENSORS = SensorSet.production().only((*CHANNELS, "longitudinal_acceleration"))
+
+
+def driven(name="midsize-eps", seed=11):
+    return drive(load_car(name).block, 3.0, seed=seed, sensors=SENSORS, roads=(City(), Country()))
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return driven()
+
+
+def known_but(vehicle, *names):
+    """The vehicle, of which all that is not named is known exactly."""
+    exact = [name for name in USUAL if name in vehicle and name not in names]
+    vehicle = changed(vehicle, **{name: (vehicle[name], 0.0) for name in exact})
+    defaults = LateralParameters(*(vehicle[each.name] for each in dataclasses.fields(LateralParameters)[:6]))
+    added = {
+        name: Parameter(name, getattr(defaults, name), "", 0.0, "exact")
+        for name in USUAL
+        if name not in vehicle and name not in names
+    }
+    return dataclasses.replace(vehicle, parameters={**vehicle.parameters, **added})
+
+
+def changed(vehicle, **values):
+    """The vehicle with other values and deviations."""
+    parameters = {
+        name: dataclasses.replace(vehicle.parameters[name], value=value, standard_deviation=deviation)
+        for name, (value, deviation) in values.items()
+    }
+    return dataclasses.replace(vehicle, parameters={**vehicle.parameters, **parameters})
+
+
+@pytest.fixture(scope="module")
+def guess():
+    return changed(
+        known_but(load("midsize-eps"), *FREE), steering_ratio=(0.069, 0.0035), front_cornering_stiffness=(150e3, 30e3)
+    )
+
+
+@pytest.fixture(scope="module")
+def found(recording, guess):
+    return identify_vehicle({"drive": recording}, guess)
+
+
+def test_ratio_and_stiffness_come_closer_than_the_guess_and_within_what_is_claimed(found):
+    learnt = {each.name: each for each in found.found}
+    ratio, stiffness = learnt["steering_ratio"], learnt["front_cornering_stiffness"]
+    assert not found.doubt
+    assert abs(ratio.value - 1.0 / 15.5) < 3.0 * ratio.deviation < 0.002
+    assert abs(stiffness.value - 110e3) < 3.0 * stiffness.deviation < 35e3
+    assert ratio.before == 0.069
+
+
+def test_noises_of_the_sensors_and_the_zeros_of_the_drive(found):
+    assert found.noises["yaw_rate_noise"][0] == pytest.approx(0.003, rel=0.1)
+    assert found.noises["lateral_acceleration_noise"][0] == pytest.approx(0.1, rel=0.25)
+    assert not {"yaw_rate_noise", "lateral_acceleration_noise"} & {each.name for each in found.found}
+    (zeros,) = found.zeros
+    for (value, deviation), truth in ((zeros.yaw_rate, 0.002), (zeros.lateral_acceleration, 0.08)):
+        assert abs(value - truth) < 3.0 * deviation
+
+
+def test_what_a_drive_does_not_show_stays_and_says_what_to_drive(recording, guess):
+    open_ = known_but(load("midsize-eps"), *FREE, "tyre_friction", "mass")
+    result = identify_vehicle({"drive": recording}, open_)
+    kinds = {each.name: each for each in result.judged}
+    assert kinds["steering_ratio"].kind == LEARNT
+    assert kinds["tyre_friction"].kind == NOT_SEEN
+    assert "limit of grip" in kinds["tyre_friction"].text
+    assert "tyre_friction" not in {each.name for each in result.found}
+    assert kinds["mass"].kind == BOUND
+    assert "weigh the car" in kinds["mass"].text
+
+
+def test_a_drive_that_teaches_nothing_is_said(recording, guess):
+    result = identify_vehicle({"drive": recording}, guess, ("relaxation_length",))
+    assert "teach nothing" in result.doubt
+
+
+def test_a_file_that_contradicts_the_drives_is_said_with_both_values(recording, guess):
+    wrong = changed(guess, steering_ratio=(0.045, 0.0005))
+    result = identify_vehicle({"drive": recording}, wrong)
+    assert "steering_ratio is 0.045 ± 0.0005 before, 0.06" in result.doubt
+    assert "channel map" in result.doubt
+
+
+def test_drives_of_two_cars_are_found_and_the_odd_one_is_named(recording, guess):
+    whole = {"first": recording, "other": driven("small-eps", 12), "second": driven(seed=13)}
+    drives = {name: each.slice(stop=each.span[0] + 75.0) for name, each in whole.items()}
+    result = identify_vehicle(drives, guess)
+    assert result.doubt.startswith("other is of another car")
+    assert result.odd is not None
+    assert result.odd.certain
+    result = identify_vehicle({each: drives[each] for each in ("first", "second")}, guess)
+    assert result.odd is None
+    assert len(result.zeros) == 2
+
+
+def test_slips(recording, guess):
+    with pytest.raises(InputError, match="same drive"):
+        identify_vehicle({"a": recording, "b": recording}, guess)
+    without = Recording({name: each for name, each in recording.channels.items() if name != "yaw_rate"})
+    with pytest.raises(InputError, match="no 'yaw_rate'"):
+        identify_vehicle({"a": without}, guess)
+    with pytest.raises(InputError, match="needs 30 s"):
+        identify_vehicle({"a": recording.slice(stop=recording.span[0] + 20.0)}, guess)
+    with pytest.raises(ParameterError, match="not identified from ordinary drives"):
+        identify_vehicle({"a": recording}, guess, ("column_inertia",))
+    with pytest.raises(ParameterError, match="mass"):
+        identify_vehicle({"a": recording}, load("motor-bench"))
+
+
+def test_standing_readings_change_nothing(recording, guess, found):
+    """A car that waits before it drives gives the same parameters."""
+    waiting = {}
+    for name, each in recording.channels.items():
+        step = float(np.median(np.diff(each.time)))
+        time = np.arange(each.time[0] - 20.0, each.time[0] - 0.5 * step, step)
+        values = np.full(len(time), each.values[0] if "angle" in name else 0.0)
+        waiting[name] = dataclasses.replace(
+            each, time=np.concatenate([time, each.time]), values=np.concatenate([values, each.values])
+        )
+    again = identify_vehicle({"drive": Recording(waiting)}, guess)
+    for before, after in zip(found.found, again.found, strict=True):
+        assert after.value == pytest.approx(before.value, rel=0.01)
