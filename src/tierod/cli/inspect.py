@@ -164,7 +164,7 @@ def _can_run(ready: Readiness, verdict: str) -> str:
 def _say_which_vehicle(car: Vehicle | None) -> None:
     """What the list of monitors rests on."""
     if car is None:
-        text = "no vehicle is named, so only signals were looked at; --vehicle looks at its parameters too"
+        text = "no vehicle is named, so that a typical car stands for it; --vehicle looks at the parameters of yours"
     else:
         text = f"looked at as the vehicle {car.name}; --vehicle takes another"
     messages().print(text, soft_wrap=True, markup=False)
