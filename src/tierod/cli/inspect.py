@@ -102,7 +102,7 @@ def _show_proposal(found: Proposal, target: Path, vehicle: str | None, dbc: Sequ
         name = target.name.removesuffix(".channels.toml") if target.name.endswith(".channels.toml") else ""
         own = target.with_name(f"{name or 'car'}.toml")
         named = [] if name else ["--map", str(target)]
-        words = ["new", str(own), "--class", "midsize", *named, "--drive", str(found.path)]
+        words = ["new", str(own), "--class", "midsize", *named, *databases[:2], "--drive", str(found.path)]
         console.print("next, with what a brochure says behind it, such as mass=1480 wheelbase=2.68:", markup=False)
     console.print(f"go on with: tierod {shlex.join(words)}", markup=False, soft_wrap=True)
 
