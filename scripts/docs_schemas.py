@@ -17,6 +17,10 @@ SCHEMAS = {
         "`tierod.to_json(diagnosis, series=True)` adds the time series. Numbers are in SI units whatever the report "
         "shows. What could not be computed is `null`, never NaN.",
     ),
+    "diagnoses": (
+        "tierod.report",
+        "`tierod diagnose --json` prints this document where several recordings or all monitors are judged.",
+    ),
     "campaign": ("tierod.experiments", "`tierod campaign` writes this document as `campaign.json`."),
     "claims": ("tierod.core", "`tierod study` writes this list as `claims.json`, one object for each claim."),
 }

@@ -9,7 +9,7 @@ import pytest
 from report_pages import Page
 from tierod.cli import main
 from tierod.io.writers import write
-from tierod.proving_ground.courses.roads import City, Country
+from tierod.proving_ground.courses.natural import City, Country
 from tierod.proving_ground.drives import CHANNELS, drive
 from tierod.proving_ground.sensors import SensorSet
 from tierod.vehicles import load

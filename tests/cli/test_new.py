@@ -60,3 +60,14 @@ def test_overwrites_where_asked(tmp_path):
     (tmp_path / "old.toml").write_text("mine")
     assert main(["new", "old.toml", "--class", "van", "--overwrite"]) == 0
     assert load("old.toml")["mass"] == 2300.0
+
+
+def test_torques_in_counts_take_no_friction_from_another_car(tmp_path, capsys):
+    text = '[signals.driver_torque]\nsource = "torque"\nunit = "count"\n'
+    (tmp_path / "car.channels.toml").write_text(text)
+    assert main(["new", "car.toml", "--class", "small", "nominal_friction=4"]) == 3
+    assert "raw counts" in capsys.readouterr().err
+    assert main(["new", "car.toml", "--class", "small"]) == 0
+    car = load("car.toml")
+    assert car.torque_unit == "count"
+    assert "nominal_friction" not in car

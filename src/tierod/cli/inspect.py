@@ -102,7 +102,7 @@ def _show_proposal(found: Proposal, target: Path, vehicle: str | None, dbc: Sequ
         name = target.name.removesuffix(".channels.toml") if target.name.endswith(".channels.toml") else ""
         own = target.with_name(f"{name or 'car'}.toml")
         named = [] if name else ["--map", str(target)]
-        words = ["new", str(own), "--class", "midsize", *named, "--drive", str(found.path)]
+        words = ["new", str(own), "--class", "midsize", *named, *databases[:2], "--drive", str(found.path)]
         console.print("next, with what a brochure says behind it, such as mass=1480 wheelbase=2.68:", markup=False)
     console.print(f"go on with: tierod {shlex.join(words)}", markup=False, soft_wrap=True)
 
@@ -164,7 +164,7 @@ def _can_run(ready: Readiness, verdict: str) -> str:
 def _say_which_vehicle(car: Vehicle | None) -> None:
     """What the list of monitors rests on."""
     if car is None:
-        text = "no vehicle is named, so only signals were looked at; --vehicle looks at its parameters too"
+        text = "no vehicle is named, so that a typical car stands for it; --vehicle looks at the parameters of yours"
     else:
         text = f"looked at as the vehicle {car.name}; --vehicle takes another"
     messages().print(text, soft_wrap=True, markup=False)

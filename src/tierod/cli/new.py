@@ -27,6 +27,7 @@ def new(
         Path | None,
         typer.Option("--map", help="Channel map that the file names; FILE.channels.toml beside it where there is one."),
     ] = None,
+    dbc: Annotated[Path | None, typer.Option(help="CAN database of its bus, which the file names.")] = None,
     drive: Annotated[
         list[Path] | None, typer.Option(help="A recording of the car, named in the next commands; may be repeated.")
     ] = None,
@@ -34,9 +35,9 @@ def new(
 ) -> None:
     """Write a vehicle file: values that are given, else typical ones, each with standard deviation and source."""
     from tierod.cli.terminal import output
-    from tierod.core.errors import OutputError
+    from tierod.core.errors import OutputError, ParameterError
     from tierod.core.files import require_folder, write_text
-    from tierod.vehicles import load
+    from tierod.vehicles import QUANTITIES, load
     from tierod.vehicles.beginning import begun, text_of
     from tierod.vehicles.given import known_from
 
@@ -48,26 +49,40 @@ def new(
     known = known_from(values or [])
     car = None if like is None else load(like)
     found, parameters = begun(known, kind, car)
-    named = _map_for(file, channel_map)
-    write_text(file, text_of(file.stem, found, parameters, named, None if car is None else car.name))
-    load(file)  # what was written must be readable
+    named, counts = _map_for(file, channel_map)
+    if dbc is not None and not dbc.is_file():
+        raise ParameterError(f"there is no CAN database {dbc}; check the path, or leave it out")
+    bus = None if dbc is None else _from(file, dbc)
+    given = [name for name in known if name in QUANTITIES and QUANTITIES[name].torque]
+    if counts and given:
+        raise ParameterError(
+            f"the channel map reads torques as raw counts, so {given[0]} in N*m says nothing; leave it out"
+        )
+    write_text(file, text_of(file.stem, found, parameters, named, None if car is None else car.name, counts, bus))
     console = output()
-    for line in _said(file, found, len(known), len(parameters), named, drive or []):
+    for line in _said(file, found, len(known), len(load(file).parameters), named, drive or []):
         console.print(line, markup=False, soft_wrap=True)
 
 
-def _map_for(file: Path, channel_map: Path | None) -> str | None:
-    """The channel map as the vehicle file names it: from its own folder."""
-    import os
-
+def _map_for(file: Path, channel_map: Path | None) -> tuple[str | None, bool]:
+    """The channel map as the vehicle file names it, from its own folder, and whether it reads torques as counts."""
+    from tierod.core.units import COUNT
     from tierod.io.readers import load_channel_map
 
     beside = file.with_name(f"{file.stem}.channels.toml")
     if channel_map is None and not beside.is_file():
-        return None
+        return None, False
     chosen = channel_map or beside
-    load_channel_map(chosen)
-    return Path(os.path.relpath(chosen.resolve(), file.parent.resolve())).as_posix()
+    entries = load_channel_map(chosen).entries
+    counts = any(entries[name].unit == COUNT for name in ("driver_torque", "motor_torque") if name in entries)
+    return _from(file, chosen), counts
+
+
+def _from(file: Path, other: Path) -> str:
+    """The path of a file from the folder of another one."""
+    import os
+
+    return Path(os.path.relpath(other.resolve(), file.parent.resolve())).as_posix()
 
 
 def _said(file: Path, kind: str, given: int, total: int, channel_map: str | None, drives: Sequence[Path]) -> list[str]:

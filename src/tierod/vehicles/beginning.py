@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 
 from tierod.core.errors import ParameterError
+from tierod.core.units import COUNT
 from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.classes import Known, class_of, classes, require_class, rules, typical
 from tierod.vehicles.vehicle import Parameter, Vehicle
@@ -85,7 +86,15 @@ def _as_like(
     return found
 
 
-def text_of(name: str, kind: str, parameters: list[Parameter], channel_map: str | None, like: str | None) -> str:
+def text_of(
+    name: str,
+    kind: str,
+    parameters: list[Parameter],
+    channel_map: str | None = None,
+    like: str | None = None,
+    counts: bool = False,
+    database: str | None = None,
+) -> str:
     """The text of a vehicle file.
 
     Args:
@@ -94,7 +103,11 @@ def text_of(name: str, kind: str, parameters: list[Parameter], channel_map: str 
         parameters: in the order in which they are written
         channel_map: name of the file beside it that says how to read its recordings; None without one
         like: name of the similar car; None without one
+        counts: whether its torques are raw counts, so that those of another car say nothing
+        database: name of the CAN database of its bus; None without one
     """
+    if counts:
+        parameters = [each for each in parameters if not QUANTITIES[each.name].torque]
     basis = f"the class {kind}" if like is None else f"a car like {like}"
     head = [
         f"name = {_quoted(name)}",
@@ -104,10 +117,10 @@ def text_of(name: str, kind: str, parameters: list[Parameter], channel_map: str 
         "not_good_for = [",
         '    "narrow bands: typical values differ from this car until drives have identified them",',
         "]",
-        'torque_unit = "N*m"',
+        f"torque_unit = {_quoted(COUNT if counts else 'N*m')}",
     ]
-    if channel_map is not None:
-        head += ["", "[channels]", f"map = {_quoted(channel_map)}"]
+    files = [f"{key} = {_quoted(path)}" for key, path in (("map", channel_map), ("dbc", database)) if path is not None]
+    head += ["", "[channels]", *files] if files else []
     return "\n".join(head) + "\n" + "".join(map(_table, parameters))
 
 

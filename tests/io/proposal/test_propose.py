@@ -6,7 +6,8 @@ import pytest
 from shared_data import shared_data
 from tierod.core.errors import InputError
 from tierod.io.proposal import propose, text_of
-from tierod.io.readers import read
+from tierod.io.readers import load_channel_map, read
+from tierod.vehicles import load
 
 STEP, LENGTH, TRACK, WHEELBASE, RATIO = 0.02, 120.0, 1.55, 2.6, 1 / 16.0
 
@@ -140,3 +141,12 @@ def test_the_recorded_car_gets_the_map_that_was_written_by_hand():
     for name, unit in {"steering_wheel_angle": "deg", "yaw_rate": "deg/s", "wheel_speed_rear_left": "km/h"}.items():
         assert entries[name].unit.unit.name == unit
         assert not entries[name].doubtful
+
+
+def test_a_bus_with_units_gets_the_signs_of_the_map_that_was_written_by_hand():
+    path, car = shared_data("rav4_highway_minute/can.log"), load("rav4")
+    entries = {entry.signal: entry for entry in propose(path, car.database).entries}
+    by_hand = load_channel_map(car.channel_map).entries
+    for name, entry in by_hand.items():
+        assert entries[name].sign.sign == entry.sign, name
+        assert (entries[name].unit.unit.name == "count") == (entry.unit == "count"), name

@@ -12,7 +12,7 @@ from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_S
 from tierod.methods.identification.vehicle_priors import USUAL
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.proving_ground.cars.catalogue import load as load_car
-from tierod.proving_ground.courses.roads import City, Country
+from tierod.proving_ground.courses.natural import City, Country
 from tierod.proving_ground.drives import CHANNELS, drive
 from tierod.proving_ground.sensors import SensorSet
 from tierod.vehicles import load
