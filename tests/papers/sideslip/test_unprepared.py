@@ -1,4 +1,4 @@
-"""Cars that nobody prepared: typical values, and what the estimator makes of them."""
+"""Cars without preparation: typical values, and what the estimator makes of them."""
 
 from __future__ import annotations
 

@@ -132,7 +132,7 @@ WIND_ARM = 0.5
 """Distance of the wind's force from the centre of gravity [m], a typical one of passenger cars."""
 
 UNKNOWN_TYRES = Wandering(0.3, 300.0)
-"""Logarithm of the cornering stiffness of tyres that nobody measured: 30 % about a value typical of the load, and as
+"""Logarithm of the cornering stiffness of tyres that were not measured: 30 % about a value typical of the load, and as
 tyres heat and cool within minutes. A file that gives a standard deviation has that in its place."""
 
 TYRES_KNOWN = (0.05, 0.5)
@@ -152,7 +152,7 @@ SLIP_ERROR = 0.1
 """Relative error of the slip angle of a tyre of known stiffness: camber, load transfer, force along the wheel, heat."""
 
 CONSTANT_ERROR = 0.0025
-"""Of the sideslip angle of a car that nobody calibrated [rad]: axles not parallel, sensors not aligned
+"""Of the sideslip angle of a car without calibration [rad]: axles not parallel, sensors not aligned
 with the body. What a race car and its inertial navigation system had between them."""
 
 THROUGH_A_COLUMN = Wandering(0.001, 3.0)
@@ -246,7 +246,7 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
 
 
 def _guarded(vehicle: Vehicle, usual: CombinedTuning) -> CombinedTuning:
-    """The tuning with what guards against noises that nobody found for a car; none of it where the file names its own.
+    """The tuning with what guards a car without noises of its own; none of it where the file names its own.
 
     A car steered by wire is a test car, whose sensors and parameters are known.
     """

@@ -29,7 +29,7 @@ PARTS: tuple[tuple[str, Part], ...] = (
     ("neutral steer", neutral_steer.items),
     ("the combined estimator", combined.items),
     ("two real cars", real_cars.items),
-    ("cars that nobody prepared", unprepared.items),
+    ("cars without preparation", unprepared.items),
     ("small and slow", slow_cars.items),
     ("race laps, block by block", race_blocks.items),
 )
