@@ -54,7 +54,7 @@ def calibrated(
     from scipy.optimize import least_squares
 
     names = tuple(names)
-    start, spread = _prior(vehicle, names)
+    start, spread = prior(vehicle, names)
 
     def with_moved(moved: np.ndarray) -> Vehicle:
         return with_parameters(vehicle, dict(zip(names, (start + spread * moved).tolist(), strict=True)))
@@ -72,7 +72,12 @@ def calibrated(
     return with_moved(found.x)
 
 
-def _prior(vehicle: Vehicle, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+def prior(vehicle: Vehicle, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Values and standard deviations of parameters that a fit may move, (n,) each.
+
+    Raises:
+        ParameterError: the vehicle lacks one, or its standard deviation
+    """
     start = np.array([vehicle[name] for name in names])
     spread = [vehicle.parameters[name].standard_deviation for name in names]
     if unknown := [name for name, each in zip(names, spread, strict=True) if not each]:

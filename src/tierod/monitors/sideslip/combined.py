@@ -105,7 +105,7 @@ class CombinedSideslip:
         growth: variance per sample of every state while the estimate is held
         most: variance up to which it grows
         angle_deviation: in the long run, of the offset of a steering angle, where one is followed
-        ratio_error, slip_error: as of `CombinedTuning`
+        ratio_error, slip_error, constant_error: as of `CombinedTuning`
         free_rate: variance per sample of the road wheels' rate while the actuator's torque is not known
         slowest: speed below which the last estimate is held
         limit_share: of the greatest front force, from which the peak is announced
@@ -124,6 +124,7 @@ class CombinedSideslip:
     angle_deviation: Annotated[float, "rad", POSITIVE] = 1.0
     ratio_error: Annotated[float, "", NOT_NEGATIVE] = 0.0
     slip_error: Annotated[float, "", NOT_NEGATIVE] = 0.0
+    constant_error: Annotated[float, "rad", NOT_NEGATIVE] = 0.0
     free_rate: Annotated[float, "rad**2/s**2", NOT_NEGATIVE] = 0.0
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
     limit_share: Annotated[float, "", POSITIVE] = 0.7
@@ -177,6 +178,7 @@ class CombinedSideslip:
             angle_deviation=tuning.road_wheel_angle_offset.deviation if tuning.road_wheel_angle_offset else 1.0,
             ratio_error=tuning.ratio_error,
             slip_error=tuning.slip_error,
+            constant_error=tuning.constant_error,
             free_rate=per_sample(tuning.noises.free_road_wheel_rate, sample_time),
             slowest=tuning.slowest,
             limit_share=tuning.limit_share,
@@ -263,7 +265,8 @@ class CombinedSideslip:
         fields = derived_fields(self.filter, after.belief, seen)
         missing = self.slip_error * fields["rear_slip_angle"]
         known = fields["sideslip_angle_deviation"]
-        fields["sideslip_angle_deviation"] = sqrt(known * known + missing * missing)
+        unseen = self.constant_error * self.constant_error + missing * missing
+        fields["sideslip_angle_deviation"] = sqrt(known * known + unseen)
         deviation = maximum(fields["front_friction_used_deviation"], 1e-9)
         distance = (fields["front_friction_used"] - self.limit_share) / deviation
         _, near = self.limit_rule.step(self.limit_rule.init(), distance, running)

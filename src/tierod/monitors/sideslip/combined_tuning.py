@@ -80,6 +80,7 @@ class CombinedTuning:
         yaw_adaptation, acceleration_adaptation: greatest logarithm of those scales; zero takes the noises as given
         ratio_error: of the steering's ratio, relative; the wander of the angle's offset grows by so much of the angle
         slip_error: of the rear axle's slip angle, relative, that no state of the model stands for
+        constant_error: of the sideslip angle itself, likewise
         slowest: speed below which the last estimate is held
         limit_share: of the greatest front force, from which the peak is announced
         limit_certainty: standard deviations by which the share has to be above it
@@ -104,6 +105,7 @@ class CombinedTuning:
     acceleration_adaptation: Annotated[float, "", NOT_NEGATIVE] = 0.0
     ratio_error: Annotated[float, "", NOT_NEGATIVE] = 0.0
     slip_error: Annotated[float, "", NOT_NEGATIVE] = 0.0
+    constant_error: Annotated[float, "rad", NOT_NEGATIVE] = 0.0
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
     limit_share: Annotated[float, "", POSITIVE] = 0.7
     limit_certainty: Annotated[float, "", POSITIVE] = 1.0
@@ -130,7 +132,7 @@ WIND_ARM = 0.5
 """Distance of the wind's force from the centre of gravity [m], a typical one of passenger cars."""
 
 UNKNOWN_TYRES = Wandering(0.3, 300.0)
-"""Logarithm of the cornering stiffness of tyres that nobody measured: 30 % about a value typical of the load, and as
+"""Logarithm of the cornering stiffness of tyres that were not measured: 30 % about a value typical of the load, and as
 tyres heat and cool within minutes. A file that gives a standard deviation has that in its place."""
 
 TYRES_KNOWN = (0.05, 0.5)
@@ -148,6 +150,10 @@ RATIO_ERROR = 0.03
 
 SLIP_ERROR = 0.1
 """Relative error of the slip angle of a tyre of known stiffness: camber, load transfer, force along the wheel, heat."""
+
+CONSTANT_ERROR = 0.0025
+"""Of the sideslip angle of a car without calibration [rad]: axles not parallel, sensors not aligned
+with the body. What a race car and its inertial navigation system had between them."""
 
 THROUGH_A_COLUMN = Wandering(0.001, 3.0)
 """Error of a road wheels' angle that comes from the steering wheel [rad]: the torsion bar twists, the steering yields,
@@ -240,7 +246,7 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
 
 
 def _guarded(vehicle: Vehicle, usual: CombinedTuning) -> CombinedTuning:
-    """The tuning with what guards against noises that nobody found for a car; none of it where the file names its own.
+    """The tuning with what guards a car without noises of its own; none of it where the file names its own.
 
     A car steered by wire is a test car, whose sensors and parameters are known.
     """
@@ -252,6 +258,7 @@ def _guarded(vehicle: Vehicle, usual: CombinedTuning) -> CombinedTuning:
         acceleration_adaptation=0.0 if "lateral_acceleration_noise" in vehicle else ACCELERATION_ADAPTATION,
         ratio_error=0.0 if "road_wheel_angle_wander" in vehicle else RATIO_ERROR,
         slip_error=0.0 if "lateral_speed_drift" in vehicle else SLIP_ERROR,
+        constant_error=0.0 if "lateral_speed_drift" in vehicle else CONSTANT_ERROR,
     )
 
 

@@ -6,7 +6,18 @@ from collections.abc import Callable, Iterator
 
 from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
-from tierod.papers.sideslip import bandwidth, combined, limits, neutral_steer, paper, real_cars, table
+from tierod.papers.sideslip import (
+    bandwidth,
+    combined,
+    limits,
+    neutral_steer,
+    paper,
+    race_blocks,
+    real_cars,
+    slow_cars,
+    table,
+    unprepared,
+)
 
 Part = Callable[[Effort], Iterator[Item]]
 
@@ -18,6 +29,9 @@ PARTS: tuple[tuple[str, Part], ...] = (
     ("neutral steer", neutral_steer.items),
     ("the combined estimator", combined.items),
     ("two real cars", real_cars.items),
+    ("cars without preparation", unprepared.items),
+    ("small and slow", slow_cars.items),
+    ("race laps, block by block", race_blocks.items),
 )
 """What is worked out, in this order."""
 

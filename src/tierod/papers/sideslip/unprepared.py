@@ -22,7 +22,7 @@ MOST_WORSE = 1.3
 
 @dataclass(frozen=True)
 class Unprepared:
-    """A real car, judged as if nobody had fitted anything to it.
+    """A real car, judged with nothing fitted to it.
 
     Args:
         name: in the names of the claims
@@ -50,7 +50,7 @@ CARS = (
 def items(effort: Effort) -> Iterator[Item]:
     """Both cars, one after the other."""
     yield Heading(
-        "Cars that nobody prepared",
+        "Cars without preparation",
         (
             "Mass and distances as tape and scale give them, with errors of 3 cm and 3 %; tyres typical of the class, "
             "default noises, no reference. Beside it the vehicle file that was fitted to the car, and three simple "

@@ -1,0 +1,120 @@
+"""Noises of the combined estimator, fitted together with the parameters of a car to a true sideslip."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from tierod.core.recording import Recording
+from tierod.monitors.sideslip.beside_truth import BesideTruth, beside_truth
+from tierod.monitors.sideslip.calibration import EVERY, EXPECTED, FARTHEST, MEMORY, SETTLING, TYRES, prior
+from tierod.monitors.sideslip.drive import BAND
+from tierod.vehicles import Vehicle
+from tierod.vehicles.catalogue import QUANTITIES
+from tierod.vehicles.vehicle import Parameter
+
+START: dict[str, float] = {
+    "yaw_rate_drift": 0.1,
+    "lateral_acceleration_noise": 1.0,
+    "lateral_acceleration_wander": 0.2,
+    "lateral_acceleration_wander_time": 30.0,
+    "lateral_speed_drift": 0.05,
+    "stiffness_wander": 0.1,
+    "stiffness_wander_time": 60.0,
+    "bank_wander": 0.03,
+    "bank_wander_time": 6.0,
+}
+"""Where the fit of the noises begins, assumed: between a virtual car's and what the adaptation finds on a race car."""
+
+HELD: dict[str, float] = {
+    "yaw_rate_noise": 0.004,
+    "road_wheel_angle_wander": 0.001,
+    "road_wheel_angle_wander_time": 3.0,
+    "friction_wander": 0.0,
+    "wind_wander": 0.0,
+}
+"""Noises that are not fitted: stiffness, bank and offset stand for friction and wind."""
+
+SPREAD = 0.7
+"""Standard deviation of the natural logarithm of a noise about its start: a factor of two."""
+
+STEP = 1e-2
+"""Of the finite differences, in standard deviations."""
+
+EVALUATIONS = 12
+"""Most steps of the fit."""
+
+COVERED = 0.95
+"""Share of the truth that the band holds after the noises are scaled."""
+
+FARTHEST_FACTOR = 5.0
+"""By which the noises are scaled up or down at the most; more says that the drive is no measure of them."""
+
+
+def calibrated_with_noises(
+    recording: Recording, vehicle: Vehicle, names: Iterable[str] = TYRES, until: float = math.inf, rate: float = 100.0
+) -> Vehicle:
+    """The vehicle with parameters and noises that bring the combined estimator closest to the truth of a drive.
+
+    The noises are then scaled together, which hardly changes an estimate, until the 95 % band holds 95 % of the truth.
+    A drive of a minute is little: two minutes and more keep the band true on later driving.
+
+    Args:
+        recording: with the signals of a car and its true sideslip
+        vehicle: to begin with; the noises that it names are replaced
+        names: parameters to fit beside the noises; each needs a standard deviation
+        until: end of the part that is fitted [s, as the recording counts]
+        rate: of the samples [Hz]
+
+    Raises:
+        InputError: the recording has no true sideslip
+        ParameterError: the vehicle lacks a parameter, or its standard deviation
+    """
+    from scipy.optimize import least_squares
+
+    names = tuple(names)
+    start, spread = prior(vehicle, names)
+    usual = np.log(np.array(list(START.values())))
+
+    def with_moved(moved: np.ndarray) -> Vehicle:
+        values = dict(zip(names, (start + spread * moved[: len(names)]).tolist(), strict=True))
+        noises = np.exp(usual + SPREAD * moved[len(names) :]).tolist()
+        return with_noises(vehicle, values | dict(zip(START, noises, strict=True)) | HELD)
+
+    def residuals(moved: np.ndarray) -> np.ndarray:
+        seen = beside_truth(recording, with_moved(moved), rate)
+        error = seen.error[_judged(seen, until)][::EVERY]
+        worth = math.sqrt(EVERY / rate / MEMORY)
+        return np.concatenate([worth / EXPECTED * np.clip(error, -1.0, 1.0), moved])
+
+    first = np.zeros(len(names) + len(START))
+    found = least_squares(residuals, first, bounds=(-FARTHEST, FARTHEST), diff_step=STEP, max_nfev=EVALUATIONS)
+    best = with_moved(found.x)
+    seen = beside_truth(recording, best, rate)
+    judged = _judged(seen, until)
+    needed = float(np.quantile(np.abs(seen.error[judged]) / seen.deviation[judged], COVERED)) / BAND
+    return _scaled(best, min(max(needed, 1.0 / FARTHEST_FACTOR), FARTHEST_FACTOR))
+
+
+def with_noises(vehicle: Vehicle, values: Mapping[str, float], source: str = "fitted to sideslip") -> Vehicle:
+    """The vehicle with parameters that it may lack so far; a standard deviation that it gives is kept."""
+    changed = {}
+    for name, value in values.items():
+        given = vehicle.parameters.get(name)
+        spread = given.standard_deviation if given else None
+        changed[name] = Parameter(name, float(value), QUANTITIES[name].unit, spread, source)
+    return dataclasses.replace(vehicle, parameters={**vehicle.parameters, **changed})
+
+
+def _judged(seen: BesideTruth, until: float) -> np.ndarray:
+    judged: np.ndarray = (seen.time > seen.time[0] + SETTLING) & (seen.time < until) & np.isfinite(seen.error)
+    return judged
+
+
+def _scaled(vehicle: Vehicle, factor: float) -> Vehicle:
+    """All noises times a factor; the times of their wander stay."""
+    scaled = [name for name in (*START, *HELD) if not name.endswith("_time")]
+    return with_noises(vehicle, {name: factor * vehicle[name] for name in scaled})
