@@ -23,8 +23,9 @@ from tierod.papers.sideslip.real_recordings import GOAL
 from tierod.papers.sideslip.typical_cars import LIGHT, PASSENGER, SIMPLE, Class, typical
 from tierod.proving_ground import run
 from tierod.proving_ground.cars import catalogue
-from tierod.proving_ground.chassis import TwoTrack, Tyre, presets
+from tierod.proving_ground.chassis import TwoTrack, Tyre
 from tierod.proving_ground.chassis.suspension import Axle, Kingpins
+from tierod.proving_ground.chassis.two_track import demonstrator
 from tierod.proving_ground.courses.conditions import Unevenness
 from tierod.proving_ground.courses.open_loop import RandomSteer
 from tierod.vehicles import load
@@ -78,7 +79,7 @@ def cars() -> dict[str, Small]:
     """By name."""
     return {
         "quadricycle, 450 kg": Small(quadricycle(), LIGHT),
-        "light demonstrator, 403 kg": Small(presets.demonstrator(), PASSENGER),
+        "light demonstrator, 403 kg": Small(demonstrator(), PASSENGER),
         "small car, 1050 kg": Small(_small_eps().chassis, PASSENGER),
     }
 
