@@ -21,7 +21,7 @@ STRONG = 0.6
 """Magnitude of a correlation from which two signals go together."""
 
 WHEELBASE, STEERING_RATIO, UNDERSTEER, TRACK = 2.7, 1.0 / 15.5, 0.0025, 1.5
-"""A usual car, good enough to tell degrees from radians: [m], [-], [rad s^2/m], [m]."""
+"""A usual car, good enough to separate degrees from radians: [m], [-], [rad s^2/m], [m]."""
 
 
 class Relation(NamedTuple):
