@@ -17,7 +17,7 @@ STEP = 1e-3
 """Of differences, in standard deviations of what is known before."""
 ENOUGH = 0.02
 """Gain of log posterior below which a search ends [nat]."""
-MOST_STEPS = 25
+MOST_STEPS = 40
 LARGEST = 1.0
 """Step of a coordinate: farther, its derivatives no longer hold."""
 TRUSTED = 6000.0

@@ -18,6 +18,7 @@ from tierod.methods.identification.drive_likelihood import DriveLikelihood
 from tierod.methods.identification.drive_model import DriveNoises, drive_filter
 from tierod.methods.identification.drive_samples import ANGLES, RATE, Drive, drives_of
 from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
+from tierod.methods.identification.fit_quality import white_noise
 from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Posterior, Prior, Search
 from tierod.methods.identification.vehicle_judgement import (
     LEARNT,
@@ -40,6 +41,8 @@ STAGES = ((0.1, 0.5), (1.0, ENOUGH))
 CROSSFALL = 0.02
 """Standard deviation of the bank of straight roads [rad]: the zeros hold what it does to them."""
 OUTPUTS = 2
+EXPLAINED = 1.5
+"""Mean squared innovation over its variance from which a model does not follow a drive."""
 WIDENED = 10.0
 """Factor on what is known before of a parameter where file and drives contradict each other."""
 _GAUSSIAN = 1.4826
@@ -112,8 +115,9 @@ def identify_vehicle(
     if unknown := [name for name in free if name not in USUAL]:
         raise ParameterError(f"'{unknown[0]}' is not identified from ordinary drives; there are {', '.join(USUAL)}")
     drives = tuple(drives_of(recordings))
-    priors = priors_of(vehicle, with_ratio=drives[0].angle != ANGLES[0])
-    built = _built(vehicle, drives[0].angle)
+    usual = _usual(drives)
+    priors = priors_of(vehicle, usual, with_ratio=drives[0].angle != ANGLES[0])
+    built = _built(vehicle, usual, drives[0].angle)
     posterior = _searched(priors, drives, built, progress)
     alone = [_searched(priors, [each], built, start=posterior.place) for each in drives] if len(drives) > 1 else []
     return _concluded(vehicle, drives, posterior, alone, built, free or tuple(USUAL))
@@ -148,15 +152,23 @@ def _by_drives_alone(
         dataclasses.replace(each, deviation=WIDENED * each.deviation) if each.name in far else each
         for each in posterior.priors
     )
-    return contradictions(_searched(wide, drives, built), posterior.priors, far)
+    found = _searched(wide, drives, built)
+    return () if _unexplained(found) else contradictions(found, posterior.priors, far)
 
 
 def _part(progress: Callable[[float], None], number: int, done: float) -> None:
     progress((number + done) / len(STAGES))
 
 
-def _built(vehicle: Vehicle, angle: str) -> Callable[..., DriveLikelihood]:
-    base, usual = vehicle.parameters_for(LateralParameters), DriveNoises()
+def _usual(drives: Sequence[Drive]) -> DriveNoises:
+    """Noises with which the search starts: those of the readings by themselves, where they lie above usual ones."""
+    usual = DriveNoises()
+    lateral = max(white_noise(each.samples[:, 4]) for each in drives)
+    return dataclasses.replace(usual, lateral_acceleration_noise=max(usual.lateral_acceleration_noise, lateral))
+
+
+def _built(vehicle: Vehicle, usual: DriveNoises, angle: str) -> Callable[..., DriveLikelihood]:
+    base = vehicle.parameters_for(LateralParameters)
     of_car = {each.name for each in dataclasses.fields(LateralParameters)}
     ratio = 1.0 if angle == ANGLES[0] else vehicle["steering_ratio"]
 
@@ -204,14 +216,20 @@ def _concluded(
         posterior,
         against,
         odd,
-        tuple(_remarks(vehicle, every, against, posterior)),
-        _doubt(vehicle, drives, learnt, against, odd),
+        tuple(_remarks(vehicle, every, against)),
+        _doubt(vehicle, drives, learnt, against, odd, _unexplained(posterior)),
     )
 
 
-WRITTEN_NOISES = {"yaw_rate_noise": 0.0035, "lateral_acceleration_noise": 0.2}
-"""Noises of a reading that go into the vehicle file where they lie above these, which any car's sensors have. Lower
-ones make an estimator trust its model of the road too much: the error of sideslip grew by half on virtual cars."""
+WRITTEN_NOISES = {
+    "yaw_rate_noise": 0.0035,
+    "lateral_acceleration_noise": 0.2,
+    "lateral_speed_drift": 0.02,
+    "yaw_rate_drift": 0.005,
+    "bank_wander": 0.03,
+}
+"""Noises that go into the vehicle file where they lie above these, which estimators take for any car. Lower ones
+make an estimator trust its model of the road too much: the error of sideslip grew by half on virtual cars."""
 
 
 def _found(name: str, vehicle: Vehicle, value: float, deviation: float) -> Found:
@@ -241,9 +259,7 @@ def _reading_noise(results: list[np.ndarray]) -> dict[str, tuple[float, float]]:
     return {"lateral_acceleration_noise": (value, value / math.sqrt(TRUSTED))}
 
 
-def _remarks(
-    vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction, ...], posterior: Posterior
-) -> list[str]:
+def _remarks(vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction, ...]) -> list[str]:
     remarks = []
     usual = [each.name for each in every if not spread_of(each.name, vehicle)[1]]
     if usual:
@@ -255,8 +271,6 @@ def _remarks(
         for each in against
         if not spread_of(each.name, vehicle)[1]
     ]
-    if not posterior.converged:
-        remarks.append("the search has not come to its end; start again from the file that it wrote")
     return remarks
 
 
@@ -266,12 +280,26 @@ def _both(vehicle: Vehicle, each: Contradiction) -> str:
     return f"{before} before, {each.value:.4g} ± {each.deviation:.2g} in these drives, {each.distance:.1f} σ apart"
 
 
+def _unexplained(posterior: Posterior) -> str:
+    """Why the model does not follow the drives; empty where it does."""
+    squares = [float(np.mean(each[each != 0.0] ** 2)) for each in posterior.at.whitened]
+    if posterior.converged and max(squares) < EXPLAINED:
+        return ""
+    found = f"the mean squared innovation is {max(squares):.2g} of its variance"
+    end = "" if posterior.converged else "the search has not come to an end, and "
+    return (
+        f"the model of a car does not follow these drives: {end}{found}; leave out driving at the limit of grip, see "
+        "that units and signs of the channel map are right, or start from values nearer to the car"
+    )
+
+
 def _doubt(
     vehicle: Vehicle,
     drives: tuple[Drive, ...],
     learnt: list[Judged],
     against: tuple[Contradiction, ...],
     odd: Odd | None,
+    unexplained: str,
 ) -> str:
     if odd is not None:
         name = drives[odd.drive].name
@@ -289,6 +317,6 @@ def _doubt(
             f"vehicle file and drives contradict each other: {said}; see that the drives are of this car and that "
             "units and signs of the channel map are right, or give the parameter a wider standard_deviation"
         )
-    if not learnt:
+    if not learnt and not unexplained:
         return "these drives teach nothing that the vehicle file does not say already; drive as the table says"
-    return ""
+    return unexplained

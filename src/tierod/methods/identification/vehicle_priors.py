@@ -68,11 +68,12 @@ def spread_of(name: str, vehicle: Vehicle) -> tuple[float, bool]:
     return usual.relative * abs(_value(name, vehicle)) + usual.absolute, False
 
 
-def priors_of(vehicle: Vehicle, with_ratio: bool = True) -> tuple[Prior, ...]:
+def priors_of(vehicle: Vehicle, usual: DriveNoises, with_ratio: bool = True) -> tuple[Prior, ...]:
     """What is known before, of parameters and noises; a parameter with a deviation of zero is held.
 
     Args:
         vehicle: with mass, yaw inertia, distances and cornering stiffnesses, and the steering ratio
+        usual: noises of drives before they are looked at closely
         with_ratio: whether the steering ratio is among them
 
     Raises:
@@ -88,7 +89,6 @@ def priors_of(vehicle: Vehicle, with_ratio: bool = True) -> tuple[Prior, ...]:
             continue
         low, high = QUANTITIES[name].plausible
         priors.append(Prior(name, _value(name, vehicle), deviation, name not in SIGNED, low, high))
-    usual = DriveNoises()
     noises = (
         Prior(name, getattr(usual, name), share * getattr(usual, name), name not in OF_ROAD)
         for name, share in NOISES.items()
