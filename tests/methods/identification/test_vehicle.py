@@ -9,7 +9,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
 from tierod.methods.identification.vehicle import identify_vehicle
 from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN
-from tierod.methods.identification.vehicle_priors import USUAL
+from tierod.methods.identification.vehicle_priors import SHOWN
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.proving_ground.cars.catalogue import load as load_car
 from tierod.proving_ground.courses.natural import City, Country
@@ -33,12 +33,12 @@ def recording():
 
 def known_but(vehicle, *names):
     """The vehicle, of which all that is not named is known exactly."""
-    exact = [name for name in USUAL if name in vehicle and name not in names]
+    exact = [name for name in SHOWN if name in vehicle and name not in names]
     vehicle = changed(vehicle, **{name: (vehicle[name], 0.0) for name in exact})
     defaults = LateralParameters(*(vehicle[each.name] for each in dataclasses.fields(LateralParameters)[:6]))
     added = {
         name: Parameter(name, getattr(defaults, name), "", 0.0, "exact")
-        for name in USUAL
+        for name in SHOWN
         if name not in vehicle and name not in names
     }
     return dataclasses.replace(vehicle, parameters={**vehicle.parameters, **added})

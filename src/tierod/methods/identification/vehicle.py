@@ -30,7 +30,7 @@ from tierod.methods.identification.vehicle_judgement import (
     judged,
     odd_drive,
 )
-from tierod.methods.identification.vehicle_priors import NOISES, USUAL, priors_of, spread_of
+from tierod.methods.identification.vehicle_priors import NOISES, SHOWN, priors_of, spread_of
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.single_track import understeer_gradient
@@ -112,15 +112,15 @@ def identify_vehicle(
         InputError: a recording without what is needed, see `drive_of`
         ParameterError: the vehicle lacks a parameter, or one is free that drives do not show
     """
-    if unknown := [name for name in free if name not in USUAL]:
-        raise ParameterError(f"'{unknown[0]}' is not identified from ordinary drives; there are {', '.join(USUAL)}")
+    if unknown := [name for name in free if name not in SHOWN]:
+        raise ParameterError(f"'{unknown[0]}' is not identified from ordinary drives; there are {', '.join(SHOWN)}")
     drives = tuple(drives_of(recordings))
     usual = _usual(drives)
     priors = priors_of(vehicle, usual, with_ratio=drives[0].angle != ANGLES[0])
     built = _built(vehicle, usual, drives[0].angle)
     posterior = _searched(priors, drives, built, progress)
     alone = [_searched(priors, [each], built, start=posterior.place) for each in drives] if len(drives) > 1 else []
-    return _concluded(vehicle, drives, posterior, alone, built, free or tuple(USUAL))
+    return _concluded(vehicle, drives, posterior, alone, built, free or tuple(SHOWN))
 
 
 def _searched(
@@ -188,7 +188,7 @@ def _concluded(
     built: Callable[..., DriveLikelihood],
     free: tuple[str, ...],
 ) -> VehicleIdentification:
-    names = tuple(prior.name for prior in posterior.priors if prior.name in USUAL)
+    names = tuple(prior.name for prior in posterior.priors if prior.name in SHOWN)
     every = [each for each in judged(posterior, names) if each.name in free]
     blocks = [built(posterior.values, k) for k in range(len(drives))]
     results = [scan(block, each.samples) for block, each in zip(blocks, drives, strict=True)]

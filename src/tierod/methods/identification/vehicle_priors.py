@@ -1,43 +1,31 @@
-"""What is known of a vehicle before it is identified: its file, and the usual spread of cars where that says none."""
+"""What is known of a vehicle before it is identified: its file, and the spread of its class where that gives none."""
 
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import NamedTuple
 
 from tierod.methods.identification.drive_model import DriveNoises
 from tierod.methods.identification.posterior import Prior
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.vehicles import QUANTITIES, Vehicle
+from tierod.vehicles.classes import class_of, typical_spread
 
-
-class Usual(NamedTuple):
-    """Usual spread of a parameter over the cars of a class.
-
-    Args:
-        relative, absolute: one standard deviation, of the value and in its unit; they add up
-    """
-
-    relative: float = 0.0
-    absolute: float = 0.0
-
-
-USUAL: dict[str, Usual] = {
-    "mass": Usual(0.08),
-    "yaw_inertia": Usual(0.15),
-    "front_distance": Usual(0.06),
-    "rear_distance": Usual(0.06),
-    "front_cornering_stiffness": Usual(0.3),
-    "rear_cornering_stiffness": Usual(0.3),
-    "steering_ratio": Usual(0.08),
-    "tyre_friction": Usual(0.15),
-    "rear_friction_ratio": Usual(0.1),
-    "relaxation_length": Usual(0.4),
-    "rear_relaxation_ratio": Usual(0.4),
-    "roll_share": Usual(absolute=0.03),
-    "sensor_forward": Usual(absolute=0.3),
-}
-"""Of a vehicle whose class is all that is known; of what ordinary drives may show."""
+SHOWN = (
+    "mass",
+    "yaw_inertia",
+    "front_distance",
+    "rear_distance",
+    "front_cornering_stiffness",
+    "rear_cornering_stiffness",
+    "steering_ratio",
+    "tyre_friction",
+    "rear_friction_ratio",
+    "relaxation_length",
+    "rear_relaxation_ratio",
+    "roll_share",
+    "sensor_forward",
+)
+"""Parameters that ordinary drives may show."""
 
 SIGNED = ("roll_share", "sensor_forward")
 """May be zero or negative."""
@@ -58,14 +46,13 @@ def spread_of(name: str, vehicle: Vehicle) -> tuple[float, bool]:
     """Standard deviation of a parameter before, and whether the vehicle file gives it.
 
     Args:
-        name: in `USUAL`
+        name: in `SHOWN`
         vehicle: whose file may give it
     """
     given = vehicle.parameters.get(name)
     if given is not None and given.standard_deviation is not None:
         return given.standard_deviation, True
-    usual = USUAL[name]
-    return usual.relative * abs(_value(name, vehicle)) + usual.absolute, False
+    return typical_spread(name, _value(name, vehicle), class_of(vehicle)) or 0.0, False
 
 
 def priors_of(vehicle: Vehicle, usual: DriveNoises, with_ratio: bool = True) -> tuple[Prior, ...]:
@@ -83,7 +70,7 @@ def priors_of(vehicle: Vehicle, usual: DriveNoises, with_ratio: bool = True) -> 
     if with_ratio:
         vehicle["steering_ratio"]
     priors = []
-    for name in USUAL:
+    for name in SHOWN:
         deviation, _ = spread_of(name, vehicle)
         if (name == "steering_ratio" and not with_ratio) or not deviation:
             continue
