@@ -10,11 +10,14 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import scan
 from tierod.core.graph.trace import trace
 from tierod.core.recording import Channel, Recording
+from tierod.core.signals import SIGNALS
 from tierod.methods.identification.motor import identify_motor
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.papers.motor_angle import identified as study
 from tierod.papers.motor_angle.fault_drives import course
 from tierod.papers.motor_angle.observer_drives import bench, drive, locked
+from tierod.papers.motor_angle.salient_drives import salient_bench, salient_drive
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 
 
@@ -285,3 +288,17 @@ def test_a_gap_costs_only_its_own_samples(driven):
     found = electrical(recording.with_channels([replace(recording["motor_voltage_alpha"], values=holed)]))
     assert found.resistance.value == pytest.approx(whole.resistance.value, rel=0.002)
     assert found.blind == ()
+
+
+@pytest.mark.parametrize("ratio", [1.5, 3.0])
+def test_an_ordinary_drive_of_a_salient_motor_gives_both_inductances(ratio):
+    """Current along the flux changes with the torque where the drive asks for the least current."""
+    seen = salient_drive(ratio, 3, 15.0)
+    names = MotorAngleSample._fields[:5]
+    channels = {name: Channel(name, seen.time, seen.samples[:, k], SIGNALS[name].unit) for k, name in enumerate(names)}
+    result = identify_motor(FILE, {"drive": Recording(channels, {})})
+    found = {each.name: each for each in result.found}
+    machine = salient_bench(ratio).motor.machine
+    assert found["motor_inductance"].value == pytest.approx(machine.inductance_d, rel=0.02)
+    assert found["motor_saliency"].value == pytest.approx(ratio, rel=0.02)
+    assert abs(found["motor_saliency"].value - ratio) < 3.0 * found["motor_saliency"].deviation

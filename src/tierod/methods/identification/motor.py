@@ -227,7 +227,7 @@ def _is_identified(
         return False
     size = abs(each.value)
     if each.name in before or hasattr(parameters, each.name):
-        size = max(size, before.get(each.name, (getattr(parameters, each.name, 0.0), None))[0])
+        size = max(size, before.get(each.name, (getattr(parameters, each.name, None) or 0.0, None))[0])
     return bool(each.value > 0.0 and each.deviation < UNKNOWN * size)
 
 
