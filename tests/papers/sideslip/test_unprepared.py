@@ -89,3 +89,11 @@ def test_a_block_is_judged_by_itself():
 @pytest.mark.slow
 def test_the_claims_on_small_cars_hold():
     assert all(each.met for each in claims(slow_cars.items(Effort())).values())
+
+
+@pytest.mark.slow
+def test_blocks_of_the_race_laps_with_files_of_those_before(monkeypatch):
+    monkeypatch.setenv("TIEROD_DATA", str(shared_data("ferrari_250lm_race").parent))
+    found = claims(race_blocks.items(Effort(processes=1)))
+    assert all(found[f"blocks.{key}"].met for key in ("mean", "rms", "stratum"))
+    assert found["blocks.band"].measured > 0.92
