@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -89,3 +90,24 @@ def test_a_block_is_judged_by_itself():
 @pytest.mark.slow
 def test_the_claims_on_small_cars_hold():
     assert all(each.met for each in claims(slow_cars.items(Effort())).values())
+
+
+@pytest.mark.slow
+def test_blocks_of_the_race_laps_with_files_of_those_before(monkeypatch):
+    monkeypatch.setenv("TIEROD_DATA", str(shared_data("ferrari_250lm_race").parent))
+    found = claims(race_blocks.items(Effort(processes=1)))
+    assert all(found[f"blocks.{key}"].met for key in ("mean", "rms", "stratum"))
+    assert found["blocks.band"].measured > 0.92
+
+
+def test_a_yaw_rate_that_sticks_does_not_carry_an_adapted_filter_away():
+    """Raised noises keep the innovations small, so that the sideslip angle itself shows that the filter is lost."""
+    small = slow_cars.cars()["small car, 1050 kg"]
+    drive, car = slow_cars.driven(small.chassis, 8.0, 5), slow_cars.brochure(small)
+    rate = drive["yaw_rate"]
+    stuck = np.where((rate.time > 20.0) & (rate.time < 25.0), 1.5, rate.values)
+    seen = slow_cars.estimated(drive.with_channels([dataclasses.replace(rate, values=stuck)]), car)
+    while_stuck = (seen.time > 20.0) & (seen.time < 25.5)
+    assert seen.result["estimate.restarted"][while_stuck].sum() >= 1.0
+    assert not seen.result["estimate.restarted"][~while_stuck].any()
+    assert seen.figures(45.0).rms < math.radians(0.4)
