@@ -1,7 +1,7 @@
 """Motion of a car as observable from wheel speeds, yaw rate, steering angle and accelerations, its torques unknown.
 
 Speed and yaw rate may go anywhere that a driver, the road and the wind take them; what binds the sensors to each other
-is that the rear wheels roll, and that a car turns as it is steered.
+is that wheels roll, but for the slip that both of an axle share, and that a car turns as it is steered.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.fields import POSITIVE
-from tierod.core.graph.maths import arctan, exp, maximum
+from tierod.core.graph.maths import arctan, exp, maximum, sqrt
 from tierod.physics.planar_motion import lateral_acceleration_of_turning
 from tierod.physics.single_track import lateral_acceleration_at, understeer_gradient
 
@@ -26,12 +26,14 @@ class Wander:
     Args:
         turning: yaw acceleration, a steering movement
         steering: what the angle misses of a steady turn
+        slip: of an axle under drives and brakes, as long as a foot takes
         road: grade and bank, some hundred metres
         offset: of sensors and tyres, longer than a drive
     """
 
     turning: Annotated[float, "s", POSITIVE] = 0.5
     steering: Annotated[float, "s", POSITIVE] = 0.7
+    slip: Annotated[float, "s", POSITIVE] = 0.3
     road: Annotated[float, "s", POSITIVE] = 8.0
     offset: Annotated[float, "s", POSITIVE] = 3000.0
 
@@ -39,7 +41,8 @@ class Wander:
 class RollingCar:
     """The sampled model.
 
-    Validity: forward, rear tyres that roll, gentle turns (linear tyres); drives, brakes and slopes as they come.
+    Validity: forward, tyres that roll or slip alike on both sides of an axle, gentle turns (linear tyres), any steer of
+    rolling wheels; drives, brakes and slopes as they come.
     Source: kinematics of the rear axle; Li, Frey, Gauterin, eq (7), with the understeer of a linear single track.
     """
 
@@ -48,8 +51,9 @@ class RollingCar:
 
         `steering_error` is the excess of the reading over the angle of a steady turn: tyres that build up their force,
         a ratio that changes with the angle. `track_width_error` is relative: where the tyres touch the road, and their
-        slip in tight bends. `grade_acceleration` and `bank_acceleration` are what slopes add to the
-        accelerations forward and to the left.
+        slip in tight bends. `front_wheel_speed_scale` and `front_wheel_speed_difference` are those of radii;
+        `rear_slip` and `front_slip` the excess of both wheels of an axle under drives and brakes. `grade_acceleration`
+        and `bank_acceleration` are what slopes add to the accelerations forward and to the left.
         """
 
         speed: Annotated[float, "m/s"]
@@ -61,6 +65,10 @@ class RollingCar:
         angle_offset: Annotated[float, "rad"]
         wheel_speed_difference: Annotated[float, ""]
         track_width_error: Annotated[float, ""]
+        front_wheel_speed_scale: Annotated[float, ""]
+        front_wheel_speed_difference: Annotated[float, ""]
+        rear_slip: Annotated[float, ""]
+        front_slip: Annotated[float, ""]
         grade_acceleration: Annotated[float, "m/s**2"]
         bank_acceleration: Annotated[float, "m/s**2"]
 
@@ -74,6 +82,8 @@ class RollingCar:
         wheel_speed_rear_right: Annotated[float, "m/s"]
         yaw_rate: Annotated[float, "rad/s"]
         steering_wheel_angle: Annotated[float, "rad"]
+        wheel_speed_front_left: Annotated[float, "m/s"]
+        wheel_speed_front_right: Annotated[float, "m/s"]
         longitudinal_acceleration: Annotated[float, "m/s**2"]
         lateral_acceleration: Annotated[float, "m/s**2"]
 
@@ -132,6 +142,10 @@ class RollingCar:
             keep.offset * x.angle_offset,
             keep.offset * x.wheel_speed_difference,
             keep.offset * x.track_width_error,
+            keep.offset * x.front_wheel_speed_scale,
+            keep.offset * x.front_wheel_speed_difference,
+            keep.slip * x.rear_slip,
+            keep.slip * x.front_slip,
             keep.road * x.grade_acceleration,
             keep.road * x.bank_acceleration,
         )
@@ -144,16 +158,31 @@ class RollingCar:
         steer = road_wheel_angle(x, p) / p.steering_ratio
         across = lateral_acceleration_of_turning(x.speed, x.yaw_rate, 0.0)
         along = x.acceleration - p.rear_distance * x.yaw_rate * x.yaw_rate
+        rear = p.wheel_speed_scale * (1.0 + x.rear_slip)
+        front = p.wheel_speed_scale * (1.0 + x.front_slip + x.front_wheel_speed_scale)
+        sideways = (p.front_distance + p.rear_distance) * x.yaw_rate
         return RollingCar.Output(
-            p.wheel_speed_scale * (1.0 - 0.5 * difference) * (x.speed - half_turn),
-            p.wheel_speed_scale * (1.0 + 0.5 * difference) * (x.speed + half_turn),
+            rear * (1.0 - 0.5 * difference) * (x.speed - half_turn),
+            rear * (1.0 + 0.5 * difference) * (x.speed + half_turn),
             x.yaw_rate + p.yaw_rate_offset + x.yaw_rate_offset,
             steer + x.steering_error + p.steering_wheel_angle_offset + x.angle_offset,
+            front * (1.0 - 0.5 * x.front_wheel_speed_difference) * rolling_speed(x.speed - half_turn, sideways),
+            front * (1.0 + 0.5 * x.front_wheel_speed_difference) * rolling_speed(x.speed + half_turn, sideways),
             along + p.longitudinal_acceleration_offset + x.grade_acceleration,
             lateral_acceleration_at(across, x.yaw_acceleration, x.yaw_rate, p.rear_distance)
             + p.lateral_acceleration_offset
             + x.bank_acceleration,
         )
+
+
+def rolling_speed(forward: Scalar, sideways: Scalar) -> Scalar:
+    """Speed of a wheel that rolls where it is pointed to [m/s].
+
+    Args:
+        forward, sideways: motion of its hub in the directions of the car [m/s]
+    """
+    share = sideways / maximum(forward, LEAST_SPEED)
+    return forward * sqrt(1.0 + share * share)
 
 
 def road_wheel_angle(x: RollingCar.State, p: RollingCar.Parameters) -> Scalar:

@@ -7,7 +7,7 @@ from tierod.monitors.condition.bank.judge import ConditionJudge
 from tierod.monitors.condition.bank.weighing import Limits, Weighing
 from tierod.monitors.condition.kinds.kind import KindOfFault
 from tierod.monitors.condition.reaction import FaultReaction
-from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.condition.signals import OF_AUTOMATED
 from tierod.monitors.condition.substitutes import Reconfiguration
 from tierod.vehicles import load
 
@@ -16,5 +16,5 @@ def made_up_bank():
     count = len(HYPOTHESES) - 1
     decision = Decision(Weighing(HYPOTHESES, Limits((3.0,) * count, (1.0,) * count, gap=1.0, margin=1.0)))
     reaction = FaultReaction.of(Reconfiguration.of_vehicle(load("smartload")))
-    kinds = tuple(KindOfFault.of_sensor(name) for name in SENSORS)
+    kinds = tuple(KindOfFault.of_sensor(name) for name in OF_AUTOMATED)
     return Bank(tuple(map(lane, HYPOTHESES)), ConditionJudge(decision, kinds, reaction))

@@ -11,9 +11,9 @@ from tierod.core.block import skeleton
 from tierod.core.graph.maths import both, log, present, sqrt, where
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.hypotheses import Hypothesis
-from tierod.monitors.condition.signals import SENSORS, ConditionSample, Readings
+from tierod.monitors.condition.signals import OF_AUTOMATED, ConditionSample, Readings
 
-LEFT, RIGHT, YAW, ANGLE, TORQUE, FORCE = SENSORS
+LEFT, RIGHT, YAW, ANGLE, TORQUE, FORCE = OF_AUTOMATED
 MOTOR_1, MOTOR_2 = "steering_motor_1", "steering_motor_2"
 HYPOTHESES = (
     Hypothesis("healthy"),
@@ -47,7 +47,7 @@ class Lane:
         asked = sample.steering_motor_1_target_torque, sample.steering_motor_2_target_torque
         lost = where(self.trust_1 > 0.5, 0.0, asked[0]) + where(self.trust_2 > 0.5, 0.0, asked[1])
         torque = asked[0] + asked[1] - loss * lost
-        expected = Readings(speed, speed, sample.target_steering_wheel_angle, 1.0, torque, 500.0)
+        expected = Readings(speed, speed, sample.target_steering_wheel_angle, 1.0, torque, 500.0, 0.0, 0.0)
         uses = (self.use_left, self.use_right, 1.0, 1.0, self.use_torque, 1.0)
         used = [both(present(reading), use > 0.5) for reading, use in zip(sample, uses, strict=False)]
         off = [where(use, y - value, 0.0) for use, y, value in zip(used, sample, expected, strict=False)]
@@ -64,7 +64,7 @@ class Lane:
         output = skeleton(LeaveOutFilter.Output)._replace(
             log_likelihood=likelihood,
             prediction=expected,
-            deviation=Readings(*NOISE),
+            deviation=Readings(*NOISE, 1.0, 1.0),
             estimate=after,
             torque_loss=loss,
             loss_deviation=sqrt(variance),

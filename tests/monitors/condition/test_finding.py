@@ -14,12 +14,14 @@ from tierod.monitors.condition.kinds.catalogue import OFFSET
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.recording_checks.coverage import Covered
 from tierod.monitors.condition.recording_checks.filter_inputs import Disagreement
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS, TARGETS, ConditionSample
+from tierod.monitors.condition.signals import ACTUATORS, FRONT_WHEELS, OF_AUTOMATED, TARGETS, ConditionSample
 from tierod.monitors.condition.statements import LOST_TORQUE
 from tierod.monitors.condition.states import NOT_ISOLABLE, code_courses, elements, losses
 from tierod.monitors.condition.substitutes import substitution_graph
 
 YAW, ANGLE, MOTOR = "yaw_rate", "steering_wheel_angle", "steering_motor_1"
+
+OWN = (*OF_AUTOMATED, *ACTUATORS)
 
 
 def concluded(
@@ -32,17 +34,19 @@ def concluded(
     time, stated = fault_free(seconds)
     change(stated)
     available = np.ones(stated.status.shape, bool)
+    available[:, [place(name) for name in FRONT_WHEELS]] = False
     available[:, [place(name) for name in missing]] = False
     available[np.ix_(time >= 11.0 - 1e-9, [place(name) for name in gone])] = False
     values = np.full((len(time), len(ConditionSample._fields)), speed)
     drive = Driven(PERIOD)
     no = np.zeros(len(time), bool)
-    judged = available[:, : len(SENSORS)].any(axis=1) & available[:, len(SENSORS) :].all(axis=1)
+    sensors, targets = ([place(name) for name in names] for names in (OF_AUTOMATED, ACTUATORS))
+    judged = available[:, sensors].any(axis=1) & available[:, targets].all(axis=1)
     drive.add(time, values, Covered(available, judged, no, no, no | parked))
-    drive.sources = {name: {substitution_graph().substitutes[name][0].name: 100} for name in SENSORS}
-    courses = {name: ElementCourse(name, PERIOD) for name in ELEMENTS}
-    for column, course in enumerate(courses.values()):
-        course.add(time, stated.where_available(available & judged[:, None], ~no), available[:, column])
+    drive.sources = {name: {substitution_graph().substitutes[name][0].name: 100} for name in OF_AUTOMATED}
+    courses = {name: ElementCourse(name, PERIOD) for name in OWN}
+    for name, course in courses.items():
+        course.add(time, stated.where_available(available & judged[:, None], ~no), available[:, place(name)])
     states = elements(courses, drive, problems, substitution_graph())
     lost = losses(courses, drive)
     finding = judge("condition, bank", states, drive, problems, lost, 0, calibrated)
@@ -167,8 +171,8 @@ def test_a_sensor_that_falls_silent_is_not_available_and_the_drive_is_not_plainl
 
 
 def test_all_sensors_that_fall_silent_leave_nothing_to_judge():
-    states, finding, _ = concluded(gone=SENSORS)
-    assert {states[name].status for name in SENSORS} == {Status.NOT_AVAILABLE}
+    states, finding, _ = concluded(gone=OF_AUTOMATED)
+    assert {states[name].status for name in OF_AUTOMATED} == {Status.NOT_AVAILABLE}
     assert states[MOTOR].status is Status.NOT_TESTABLE
     assert states[MOTOR].cause == "no sensor gives a reading since 10.00 s; sound until then"
     assert finding.status is Status.NOT_AVAILABLE
@@ -176,14 +180,14 @@ def test_all_sensors_that_fall_silent_leave_nothing_to_judge():
 
 
 def test_too_few_sensors_that_are_left_are_not_testable():
-    states, finding, _ = concluded(_testable_until(10.2), gone=SENSORS[:3])
+    states, finding, _ = concluded(_testable_until(10.2), gone=OF_AUTOMATED[:3])
     assert states[ANGLE].status is Status.NOT_TESTABLE
     assert "fewer than 4 sensors give a reading since 10.00 s" in states[ANGLE].cause
     assert finding.status is Status.NOT_AVAILABLE
 
 
 def test_a_diagnosis_that_can_tell_with_fewer_sensors_goes_on():
-    assert concluded(gone=SENSORS[:3])[0][ANGLE].status is Status.HEALTHY
+    assert concluded(gone=OF_AUTOMATED[:3])[0][ANGLE].status is Status.HEALTHY
 
 
 def test_a_target_that_ends_leaves_nothing_to_judge():
@@ -194,13 +198,13 @@ def test_a_target_that_ends_leaves_nothing_to_judge():
 
 
 def test_a_fault_that_was_found_before_stays_a_fault():
-    states, finding, _ = concluded(faulty(YAW, 5.0, 9.0), gone=SENSORS)
+    states, finding, _ = concluded(faulty(YAW, 5.0, 9.0), gone=OF_AUTOMATED)
     assert (states[YAW].status, finding.status) == (Status.FAULT, Status.FAULT)
     assert states[ANGLE].status is Status.NOT_AVAILABLE
 
 
 def test_what_ends_while_the_vehicle_is_parked_is_the_end_of_the_drive():
-    states, finding, _ = concluded(gone=SENSORS, parked=True)
+    states, finding, _ = concluded(gone=OF_AUTOMATED, parked=True)
     assert {each.status for each in states.values()} == {Status.HEALTHY}
     assert finding.status is Status.HEALTHY
 
@@ -225,7 +229,7 @@ def test_standing_and_reversing_are_causes(speed, cause):
 
 
 def test_the_cause_of_what_is_there_goes_before_what_is_not():
-    _, finding, _ = concluded(never_testable, speed=0.0, missing=(SENSORS[0],))
+    _, finding, _ = concluded(never_testable, speed=0.0, missing=(OF_AUTOMATED[0],))
     assert finding.status is Status.NOT_TESTABLE
     assert "the vehicle stood" in finding.cause
 
@@ -279,7 +283,7 @@ def slid(seconds, causes=None):
     values = np.full((len(time), len(ConditionSample._fields)), 5.0)
     drive.add(time, values, Covered(there, ~no, no, no, no))
     drive.add_low_grip(time < seconds)
-    courses = {name: ElementCourse(name, PERIOD) for name in ELEMENTS}
+    courses = {name: ElementCourse(name, PERIOD) for name in OWN}
     for column, course in enumerate(courses.values()):
         course.add(time, stated, there[:, column])
     states = elements(courses, drive, (), substitution_graph())

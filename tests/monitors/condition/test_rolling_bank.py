@@ -11,7 +11,7 @@ from tierod.monitors.condition.bank.rolling_filter import RollingFilter
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.hypotheses import hypotheses_of_cars
 from tierod.monitors.condition.monitor import rolling_monitor
-from tierod.monitors.condition.signals import OF_CARS, ConditionSample
+from tierod.monitors.condition.signals import FRONT_WHEELS, OF_CARS, WHEELS, ConditionSample
 from tierod.monitors.condition.statements import FAULT
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import LOSS, OFFSET, Injected
@@ -45,9 +45,9 @@ def declared(bank, samples):
 
 def test_only_sensors_of_cars_are_suspected_and_never_both_wheels():
     suspected = [each.suspects for each in hypotheses_of_cars()]
-    assert len(suspected) == 10
+    assert len(suspected) == 20
     assert set().union(*suspected) == set(OF_CARS)
-    assert OF_CARS[:2] not in suspected
+    assert not {WHEELS, FRONT_WHEELS} & {*suspected}
 
 
 def test_a_sound_drive_is_quiet_and_the_filter_knows_what_it_does_not_know(bank):

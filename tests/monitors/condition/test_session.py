@@ -10,7 +10,7 @@ from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.driven import SLID
-from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS, TARGETS
+from tierod.monitors.condition.signals import ACTUATORS, OF_AUTOMATED, TARGETS
 from tierod.monitors.diagnose import Run
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import OFFSET, Injected
@@ -80,14 +80,14 @@ def test_a_sound_drive_is_sound(sound):
     assert set(states(diagnosis).values()) == {Status.HEALTHY}
     assert "10 of 10 sensors and actuators are sound over 40 s" in diagnosis.findings[0].headline
     assert "this vehicle is not calibrated" in diagnosis.findings[0].warnings[0]
-    assert all(courses[name.replace("_", "-")][-1].status is not Status.FAULT for name in ELEMENTS)
+    assert all(courses[name.replace("_", "-")][-1].status is not Status.FAULT for name in (*OF_AUTOMATED, *ACTUATORS))
     assert not any(name.startswith("supplied_") for name in diagnosis.traces)
 
 
 def test_a_fault_is_named_with_time_kind_size_substitute_and_code(faulty):
     diagnosis, courses = run(faulty)
     assert accused(diagnosis) == ["yaw_rate"]
-    element = diagnosis.elements[SENSORS.index("yaw_rate")]
+    element = diagnosis.elements[OF_AUTOMATED.index("yaw_rate")]
     (episode,) = element.episodes
     assert episode.start == pytest.approx(15.0, abs=0.3)
     assert episode.end == pytest.approx(25.0, abs=1.0)
@@ -112,7 +112,7 @@ def test_what_is_supplied_is_near_the_truth_while_the_sensor_is_not(faulty):
 
 @pytest.mark.parametrize("cuts", [(7.31,), (14.9, 15.2, 25.01, 33.0)])
 def test_the_result_does_not_depend_on_the_cuts(faulty, cuts):
-    gone = changed(faulty, SENSORS, lambda time, values: np.where((time > 28.0) & (time < 31.5), np.nan, values))
+    gone = changed(faulty, OF_AUTOMATED, lambda time, values: np.where((time > 28.0) & (time < 31.5), np.nan, values))
     edges = [float("-inf"), *sorted((*cuts, 29.0, 30.5)), float("inf")]
     pieces = [gone.slice(start, stop) for start, stop in pairwise(edges)]
     (whole, courses), (parts, courses_of_parts) = run(gone), run(*pieces)
@@ -129,21 +129,21 @@ def test_the_result_does_not_depend_on_the_cuts(faulty, cuts):
         np.testing.assert_array_equal(parts.traces[name].mean, whole.traces[name].mean)
 
 
-@pytest.mark.parametrize("name", SENSORS)
+@pytest.mark.parametrize("name", OF_AUTOMATED)
 def test_a_missing_sensor_is_not_available_and_nobody_is_accused(sound, name):
     diagnosis, _ = run(without(sound, name))
     found = states(diagnosis)
     assert found.pop(name) is Status.NOT_AVAILABLE
     assert accused(diagnosis) == []
     assert Status.HEALTHY in found.values()
-    assert f"no {name.replace('_', ' ')}" in diagnosis.elements[SENSORS.index(name)].cause
+    assert f"no {name.replace('_', ' ')}" in diagnosis.elements[OF_AUTOMATED.index(name)].cause
 
 
-@pytest.mark.parametrize("name", SENSORS)
+@pytest.mark.parametrize("name", OF_AUTOMATED)
 def test_a_sensor_that_falls_silent_is_not_available_from_then_on(sound, name):
     diagnosis, courses = run(changed(sound, (name,), lambda time, values: np.where(time < 25.0, values, np.nan)))
     assert accused(diagnosis) == []
-    element, finding = diagnosis.elements[SENSORS.index(name)], diagnosis.findings[0]
+    element, finding = diagnosis.elements[OF_AUTOMATED.index(name)], diagnosis.findings[0]
     assert element.status is Status.NOT_AVAILABLE
     assert element.cause.startswith("no reading since 25.00 s")
     assert (finding.status, finding.since) == (Status.NOT_AVAILABLE, pytest.approx(25.0))
@@ -187,10 +187,10 @@ def test_all_sensors_lost_at_once_is_the_fault_of_none_of_them_and_not_sound(sou
     def change(time, values):
         return np.where(time < 20.0, values, lost(values, np.searchsorted(time, 20.0)))
 
-    diagnosis, courses = run(changed(sound, SENSORS, change))
+    diagnosis, courses = run(changed(sound, OF_AUTOMATED, change))
     assert accused(diagnosis) == []
     found, finding = states(diagnosis), diagnosis.findings[0]
-    assert {found[name] for name in SENSORS} == {Status.NOT_AVAILABLE}
+    assert {found[name] for name in OF_AUTOMATED} == {Status.NOT_AVAILABLE}
     assert {found[name] for name in ACTUATORS} == {Status.NOT_TESTABLE}
     assert finding.status is Status.NOT_AVAILABLE
     assert finding.since == pytest.approx(since, abs=0.011)
@@ -204,13 +204,13 @@ def test_targets_that_end_accuse_no_sensor(sound):
     assert accused(diagnosis) == []
     found = states(diagnosis)
     assert {found[name] for name in ACTUATORS} == {Status.NOT_AVAILABLE}
-    assert {found[name] for name in SENSORS} == {Status.NOT_TESTABLE}
+    assert {found[name] for name in OF_AUTOMATED} == {Status.NOT_TESTABLE}
     assert diagnosis.findings[0].status is not Status.HEALTHY
 
 
 @pytest.mark.parametrize("value", [np.nan, 0.0])
 def test_after_all_sensors_were_gone_it_begins_anew(sound, value):
-    lost = changed(sound, SENSORS, lambda time, values: np.where((time > 20.0) & (time < 23.0), value, values))
+    lost = changed(sound, OF_AUTOMATED, lambda time, values: np.where((time > 20.0) & (time < 23.0), value, values))
     diagnosis, courses = run(lost)
     assert accused(diagnosis) == []
     assert diagnosis.findings[0].evidence["interruptions"] == 1.0

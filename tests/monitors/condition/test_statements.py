@@ -16,7 +16,7 @@ from tierod.monitors.condition.kinds.catalogue import (
     OUTLIER,
     STUCK,
 )
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS
+from tierod.monitors.condition.signals import ELEMENTS, OF_AUTOMATED
 from tierod.monitors.condition.statements import (
     FAULT,
     NOT_AVAILABLE,
@@ -48,7 +48,7 @@ def test_every_kind_has_words_quantity_and_unit(element, kind, size, words):
     assert tuple(described(element, kind, size))[:3] == words
 
 
-@pytest.mark.parametrize("sensor", SENSORS)
+@pytest.mark.parametrize("sensor", OF_AUTOMATED)
 def test_every_unit_is_one_that_is_known(sensor):
     assert known(described(sensor, DRIFT, 1.0).unit)
 

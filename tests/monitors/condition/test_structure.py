@@ -5,7 +5,7 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.methods.analysis.structure import decompose, gain_of_sensors, isolability, minimal_test_sets
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.condition.signals import ACTUATORS, FRONT_WHEELS, OF_AUTOMATED
 from tierod.monitors.condition.structure import further_sensors, limitations, rolls, vehicle_structure
 from tierod.vehicles import load, shipped
 
@@ -15,24 +15,24 @@ CAR = load("smartload")
 @pytest.mark.parametrize("forces_known", [True, False])
 def test_every_fault_has_its_equation_and_all_can_be_checked(forces_known):
     model = vehicle_structure(CAR, forces_known=forces_known)
-    assert set(model.faults) == {*SENSORS, *ACTUATORS}
+    assert set(model.faults) == {*OF_AUTOMATED, *ACTUATORS}
     assert decompose(model).underdetermined == ()
 
 
 def test_forces_that_are_not_known_cost_redundancy():
     known, unknown = (decompose(vehicle_structure(CAR, forces_known=each)).redundancy for each in (True, False))
     assert known - unknown == 3  # one for each force
-    assert known == len(SENSORS) + 2  # each sensor that could be spared, and both accelerometers
+    assert known == len(OF_AUTOMATED) + 2  # each sensor that could be spared, and both accelerometers
 
 
 def test_a_sensor_that_is_left_out_costs_one_degree_of_redundancy():
     whole = decompose(vehicle_structure(CAR)).redundancy
-    for name in SENSORS:
+    for name in OF_AUTOMATED:
         assert decompose(vehicle_structure(CAR, [name])).redundancy == whole - 1
 
 
 def test_wheels_and_yaw_rate_check_each_other_without_any_force():
-    assert frozenset(SENSORS[:3]) in minimal_test_sets(vehicle_structure(CAR, forces_known=False))
+    assert frozenset(OF_AUTOMATED[:3]) in minimal_test_sets(vehicle_structure(CAR, forces_known=False))
 
 
 def test_the_steering_motors_are_told_apart_by_the_current_of_one_only():
@@ -65,13 +65,14 @@ def test_a_sensor_that_does_not_exist_is_refused():
 
 
 def test_with_four_sensors_every_single_fault_of_a_car_is_told():
-    (told,) = limitations(load("rav4"), ["steering_shaft_torque", "tie_rod_force"])
-    assert told.startswith("without steering shaft torque and tie rod force, single faults of wheel speed rear left")
+    (told,) = limitations(load("rav4"), ["steering_shaft_torque", "tie_rod_force", *FRONT_WHEELS])
+    lack = "without steering shaft torque, tie rod force, wheel speed front left and wheel speed front right"
+    assert told.startswith(f"{lack}, single faults of wheel speed rear left")
     assert told.endswith("are still told apart by the equations")
 
 
 def test_without_yaw_rate_and_accelerations_nobody_knows_which_of_three_it_is():
-    missing = ["yaw_rate", "longitudinal_acceleration", "lateral_acceleration"]
+    missing = ["yaw_rate", "longitudinal_acceleration", "lateral_acceleration", *FRONT_WHEELS]
     first, pairs = limitations(load("revsted-car"), missing)
     alike = "wheel speed rear left, wheel speed rear right and steering wheel angle are not told apart"
     assert first.endswith(f"faults of {alike}")
@@ -80,7 +81,7 @@ def test_without_yaw_rate_and_accelerations_nobody_knows_which_of_three_it_is():
 
 def test_a_single_sensor_is_checked_by_nothing():
     missing = ["wheel_speed_rear_right", "yaw_rate", "steering_wheel_angle", "longitudinal_acceleration"]
-    told = limitations(load("rav4"), [*missing, "lateral_acceleration"])
+    told = limitations(load("rav4"), [*missing, "lateral_acceleration", *FRONT_WHEELS])
     assert told[0].endswith("faults of wheel speed rear left do not show in any equation")
 
 

@@ -9,7 +9,7 @@ import pytest
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.condition.definition import CONDITION
-from tierod.monitors.condition.signals import ACCELERATIONS, ELEMENTS, TARGETS
+from tierod.monitors.condition.signals import ACCELERATIONS, ACTUATORS, OF_AUTOMATED, TARGETS
 from tierod.monitors.diagnose import Run
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import OFFSET, Injected, lost
@@ -90,7 +90,7 @@ def test_a_wrong_acceleration_is_named_and_nothing_else(drive, change, since):
         assert (element.substitute, element.episodes[0].end) == ("", None)
         assert since - 0.5 <= element.episodes[0].start <= since + 20.0
     assert all(change.status not in (Status.FAULT, Status.SUSPECT) for course in courses.values() for change in course)
-    assert finding.evidence["sensors_and_actuators_judged"] == len(ELEMENTS)
+    assert finding.evidence["sensors_and_actuators_judged"] == len((*OF_AUTOMATED, *ACTUATORS))
 
 
 def test_the_rest_of_the_drive_is_judged_without_it(off):

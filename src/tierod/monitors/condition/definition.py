@@ -17,7 +17,7 @@ from tierod.vehicles import Vehicle
 _MOTION = (
     "the vehicle file does not describe torques and forces of the steering and the drives: wheel speeds, yaw rate and "
     "steering angle are judged by the motion of the car alone, with limits that come from two real cars",
-    "both rear wheels at once are not judged: nothing else gives the speed",
+    "both wheels of an axle at once are not judged: their slip looks the same",
 )
 
 

@@ -17,7 +17,7 @@ from tierod.monitors.condition.recording_checks.coverage import (
     UNASKED,
     Covered,
 )
-from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS, TARGETS
+from tierod.monitors.condition.signals import ACTUATORS, ALL_WHEELS, ELEMENTS, SENSORS, TARGETS, ConditionSample
 
 STANDING = 0.5
 """Speed below which the vehicle stands [m/s]."""
@@ -26,6 +26,8 @@ ALL_ZERO = "all sensors read exactly zero"
 ALL_HELD = "all sensors repeat what they read before"
 SLID = "the tyres slid, or the vehicle cornered harder than calibrations show"
 TOO_FEW = f"fewer than {ALL} sensors give a reading"
+
+_WHEELS = [ConditionSample._fields.index(name) for name in ALL_WHEELS]
 
 ALL_GONE = (ALL_ZERO, ALL_HELD, NO_READING)
 _JUDGED, _ENOUGH = "judged", "enough sensors"
@@ -58,8 +60,8 @@ class Driven:
     absences: dict[str, Absence] = field(default_factory=dict)
     now: str = ""
     asked: bool = True
-    _wheels: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
-    _read: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
+    _wheels: np.ndarray = field(default_factory=lambda: np.full(len(ALL_WHEELS), np.nan))
+    _read: np.ndarray = field(default_factory=lambda: np.full(len(ALL_WHEELS), np.nan))
 
     @property
     def seconds(self) -> float:
@@ -76,7 +78,7 @@ class Driven:
         self.end = float(time[-1]) + self.period
         self.samples += len(time)
         self.judged += int(np.count_nonzero(covered.judged))
-        speed = self._last_read(values[:, :2], time)
+        speed = self._last_read(values[:, _WHEELS], time)
         with np.errstate(invalid="ignore"):
             self.forward += int(np.count_nonzero((speed > STANDING).any(axis=1)))
             self.backward += int(np.count_nonzero((speed < -STANDING).any(axis=1)))
@@ -100,7 +102,7 @@ class Driven:
         self._follow(_ENOUGH, time, reading.sum(axis=1) >= ALL, covered.parked)
 
     def _last_read(self, wheels: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """Every wheel as it was last read, for `LOST` at most: slow buses do not bring it with every sample, (n, 2)."""
+        """Every wheel as it was last read, for `LOST` at most: slow buses do not bring it with every sample."""
         values, times = np.vstack([self._wheels, wheels]), np.concatenate([[np.nan], time])
         there, place = np.isfinite(values), np.arange(len(values))[:, None]
         last = np.maximum.accumulate(np.where(there, place, 0), axis=0)

@@ -18,7 +18,6 @@ from tierod.monitors.condition.signals import (
     DRIVES,
     ELEMENTS,
     MOTORS,
-    SENSORS,
     TARGETS,
 )
 from tierod.monitors.condition.statements import listed, shown
@@ -85,14 +84,14 @@ def judge(
     healthy = [each for each in states if each.status is Status.HEALTHY]
     open_ = [each for each in states if each.status is not Status.HEALTHY]
     if lost:
-        return _lost(name, healthy, lost, evidence, warnings)
+        return _lost(name, states, healthy, lost, evidence, warnings)
     if not healthy:
         return _nothing_judged(name, open_, evidence, warnings)
     if drive.slid > HARDLY * drive.forward * drive.period:
         return _and_other_causes(_hardly_judged(name, healthy, drive, evidence, warnings), (), causes)
     rest = f"; not judged: {_by_cause(open_)}" if open_ else ""
     judged = drive.judged * drive.period
-    headline = f"{len(healthy)} of {len(ELEMENTS)} sensors and actuators are sound over {judged:.0f} s{rest}."
+    headline = f"{len(healthy)} of {_judged(states)} sensors and actuators are sound over {judged:.0f} s{rest}."
     warnings += tuple(
         f"{listed(targets)}: {_off(targets)}, too little for a verdict; check the channels, and the actuators with them"
         for targets in (causes.asked if causes else ())
@@ -144,6 +143,11 @@ def _off(targets: Sequence[str]) -> str:
     return f"what is asked does not go with {shown_by}"
 
 
+def _judged(states: Sequence[Element]) -> int:
+    """How many elements are judged; accelerations are not."""
+    return sum(each.name not in ACCELERATIONS for each in states)
+
+
 def _by_cause(open_: Sequence[Element]) -> str:
     """Elements that were not judged, those with the same cause together; what the recording lacks comes last."""
     lacking = [each.name for each in open_ if each.status is Status.NOT_AVAILABLE and each.cause.startswith(LACKING)]
@@ -157,6 +161,7 @@ def _by_cause(open_: Sequence[Element]) -> str:
 
 def _lost(
     name: str,
+    states: Sequence[Element],
     healthy: Sequence[Element],
     lost: Mapping[str, Loss],
     evidence: dict[str, float],
@@ -165,8 +170,8 @@ def _lost(
     """The finding where something was there at first and was lost on the way: no fault, and not healthy either."""
     first = min(lost.values(), key=_order)
     alike = [name for name, loss in lost.items() if loss.cause == first.cause]
-    who = "" if len(alike) >= len(SENSORS) else f"{listed(alike)}: "
-    rest = f"{len(healthy)} of {len(ELEMENTS)} sensors and actuators are sound"
+    who = "" if len(alike) >= sum(each.role == "sensor" for each in states) else f"{listed(alike)}: "
+    rest = f"{len(healthy)} of {_judged(states)} sensors and actuators are sound"
     headline = f"{who}{first.cause}; {rest if healthy else 'nothing is judged from then on'}."
     action = "check what they share, a bus, a supply, the logger, and then the sensors themselves; record again"
     return Finding(

@@ -8,9 +8,10 @@ from itertools import combinations, product
 from tierod.monitors.condition.signals import (
     ACTUATORS,
     DRIVES,
+    FRONT_WHEELS,
     MOTORS,
+    OF_AUTOMATED,
     OF_CARS,
-    SENSORS,
     WHEELS,
 )
 
@@ -52,10 +53,10 @@ def hypotheses() -> tuple[Hypothesis, ...]:
     Healthy; one sensor (6); one actuator (4); two sensors (15); a sensor and an actuator (24); two actuators that share
     a supply and lose the same share (2).
     """
-    singles = [((name,), ()) for name in SENSORS]
+    singles = [((name,), ()) for name in OF_AUTOMATED]
     motors = [((), (name,)) for name in ACTUATORS]
-    pairs = [(pair, ()) for pair in combinations(SENSORS, 2)]
-    mixed = [((sensor,), (actuator,)) for sensor, actuator in product(SENSORS, ACTUATORS)]
+    pairs = [(pair, ()) for pair in combinations(OF_AUTOMATED, 2)]
+    mixed = [((sensor,), (actuator,)) for sensor, actuator in product(OF_AUTOMATED, ACTUATORS)]
     shared = [((), MOTORS), ((), DRIVES)]
     return tuple(
         Hypothesis(" + ".join((*sensors, *actuators)) or HEALTHY, sensors, actuators)
@@ -64,9 +65,9 @@ def hypotheses() -> tuple[Hypothesis, ...]:
 
 
 def hypotheses_of_cars() -> tuple[Hypothesis, ...]:
-    """Healthy, and one or two of the sensors that every car has; not both wheels, since only they give the speed."""
-    known = [each for each in hypotheses() if not each.actuators and set(each.sensors) <= set(OF_CARS)]
-    return tuple(each for each in known if each.sensors != WHEELS)
+    """Healthy, and one or two of the sensors of a car; not both wheels of an axle, whose slip looks the same."""
+    pairs = [each for each in combinations(OF_CARS, 2) if each not in (WHEELS, FRONT_WHEELS)]
+    return tuple(Hypothesis(" + ".join(each) or HEALTHY, each) for each in [(), *((name,) for name in OF_CARS), *pairs])
 
 
 SLIDING = Hypothesis("sliding tyres")

@@ -23,18 +23,18 @@ from tierod.monitors.condition.calibration.limits import has_own_limits, limits_
 from tierod.monitors.condition.hypotheses import hypotheses, hypotheses_of_cars
 from tierod.monitors.condition.kinds.kind import KindOfFault
 from tierod.monitors.condition.reaction import FaultReaction
-from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS, WHEELS
+from tierod.monitors.condition.signals import ALL_WHEELS, OF_AUTOMATED, OF_CARS, SENSOR_TABLE, SENSORS
 from tierod.monitors.condition.structure import rolls
 from tierod.monitors.condition.substitutes import FILTER, Reconfiguration, substitution_graph
 from tierod.vehicles import Vehicle
 
-WITH_WHEELS, WITHOUT_WHEELS, SLOW = 9.0, 2.3, 0.45
+WITH_WHEELS, WITHOUT_WHEELS, SLOW = 9.0, 2.15, 0.45
 """Limits of hypotheses with and without wheels, over the short time, and of all over the long one [nat], for a rolling
 car.
 
 As `limits` designs them, 1.5 times what lies 2 (long: 1) nat above the largest healthy ratio and at least 0.5 (0.3):
-bumps reach 4.0 in the first half of a highway minute of a RAV4, all else -0.5 in 9 s of another car's tight bends, and
-the long time -1.5.
+bumps reach 3.3 in the first half of a highway minute of a RAV4, all else -0.6 in 9 s of another car's tight bends, and
+the long time -1.7.
 """
 GAP, MARGIN = 2.0, 1.0
 """As those of the bank of the whole vehicle."""
@@ -60,11 +60,11 @@ def _whole(vehicle: Vehicle, sample_time: float, codes: TroubleCodes | None) -> 
     """Of a vehicle whose torques are known: lanes of all hypotheses, and one of sliding tyres."""
     base, explanations = LeaveOutFilter.of_vehicle(vehicle, sample_time), hypotheses()
     calibrated, limits = has_own_limits(vehicle), limits_of(vehicle)
-    kinds = tuple(KindOfFault.of_sensor(name, sample_time) for name in SENSORS)
+    kinds = tuple(KindOfFault.of_sensor(name, sample_time) for name in OF_AUTOMATED)
     if not calibrated:
         # Kinds and magnitudes reckon with the errors of predictions of vehicles that were not calibrated.
         ways = substitution_graph(calibrated=False).substitutes
-        errors = [next(way.deviation for way in ways[name] if way.name == FILTER) for name in SENSORS]
+        errors = [next(way.deviation for way in ways[name] if way.name == FILTER) for name in OF_AUTOMATED]
         kinds = tuple(replace(kind, unknown=error) for kind, error in zip(kinds, errors, strict=True))
     lanes = (*(base.leaving_out(each) for each in explanations), sliding(base))
     weighing = Weighing(explanations, limits, sample_time, prices=prices(base.sensor_noise, base.plausible))
@@ -75,7 +75,7 @@ def _whole(vehicle: Vehicle, sample_time: float, codes: TroubleCodes | None) -> 
 def rolling_limits() -> Limits:
     """Limits of all hypotheses about a rolling car but healthy."""
     faults = hypotheses_of_cars()[1:]
-    fast = tuple(WITHOUT_WHEELS if {*WHEELS}.isdisjoint(each.sensors) else WITH_WHEELS for each in faults)
+    fast = tuple(WITHOUT_WHEELS if {*ALL_WHEELS}.isdisjoint(each.sensors) else WITH_WHEELS for each in faults)
     return Limits(fast, (SLOW,) * len(faults), GAP, MARGIN)
 
 
@@ -96,12 +96,12 @@ def rolling_monitor(
     base, explanations = RollingFilter.of_vehicle(vehicle, sample_time), hypotheses_of_cars()
     kinds = tuple(
         replace(KindOfFault.of_sensor(each.name, sample_time), unknown=each.error_on_cars, alike=ALIKE, lasting=ALIKE)
-        for each in SENSOR_TABLE
+        for each in (SENSOR_TABLE[SENSORS.index(name)] for name in OF_CARS)
     )
     lanes = tuple(base.leaving_out(each) for each in explanations)
     costs = prices(base.sensor_noise, base.plausible)
     weighing = Weighing(explanations, limits or rolling_limits(), sample_time, prices=costs)
     # What is never there must not widen the limits that were found without it.
-    decision = Decision(weighing, testability=Testability(poorer=1.0))
+    decision = Decision(weighing, testability=Testability(poorer=1.0, remaining=3.0, judged=OF_CARS))
     reaction = FaultReaction.of(Reconfiguration.of_car(base.vehicle, sample_time), sample_time, codes)
-    return Bank(lanes, ConditionJudge(decision, kinds, reaction))
+    return Bank(lanes, ConditionJudge(decision, kinds, reaction, OF_CARS))

@@ -12,9 +12,17 @@ from tierod.core.findings import Status
 from tierod.core.graph.maths import any_of, both, either, present, where
 from tierod.core.statement import code_of
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
-from tierod.diagnosis.switchover import Supplied, SupplyState
+from tierod.diagnosis.switchover import NOTHING, Supplied, SupplyState
 from tierod.diagnosis.trouble_codes import TroubleCodes, load_trouble_codes
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS, ConditionSample, Elements, Readings, Statements
+from tierod.monitors.condition.signals import (
+    ELEMENTS,
+    SENSORS,
+    ConditionSample,
+    Elements,
+    Readings,
+    Statements,
+    readings_of,
+)
 from tierod.monitors.condition.substitutes import Reconfiguration
 
 LEAST_DOUBT = 0.5
@@ -177,18 +185,20 @@ class FaultReaction:
     def _supplied(
         self, state: tuple[SupplyState, ...], sample: ConditionSample, judged: Judged
     ) -> tuple[tuple[SupplyState, ...], Supplies]:
-        trusted = [where(far > 0.5, math.inf, reading) for far, reading in zip(judged.gated, sample, strict=False)]
+        readings = readings_of(sample)
+        trusted = [where(far > 0.5, math.inf, reading) for far, reading in zip(judged.gated, readings, strict=True)]
         faulty = [each.status == code_of(Status.FAULT) for each in judged.statements[: len(SENSORS)]]
-        readings = ConditionSample(*trusted, *sample[len(SENSORS) :])
+        readings = sample._replace(**dict(zip(SENSORS, trusted, strict=True)))
         flags = Readings(*(where(each, 1.0, 0.0) for each in faulty))
-        return self.reconfiguration.step(state, Reconfiguration.Sample(readings, flags, judged.value))
+        after, supplied = self.reconfiguration.step(state, Reconfiguration.Sample(readings, flags, judged.value))
+        return after, Supplies(*(getattr(supplied, name, Supplied(0.0, 0.0, NOTHING)) for name in SENSORS))
 
     def _results(self, sample: ConditionSample, judged: Judged, doubted: Scalar) -> Sequence[Scalar]:
         """Of every code: 1 failed, -1 passed, 0 no result; nothing passes that could not have shown a fault."""
-        results = []
+        results, readings = [], readings_of(sample)
         for place, each in enumerate(judged.statements):
             healthy = each.status == code_of(Status.HEALTHY)
-            passed = both(healthy, present(sample[place])) if place < len(SENSORS) else healthy
+            passed = both(healthy, present(readings[place])) if place < len(SENSORS) else healthy
             results.append(where(each.status == code_of(Status.FAULT), 1.0, where(passed, -1.0, 0.0)))
         lasting = doubted * self.sample_time >= self.least_doubt
         agree = both(doubted < 0.5, any_of(0.0, *judged.testable))

@@ -24,7 +24,10 @@ from tierod.monitors.condition.recording_checks.filter_inputs import Acceleratio
 from tierod.monitors.condition.recording_checks.wiring import ClockLeap, CloseLimits, Wiring
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
+    ACTUATORS,
+    ALL_WHEELS,
     ELEMENTS,
+    OF_AUTOMATED,
     SENSORS,
     TARGETS,
     CarParameters,
@@ -41,8 +44,8 @@ from tierod.monitors.condition.structure import limitations
 from tierod.monitors.harness.session import Conclusion
 from tierod.vehicles import Vehicle
 
-MEASURED = (*SENSORS, *ACCELERATIONS)
-"""What is read, in the order of the samples."""
+WHEEL_PLACES = [ConditionSample._fields.index(name) for name in ALL_WHEELS]
+"""Of the wheel speeds in a sample."""
 EVIDENCE = "evidence_for_a_fault"
 """Trace of what a fault is declared by."""
 SLICE = 60_000
@@ -95,11 +98,13 @@ class ConditionSession:
         self.signals: tuple[str, ...] = ConditionSample._fields
         self.decision, self.graph = decision, graph
         self._notes = () if car is None else car.notes
+        self._elements = (*OF_AUTOMATED, *ACTUATORS) if car is None else ELEMENTS
+        self._measured = (*(name for name in self._elements if name in SENSORS), *ACCELERATIONS)
         self.traces: Mapping[str, str] = {
             EVIDENCE: "",
-            **{f"state_of_{each}": "" for each in ELEMENTS},
-            **{f"supplied_{each}": SIGNALS[each].unit for each in SENSORS},
-            **{f"deviation_of_supplied_{each}": SIGNALS[each].unit for each in SENSORS},
+            **{f"state_of_{each}": "" for each in self._elements},
+            **{f"supplied_{each}": SIGNALS[each].unit for each in graph.sensors},
+            **{f"deviation_of_supplied_{each}": SIGNALS[each].unit for each in graph.sensors},
         }
         close = CloseLimits() if calibrated else None
         whole: AutomatedVehicle.Parameters | None = None
@@ -116,8 +121,8 @@ class ConditionSession:
         self._pace = TargetPace(rate) if whole is not None else None
         self._asked = TargetCheck(whole, rate) if whole is not None else None
         self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
-        self._read = np.zeros(len(MEASURED), bool)
-        self._courses = {each: ElementCourse(each, 1.0 / rate) for each in ELEMENTS}
+        self._read = np.zeros(len(self._measured), bool)
+        self._courses = {each: ElementCourse(each, 1.0 / rate) for each in self._elements}
         self._anew = False
         self._memory: Memory | None = None
 
@@ -126,8 +131,11 @@ class ConditionSession:
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
-        self._read |= np.isfinite(aligned.values[:, : len(MEASURED)]).any(axis=0)
-        values, covered = self._coverage.add(self._impossible.add(aligned.values))
+        read = [self.signals.index(name) for name in self._measured]
+        self._read |= np.isfinite(aligned.values[:, read]).any(axis=0)
+        values = aligned.values.copy()
+        values[:, [self.signals.index(name) for name in SENSORS if name not in self._measured]] = np.nan
+        values, covered = self._coverage.add(self._impossible.add(values))
         self._wiring.add(dict(zip(aligned.names, values.T, strict=True)))
         self._driven.add(aligned.time, values, covered)
         if self._pace is not None:
@@ -182,25 +190,29 @@ class ConditionSession:
         stated, states = StatementCourse.unjudged(count), np.full((count, len(ELEMENTS)), np.nan)
         supplied = {name: states[:, 0] for name in self.traces if "supplied_" in name}
         # Missing wheel speeds do not show that the vehicle stands.
-        moving = ~(np.abs(aligned.values[:, :2]) < STANDING).all(axis=1)
+        wheels = aligned.values[:, WHEEL_PLACES]
+        moving = ~((np.abs(wheels) < STANDING) | np.isnan(wheels)).all(axis=1) | np.isnan(wheels).all(axis=1)
         if judged:
             result = scan(self.block, aligned, self._memory)
             self._memory = result.state
             stated = StatementCourse.of(result).where_available(available, moving)
             states = np.select([stated.status == code for code in TRACED], list(TRACED.values()), NOT_TESTABLE)
-            supplied = {f"supplied_{name}": result[f"supplied.{name}.value"] for name in SENSORS}
-            supplied |= {f"deviation_of_supplied_{name}": result[f"supplied.{name}.deviation"] for name in SENSORS}
+            supplied = {
+                f"{before}supplied_{name}": result[f"supplied.{name}.{part}"]
+                for before, part in (("", "value"), ("deviation_of_", "deviation"))
+                for name in self.graph.sensors
+            }
             self._driven.add_sources(result, self.graph)
         else:
             stated = stated.where_available(available, moving)
-        for place, course in enumerate(self._courses.values()):
-            course.add(aligned.time, stated, available[:, place])
+        for name, course in self._courses.items():
+            course.add(aligned.time, stated, available[:, ELEMENTS.index(name)])
         self._driven.add_low_grip(stated.low_grip)
         faulty = stated.status == FAULT
         self._leap.add(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), faulty)
         return {
             EVIDENCE: stated.lead,
-            **{f"state_of_{name}": states[:, place] for place, name in enumerate(ELEMENTS)},
+            **{f"state_of_{name}": states[:, place] for place, name in enumerate(ELEMENTS) if name in self._courses},
             **supplied,
         }
 
@@ -218,7 +230,7 @@ class ConditionSession:
         interruptions = self._coverage.interruptions
         states = elements(self._courses, self._driven, problems, self.graph)
         lost = losses(self._courses, self._driven)
-        missing = [name for name, read in zip(MEASURED, self._read, strict=True) if not read]
+        missing = [name for name, read in zip(self._measured, self._read, strict=True) if not read]
         # Without any reading, or with all of them, there is nothing to state about isolability.
         notes = limitations(self.vehicle, missing) if missing and self._read.any() else ()
         designed = self.calibrated or bool(self._notes)
@@ -229,7 +241,7 @@ class ConditionSession:
         finding = judge(self.name, states, self._driven, problems, lost, interruptions, designed, notes, causes)
         if any(each.status in (Status.FAULT, Status.SUSPECT) and each.name not in ACCELERATIONS for each in states):
             finding = replace(finding, decided_by=(self.decision,))
-        own = {each.name for each in states if each.name in SENSORS and not each.substitute}
+        own = {each.name for each in states if each.name in self.graph.sensors and not each.substitute}
         withheld = tuple(f"{what}{name}" for name in sorted(own) for what in ("supplied_", "deviation_of_supplied_"))
         # Wrong wiring is no fault of an element, and must fill no fault memory.
         courses = {} if problems else code_courses(self._courses, self._driven.end)

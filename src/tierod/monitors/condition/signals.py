@@ -1,14 +1,15 @@
 """What the condition monitor reads and judges: one table of sensors, one of actuators, and the types made from them.
 
-A further sensor is one more row of `SENSOR_TABLE` (and of the sample), an output of the vehicle's model, and a trouble
-code; what substitutes and checks of recordings can make of it stands in their own tables.
+A further sensor is one more row of `SENSOR_TABLE`, an output of the vehicle's model, and a trouble code; what
+substitutes and checks of recordings can make of it stands in their own tables.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, TypeAlias
 
-from tierod.core.block import named_tuple
+from tierod.core.block import Scalar, named_tuple
 from tierod.core.signals import SIGNALS
 from tierod.core.statement import Statement
 from tierod.models.automated_vehicle import AutomatedVehicle
@@ -46,20 +47,29 @@ class Sensor(NamedTuple):
 SENSOR_TABLE = (
     # A wheel's noise holds the unevenness of the road; an angle's the rounding to 0.1 degrees, and where in the sample
     # it is read; torque and force come from strain gauges.
-    Sensor("wheel_speed_rear_left", 0.022, 30.0, 1.0, 0.052),
-    Sensor("wheel_speed_rear_right", 0.022, 30.0, 1.0, 0.046),
-    Sensor("yaw_rate", 0.0032, 4.0, 0.3, 0.032, lasting=1.0),
-    Sensor("steering_wheel_angle", 6e-4, 16.0, 1.5, 0.17, lasting=2.0),
+    Sensor("wheel_speed_rear_left", 0.022, 30.0, 1.0, 0.051),
+    Sensor("wheel_speed_rear_right", 0.022, 30.0, 1.0, 0.065),
+    Sensor("yaw_rate", 0.0032, 4.0, 0.3, 0.015, lasting=1.0),
+    Sensor("steering_wheel_angle", 6e-4, 16.0, 1.5, 0.21, lasting=2.0),
     Sensor("steering_shaft_torque", 0.11, 60.0, 3.0, 3.0, jumps=True),
     Sensor("tie_rod_force", 20.5, 4000.0, 200.0, 200.0),
+    # Of production cars alone: the model of the automated vehicle does not predict its front wheels.
+    Sensor("wheel_speed_front_left", 0.022, 30.0, 1.0, 0.041),
+    Sensor("wheel_speed_front_right", 0.022, 30.0, 1.0, 0.060),
 )
 """The sensors that are judged, in the order of all outputs."""
 
 SENSORS = tuple(each.name for each in SENSOR_TABLE)
 """Their names."""
 
-WHEELS, OF_CARS = SENSORS[:2], SENSORS[:4]
-"""The sensors of the speed, and those that every car has."""
+OF_AUTOMATED = tuple(name for name in SENSORS if name in AutomatedVehicle.Output._fields)
+OF_CARS = tuple(name for name in RollingCar.Output._fields if name in SENSORS)
+"""Those of an automated vehicle whose torques are known, and those of a car that is judged by its motion."""
+
+WHEELS = SENSORS[:2]
+FRONT_WHEELS = tuple(name for name in SENSORS if name.startswith("wheel_speed_front"))
+ALL_WHEELS = WHEELS + FRONT_WHEELS
+"""The sensors of the speed: of the rear axle, of the front axle, of both."""
 
 SHAFT_TORQUE = "steering_shaft_torque"
 """The sensor that observes what both steering motors give together."""
@@ -117,8 +127,8 @@ def _of_signals(name: str, signals: tuple[str, ...]) -> Any:
 Readings: Any = _of_signals("Readings", SENSORS)
 """One number per sensor, in its unit."""
 
-Measured: Any = _of_signals("Measured", (*SENSORS, *ACCELERATIONS))
-"""One number per sensor, accelerations included, in its unit."""
+Measured: Any = _of_signals("Measured", (*OF_AUTOMATED, *ACCELERATIONS))
+"""One number per sensor of an automated vehicle, accelerations included, in its unit."""
 
 Elements: Any = named_tuple("Elements", [(name, Annotated[float, ""]) for name in ELEMENTS])
 """One number per sensor and actuator; mostly whether (1) or not (0)."""
@@ -128,12 +138,37 @@ Statements: Any = named_tuple("Statements", [(name, Statement) for name in ELEME
 
 ConditionSample: Any = _of_signals(
     "ConditionSample",
-    (*SENSORS, *ACCELERATIONS, *TARGETS, "target_steering_wheel_angle", "target_vehicle_speed"),
+    (
+        *(*OF_AUTOMATED, *ACCELERATIONS, *TARGETS, "target_steering_wheel_angle", "target_vehicle_speed"),
+        *(name for name in SENSORS if name not in OF_AUTOMATED),
+    ),
 )
 """One sample of the vehicle; NaN where a signal is missing.
 
 Wheel speeds are circumferential, the angle is that of the column, the shaft's torque lies below both steering motors,
 the tie-rod force is the sum of both sides, positive where it opposes a turn to the left; accelerations are specific
 forces at the sensor. Targets: torques asked of the motors, at their shafts, and of the drives, at the wheels; the last
-two are what the control wants.
+two of them are what the control wants. Then come the sensors that only production cars have.
 """
+
+PLACES = [ConditionSample._fields.index(name) for name in SENSORS]
+"""Where the sensors stand in the sample."""
+
+
+def readings_of(sample: ConditionSample) -> Readings:
+    """The readings of all sensors.
+
+    Args:
+        sample: of the vehicle
+    """
+    return Readings(*(getattr(sample, name) for name in SENSORS))
+
+
+def readings_by(values: Mapping[str, Scalar], other: Scalar = 0.0) -> Readings:
+    """One number per sensor.
+
+    Args:
+        values: by name
+        other: of sensors that a vehicle does not have
+    """
+    return Readings(*(values.get(name, other) for name in SENSORS))

@@ -10,7 +10,7 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.methods.analysis.structure import Equation, Isolability, StructuralModel, isolability, structure_of
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
-from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, SENSORS
+from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, OF_AUTOMATED, SENSORS
 from tierod.monitors.condition.statements import listed
 from tierod.vehicles import Vehicle
 
@@ -110,7 +110,7 @@ def vehicle_structure(vehicle: Vehicle, without: Collection[str] = (), forces_kn
     model = structure_of(
         _Actuated,
         vehicle.parameters_for(AutomatedVehicle.Parameters),
-        {**{name: name for name in SENSORS}, **{f"known {name}": name for name in ("drive_left", "drive_right")}},
+        {**{name: name for name in OF_AUTOMATED}, **{f"known {name}": name for name in ("drive_left", "drive_right")}},
         known_inputs=("drive_left", "drive_right"),
         without=(*OFFSETS, "torque_loss", *(ERRORS if forces_known else ())),
         free=() if forces_known else ERRORS,

@@ -14,7 +14,14 @@ from tierod.diagnosis.substitution import SubstitutionGraph, graph_from
 from tierod.diagnosis.switchover import SupplyState, Switchover
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
-from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS, CarParameters, ConditionSample, Readings
+from tierod.monitors.condition.signals import (
+    OF_AUTOMATED,
+    OF_CARS,
+    SENSOR_TABLE,
+    CarParameters,
+    ConditionSample,
+    Readings,
+)
 from tierod.physics.central_axis import rolling_yaw_rate
 from tierod.vehicles import Vehicle
 
@@ -22,7 +29,7 @@ FILTER = "filter-of-the-others"
 """Substitute that the bank gives: the filter that leaves out all that is at fault."""
 LEAST_SPEED = 1.0
 """Taken for slower ones where something is divided by the speed [m/s]."""
-GROWTH = tuple(each.growth for each in SENSOR_TABLE)
+GROWTH = {each.name: each.growth for each in SENSOR_TABLE}
 """By which a held value may be off after a second [unit of the signal per s]: usual rates of change."""
 FADE = 0.2
 """Time constant of a switch between two fault-free sources [s]: far longer than a sample, far shorter than a turn."""
@@ -53,7 +60,9 @@ def substitution_graph(calibrated: bool = True, filters: bool = True) -> Substit
 @lru_cache(maxsize=1)
 def graph_of_cars() -> SubstitutionGraph:
     """The filter of the others in place of every sensor that cars have, with what it errs by on two real cars."""
-    return graph_from({each.name: [{**_OF_CARS, "deviation": each.error_on_cars}] for each in SENSOR_TABLE})
+    return graph_from(
+        {each.name: [{**_OF_CARS, "deviation": each.error_on_cars}] for each in SENSOR_TABLE if each.name in OF_CARS}
+    )
 
 
 def _way(row: Mapping[str, Any], calibrated: bool) -> dict[str, Any]:
@@ -72,7 +81,7 @@ def plain_relations(readings: ConditionSample, vehicle: CarParameters) -> dict[s
     Validity: rear tyres that roll, gentle turns; each holds for a sensor as far as those that it uses are fault-free.
     Source: Li, Frey, Gauterin, eqs (7), (9), (30) to (33), (46), simplified and corrected.
     """
-    left, right, yaw_rate, angle, torque, force = readings[: len(SENSORS)]
+    left, right, yaw_rate, angle, torque, force = (getattr(readings, name) for name in OF_AUTOMATED)
     scale, track = vehicle.wheel_speed_scale, vehicle.track_width
     difference = vehicle.wheel_speed_difference
     from_left, from_right = left / (scale * (1.0 - 0.5 * difference)), right / (scale * (1.0 + 0.5 * difference))
@@ -118,6 +127,10 @@ def plain_relations(readings: ConditionSample, vehicle: CarParameters) -> dict[s
     }
 
 
+def _switchover(graph: SubstitutionGraph, sample_time: float) -> Switchover:
+    return Switchover(graph, tuple(GROWTH[name] for name in graph.sensors), FADE, sample_time)
+
+
 @dataclass(frozen=True)
 class Reconfiguration:
     """Give every sensor's signal to those who need it: its own reading, or the best substitute that is left.
@@ -145,7 +158,7 @@ class Reconfiguration:
             parameters: of `RollingCar`
             sample_time: [s]
         """
-        return cls(Switchover(graph_of_cars(), GROWTH, FADE, sample_time), parameters)
+        return cls(_switchover(graph_of_cars(), sample_time), parameters)
 
     @classmethod
     def of_vehicle(
@@ -161,7 +174,7 @@ class Reconfiguration:
         Raises:
             ParameterError: parameters that are missing
         """
-        switchover = Switchover(substitution_graph(calibrated, filters), GROWTH, FADE, sample_time)
+        switchover = _switchover(substitution_graph(calibrated, filters), sample_time)
         return cls(switchover, vehicle.parameters_for(AutomatedVehicle.Parameters))
 
     @property
@@ -179,7 +192,7 @@ class Reconfiguration:
         graph = self.switchover.graph
         offered = []
         for sensor, ways in zip(graph.sensors, graph.ways, strict=True):
-            values = relations[sensor] | {FILTER: getattr(sample.filtered, sensor)}
+            values = relations.get(sensor, {}) | {FILTER: getattr(sample.filtered, sensor)}
             own = getattr(sample.readings, sensor), getattr(sample.faulty, sensor)
             offered.append((*own, *(values[way.name] for way in ways)))
         offer = self.switchover.Sample

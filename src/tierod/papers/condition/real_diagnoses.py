@@ -13,6 +13,7 @@ from tierod.monitors.condition.calibration.grid import sampled
 from tierod.monitors.condition.calibration.healthy_ratios import Watching, lasting, unreachable
 from tierod.monitors.condition.hypotheses import hypotheses_of_cars
 from tierod.monitors.condition.monitor import rolling_monitor
+from tierod.monitors.condition.signals import ALL_WHEELS
 from tierod.papers.condition.by_bank import declared_of
 from tierod.papers.condition.real_recordings import RATE, SENSORS, RealCar
 from tierod.papers.condition.rules.actuator_set import actuator_set
@@ -81,7 +82,7 @@ def healthy_ratios(car: RealCar, recording: Recording, start: float, stop: float
     ratios = scan(replace(bank, judge=Watching(bank.judge.decision)), sampled(recording).values).values
     largest = lasting(ratios[round(start * RATE) : round(stop * RATE)]).max(axis=0)
     fast, slow = largest[1 : count + 1], largest[count + 2 :]
-    wheels = np.array([any(name in SENSORS[:2] for name in each.sensors) for each in explanations[1:]])
+    wheels = np.array([any(name in ALL_WHEELS for name in each.sensors) for each in explanations[1:]])
     return float(fast[wheels].max()), float(fast[~wheels].max()), float(slow.max())
 
 

@@ -13,7 +13,7 @@ from tierod.core.recording import Recording
 from tierod.core.signals import SIGNALS
 from tierod.experiments.effort import Effort
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.signals import SENSORS, ConditionSample
+from tierod.monitors.condition.signals import OF_AUTOMATED, ConditionSample
 from tierod.monitors.condition.substitutes import FILTER, plain_relations, substitution_graph
 from tierod.papers.condition import by_bank
 from tierod.papers.condition.drives import TEST_SECONDS, Drive, healthy_drives
@@ -67,7 +67,7 @@ def measured(effort: Effort) -> dict[str, dict[str, Error]]:
         Drive(course, TEST_SECONDS, number, SEED + number, (Injected(sensor, OFFSET, OFFSETS[sensor]),))
         for number in vehicles
         for course in ((SHORT,) if effort.quick else (SHORT, LONG))
-        for sensor in SENSORS
+        for sensor in OF_AUTOMATED
     ]
     drives = [*healthy, *tests]
     parts = each(partial(_squares, known), drives, effort)
@@ -110,7 +110,9 @@ def _held_out(drive: Drive, recording: Recording, car: by_bank.Known) -> dict[tu
 
 def _related(drive: Drive, recording: Recording, vehicle: Vehicle) -> dict[tuple[str, str], np.ndarray]:
     """Errors of all plain relations."""
-    readings: Any = ConditionSample._make(recording[name].values for name in ConditionSample._fields)
+    readings: Any = ConditionSample(
+        *(recording[name].values if name in recording else np.nan for name in ConditionSample._fields)
+    )
     related = plain_relations(readings, vehicle.parameters_for(AutomatedVehicle.Parameters))
     sensors = drive.driven.sensors
     return {

@@ -23,7 +23,7 @@ from tierod.monitors.condition.bank.decision import Decision
 from tierod.monitors.condition.bank.weighing import Limits, Weighing
 from tierod.monitors.condition.calibration.limits import GAP
 from tierod.monitors.condition.hypotheses import Hypothesis
-from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.condition.signals import OF_AUTOMATED
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def declared(result):
 def test_nothing_is_declared_where_nothing_is_at_fault(bank, drive):
     result = scan(bank, drive)
     assert declared(result) == [(0.0, "healthy")]
-    assert not any(result[f"candidates.{name}"].any() for name in SENSORS)
+    assert not any(result[f"candidates.{name}"].any() for name in OF_AUTOMATED)
     np.testing.assert_array_equal(result[f"value.{LEFT}"], drive[:, 0])
 
 

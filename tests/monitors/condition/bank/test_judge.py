@@ -9,7 +9,7 @@ from tierod.core.graph import Bank, scan
 from tierod.monitors.condition.hypotheses import hypotheses
 from tierod.monitors.condition.kinds.catalogue import KINDS
 from tierod.monitors.condition.monitor import condition_monitor
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS
+from tierod.monitors.condition.signals import ELEMENTS, OF_AUTOMATED
 from tierod.monitors.condition.statements import FAULT
 from tierod.vehicles import load
 
@@ -41,7 +41,7 @@ def test_kind_and_size_are_named_beside_the_sensor_and_gone_with_it(bank, drive)
     assert result[f"statements.{LEFT}.magnitude"][510] == pytest.approx(1.0, abs=0.05)
     assert not result[f"statements.{LEFT}.kind"][:300].any()
     assert not result[f"statements.{LEFT}.kind"][-100:].any()
-    assert not any(result[f"statements.{name}.kind"].any() for name in SENSORS if name != LEFT)
+    assert not any(result[f"statements.{name}.kind"].any() for name in OF_AUTOMATED if name != LEFT)
 
 
 def test_an_offset_that_is_gone_shows_at_standstill_too(bank):

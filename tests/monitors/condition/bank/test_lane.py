@@ -17,7 +17,7 @@ from tierod.monitors.condition.hypotheses import hypotheses
 from tierod.monitors.condition.signals import (
     ACTUATORS,
     MOTORS,
-    SENSORS,
+    OF_AUTOMATED,
     ConditionSample,
 )
 from tierod.papers.condition.drives import Drive
@@ -29,8 +29,8 @@ from tierod.vehicles import load
 SETTLED = 300
 """Samples until the car rolls."""
 FAULT = slice(1500, 2400)
-SIZES = dict(zip(SENSORS, (2.0, 2.0, 0.3, 1.5, 3.0, 250.0), strict=True))
-CLOSE = dict(zip(SENSORS, (0.05, 0.05, 0.01, 0.1, math.inf, 45.0), strict=True))
+SIZES = dict(zip(OF_AUTOMATED, (2.0, 2.0, 0.3, 1.5, 3.0, 250.0), strict=True))
+CLOSE = dict(zip(OF_AUTOMATED, (0.05, 0.05, 0.01, 0.1, math.inf, 45.0), strict=True))
 """Errors of what replaces a sensor; the steering torque jumps between samples, by how much nothing tells."""
 SINGLES = {each.name: each for each in hypotheses() if len(each.suspects) < 2}
 BOTH_MOTORS = next(each for each in hypotheses() if each.suspects == MOTORS)
@@ -67,8 +67,8 @@ def test_all_hypotheses_share_one_compiled_structure():
 def test_healthy_readings_are_consistent_with_their_predictions():
     samples, _ = drive()
     (healthy,) = run(["healthy"], samples)
-    for name in SENSORS:
-        error = samples[:, SENSORS.index(name)] - healthy[f"prediction.{name}"]
+    for name in OF_AUTOMATED:
+        error = samples[:, OF_AUTOMATED.index(name)] - healthy[f"prediction.{name}"]
         assert 0.5 < np.nanmean((error / healthy[f"deviation.{name}"])[SETTLED:] ** 2) < 1.5
     assert np.all(healthy["moving"][SETTLED:] == 1.0)
     assert np.all(healthy["driven"] == 1.0)
@@ -79,22 +79,22 @@ def test_healthy_readings_are_consistent_with_their_predictions():
 def test_a_sensor_that_is_left_out_is_foretold_all_the_same(name, close):
     samples, recording = drive()
     lost = samples.copy()
-    lost[SETTLED:, SENSORS.index(name)] = np.nan
+    lost[SETTLED:, OF_AUTOMATED.index(name)] = np.nan
     left_out, without = (scan(nominal_filter().leaving_out(SINGLES[name]), each) for each in (samples, lost))
     estimate = left_out[f"estimate.{name}"]
     np.testing.assert_array_equal(estimate, without[f"estimate.{name}"])
-    reading = samples[SETTLED:, SENSORS.index(name)]
+    reading = samples[SETTLED:, OF_AUTOMATED.index(name)]
     truth = recording[f"truth_{name}"].values[SETTLED:] + vehicle(0).sensors[name].bias
     assert np.sqrt(np.mean((estimate[SETTLED:] - truth) ** 2)) < close
     error = (reading - left_out[f"prediction.{name}"][SETTLED:]) / left_out[f"deviation.{name}"][SETTLED:]
     assert np.mean(np.abs(error) < 3.0) > 0.95
 
 
-@pytest.mark.parametrize("name", SENSORS)
+@pytest.mark.parametrize("name", OF_AUTOMATED)
 def test_an_offset_is_explained_best_by_leaving_out_its_sensor(name):
     samples, _ = drive()
     faulty = samples.copy()
-    faulty[FAULT, SENSORS.index(name)] += SIZES[name]
+    faulty[FAULT, OF_AUTOMATED.index(name)] += SIZES[name]
     results = dict(zip(SINGLES, run(list(SINGLES), faulty), strict=False))
     evidence = {each: float(np.sum(result["log_likelihood"][FAULT])) for each, result in results.items()}
     assert max(evidence, key=evidence.get) == name
@@ -106,7 +106,7 @@ def test_without_a_fault_leaving_out_a_sensor_explains_less():
     samples, _ = drive()
     results = dict(zip(SINGLES, run(list(SINGLES), samples), strict=False))
     healthy = np.mean(results["healthy"]["log_likelihood"][SETTLED:])
-    assert all(np.mean(results[name]["log_likelihood"][SETTLED:]) < healthy - 2.0 for name in SENSORS)
+    assert all(np.mean(results[name]["log_likelihood"][SETTLED:]) < healthy - 2.0 for name in OF_AUTOMATED)
 
 
 @pytest.mark.parametrize("name", ACTUATORS)

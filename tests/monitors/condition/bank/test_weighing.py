@@ -9,11 +9,11 @@ from monitors.condition.made_up_lanes import HYPOTHESES, LEFT, MOTOR_1, MOTOR_2,
 from tierod.monitors.condition.bank.tuning import PLAUSIBLE, SENSOR_NOISE, prices
 from tierod.monitors.condition.bank.weighing import Limits, Weighing, Weights
 from tierod.monitors.condition.hypotheses import Hypothesis
-from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.condition.signals import OF_AUTOMATED
 
 COUNT = len(HYPOTHESES)
 PRICE = 5.0
-DEAR = tuple(PRICE if name == TORQUE else 0.0 for name in SENSORS)
+DEAR = tuple(PRICE if name == TORQUE else 0.0 for name in OF_AUTOMATED)
 WEIGHING = Weighing(HYPOTHESES, Limits((1.0,) * (COUNT - 1), (1.0,) * (COUNT - 1), 2.0, 1.0), prices=DEAR)
 LEFT_NUMBER, TORQUE_NUMBER, MOTOR_NUMBER = (WEIGHING.number(name) for name in (LEFT, TORQUE, MOTOR_1))
 
@@ -75,7 +75,7 @@ def test_the_price_is_the_mean_logarithm_of_the_density_over_that_of_anything_pl
     chance = np.random.default_rng(3).normal(0.0, 0.11, 100_000)
     density = -0.5 * (chance / 0.11) ** 2 - math.log(0.11 * math.sqrt(2.0 * math.pi))
     expected = density.mean() + math.log(60.0)
-    assert prices(SENSOR_NOISE, PLAUSIBLE)[SENSORS.index(TORQUE)] == pytest.approx(expected, abs=0.01)
+    assert prices(SENSOR_NOISE, PLAUSIBLE)[OF_AUTOMATED.index(TORQUE)] == pytest.approx(expected, abs=0.01)
 
 
 def test_only_what_was_against_leaving_out_a_sensor_more_is_remembered_where_another_hypothesis_holds():

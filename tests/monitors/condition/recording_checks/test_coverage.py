@@ -11,10 +11,11 @@ from tierod.monitors.condition.recording_checks.coverage import (
     ImpossibleValues,
     all_zero,
 )
-from tierod.monitors.condition.signals import SENSORS, TARGETS, ConditionSample
+from tierod.monitors.condition.signals import ALL_WHEELS, PLACES, SENSORS, TARGETS, ConditionSample
 
 RATE = 100.0
 NAMES = ConditionSample._fields
+WHEELS = [NAMES.index(name) for name in ALL_WHEELS]
 
 
 def columns(seconds=5.0, **changed):
@@ -68,7 +69,7 @@ def test_a_slow_channel_is_not_missing():
 
 def test_what_falls_silent_is_lost_after_a_second_and_back_with_its_next_reading():
     values = columns(6.0)
-    values[200:500, : len(SENSORS)] = np.nan
+    values[200:500, PLACES] = np.nan
     _, (available, judged, *_), interruptions = covered(values)
     last_judged = 199 + round(LOST * RATE)
     assert judged[: last_judged + 1].all()
@@ -80,38 +81,38 @@ def test_what_falls_silent_is_lost_after_a_second_and_back_with_its_next_reading
 
 def test_zeros_of_all_sensors_are_no_readings():
     values = columns()
-    values[300:, : len(SENSORS)] = 0.0
+    values[300:, PLACES] = 0.0
     kept, (_, judged, zero, *_), interruptions = covered(values)
-    assert np.isnan(kept[300:, : len(SENSORS)]).all()
-    assert (kept[300:, len(SENSORS) :] == 1.0).all()
+    assert np.isnan(kept[300:, PLACES]).all()
+    assert (np.delete(kept[300:], PLACES, axis=1) == 1.0).all()
     assert zero.nonzero()[0].tolist() == list(range(300, 500))
     assert not judged[-1]
     assert interruptions == 1
-    assert (values[300:, : len(SENSORS)] == 0.0).all()
+    assert (values[300:, PLACES] == 0.0).all()
 
 
 def lively(seconds, speed=8.0):
     """All signals change from sample to sample; the wheels turn."""
     count = round(seconds * RATE)
     values = np.sin(np.arange(count)[:, None] * 0.3 + np.arange(len(NAMES)) + 1.0)
-    values[:, :2] += speed
+    values[:, WHEELS] += speed
     return values
 
 
 def test_readings_that_all_repeat_themselves_are_no_readings():
     values = lively(5.0)
-    values[300:, : len(SENSORS)] = values[300, : len(SENSORS)]
+    values[300:, PLACES] = values[300, PLACES]
     kept, told, _ = covered(values)
     first = 300 + round(HELD * RATE)
     assert told[3].nonzero()[0].tolist() == list(range(first, 500))
-    assert np.isnan(kept[first:, : len(SENSORS)]).all()
+    assert np.isnan(kept[first:, PLACES]).all()
     np.testing.assert_array_equal(kept[:first], values[:first])
     assert not told[1][-1]
 
 
 def test_one_sensor_that_goes_on_is_enough_not_to_be_held():
     values = lively(5.0)
-    values[300:, : len(SENSORS) - 1] = values[300, : len(SENSORS) - 1]
+    values[300:, PLACES[:-1]] = values[300, PLACES[:-1]]
     assert not covered(values)[1][3].any()
 
 
@@ -125,14 +126,14 @@ def test_without_a_target_judgement_ends_before_a_sensor_is_blamed():
 
 @pytest.mark.parametrize(("last", "stands"), [(8.0, False), (1.0, True)])
 def test_a_vehicle_whose_wheel_speeds_end_is_parked_where_it_was_about_to_stand(last, stands):
-    values = columns(wheel_speed_rear_left=last, wheel_speed_rear_right=last)
-    values[300:400, :2], values[400:, :2] = 0.0, np.nan
+    values = columns(**dict.fromkeys(ALL_WHEELS, last))
+    values[300:400, WHEELS], values[400:, WHEELS] = 0.0, np.nan
     parked = covered(values)[1][4]
     assert (parked == stands).all()
 
 
 def test_a_vehicle_that_never_moved_is_parked():
-    assert covered(columns(wheel_speed_rear_left=0.0, wheel_speed_rear_right=0.0))[1][4].all()
+    assert covered(columns(**dict.fromkeys(ALL_WHEELS, 0.0)))[1][4].all()
 
 
 def test_a_single_sensor_that_reads_zero_is_left_to_the_monitor():
@@ -145,8 +146,8 @@ def test_a_single_sensor_that_reads_zero_is_left_to_the_monitor():
 def test_the_result_does_not_depend_on_the_cuts(cuts):
     values = lively(7.0)
     values[:30] = np.nan
-    values[30:40, :2], values[650:, : len(SENSORS)] = 0.0, values[650, : len(SENSORS)]
-    values[140:450, : len(SENSORS)] = np.nan
+    values[30:40, WHEELS], values[650:, PLACES] = 0.0, values[650, PLACES]
+    values[140:450, PLACES] = np.nan
     values[500:640, NAMES.index(TARGETS[2])] = np.nan
     whole, pieces = covered(values), covered(values, cuts)
     np.testing.assert_array_equal(pieces[0], whole[0])

@@ -20,7 +20,9 @@ SINCE = 20.0
 @pytest.fixture(scope="module")
 def drive():
     recording = recorded(Drive("short-round", 45.0, 2, 7701))
-    return recording["yaw_rate"].time, {name: recording[name].values for name in ConditionSample._fields}
+    return recording["yaw_rate"].time, {
+        name: recording[name].values for name in ConditionSample._fields if name in recording
+    }
 
 
 def check(drive, cuts=(), **changed):

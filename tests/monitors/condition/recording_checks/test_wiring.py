@@ -8,7 +8,7 @@ from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.recording_checks.contradictions import Problem
 from tierod.monitors.condition.recording_checks.wiring import ClockLeap, CloseLimits, Wiring
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS
+from tierod.monitors.condition.signals import ELEMENTS, OF_AUTOMATED
 from tierod.vehicles import load
 
 CAR = load("smartload").parameters_for(AutomatedVehicle.Parameters)
@@ -238,7 +238,7 @@ def leap(look, cuts=(), **declared):
     for name, start in declared.items():
         faulty[start <= TIME, ELEMENTS.index(name)] = True
     for time, said in zip(np.split(TIME, cuts), np.split(faulty, cuts), strict=True):
-        made.add(time, dict.fromkeys(SENSORS, time), said)
+        made.add(time, dict.fromkeys(OF_AUTOMATED, time), said)
     return made
 
 

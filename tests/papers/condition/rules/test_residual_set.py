@@ -73,7 +73,7 @@ def test_a_residual_changes_with_its_signals_and_with_no_others(name):
     known = Coefficients(1.0, 1.0, 0.1, 0.5, 0.4, 0.1, 0.2, 100.0, 0.5, 10.0, 1e-3, 0.01)
     block = residual_set(CAR, known)
     random = np.random.default_rng(2)
-    samples = circle(seconds=2.0) + 0.01 * random.normal(size=(200, 14))
+    samples = circle(seconds=2.0) + 0.01 * random.normal(size=(200, len(ConditionSample._fields)))
     base = scan(block, samples)[f"residuals.{name}"]
     seen = set()
     for column, signal in enumerate(ConditionSample._fields):

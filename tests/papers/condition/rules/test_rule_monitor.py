@@ -8,7 +8,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import scan
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
-from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS, ConditionSample
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, ConditionSample
 from tierod.monitors.condition.statements import FAULT, SUSPECT
 from tierod.papers.condition.rules.calibration import ResidualCalibration, calibrate_residuals
 from tierod.papers.condition.rules.catalogue import RESIDUALS
@@ -27,7 +27,7 @@ def index(name):
 
 def said(samples, variant="rules-discriminating"):
     result = scan(rule_monitor(CAR, KNOWN, variant), samples)
-    return {name for name in SENSORS if result[f"statements.{name}.status"][-1] == FAULT}
+    return {name for name in OF_AUTOMATED if result[f"statements.{name}.status"][-1] == FAULT}
 
 
 @pytest.mark.parametrize(
@@ -74,11 +74,11 @@ def test_the_printed_rules_do_not_name_a_lost_wheel_and_the_corrected_do():
 def test_a_reading_near_zero_that_is_expected_is_not_testable():
     straight = circle(radius=1e6, speed=6.0)
     result = scan(rule_monitor(CAR, KNOWN), straight)
-    flags = {name: 1.0 - result[f"testable.{name}"][-1] for name in SENSORS}
-    assert flags == dict.fromkeys(SENSORS, 1.0) | {"wheel_speed_rear_left": 0.0, "wheel_speed_rear_right": 0.0}
+    flags = {name: 1.0 - result[f"testable.{name}"][-1] for name in OF_AUTOMATED}
+    assert flags == dict.fromkeys(OF_AUTOMATED, 1.0) | {"wheel_speed_rear_left": 0.0, "wheel_speed_rear_right": 0.0}
 
 
-@pytest.mark.parametrize("missing", SENSORS)
+@pytest.mark.parametrize("missing", OF_AUTOMATED)
 def test_a_signal_that_the_car_does_not_have_makes_nobody_faulty(missing):
     samples = circle(seconds=4.0)
     samples[:, index(missing)] = np.nan
@@ -93,12 +93,12 @@ def test_gaps_and_a_start_in_mid_drive_make_nobody_faulty():
     samples[300:330] = np.nan
     samples[500:700, 3:6] = np.nan
     result = scan(rule_monitor(CAR, KNOWN, "rules-discriminating"), samples)
-    assert not any((result[f"statements.{name}.status"] == FAULT).any() for name in SENSORS)
+    assert not any((result[f"statements.{name}.status"] == FAULT).any() for name in OF_AUTOMATED)
 
 
 @pytest.mark.parametrize("variant", FILES)
 def test_every_sensor_and_actuator_has_a_rule(variant):
-    assert set(rules(variant).faults) == {*SENSORS, *ACTUATORS}
+    assert set(rules(variant).faults) == {*OF_AUTOMATED, *ACTUATORS}
 
 
 def test_steering_motors_coincide_in_the_tables_of_the_paper():
@@ -170,7 +170,7 @@ def test_calibration_finds_the_coefficients_and_thresholds_above_all_that_is_hea
     monitor = rule_monitor(CAR, found)
     columns = np.stack([second[name].values for name in ConditionSample._fields], axis=1)
     result = scan(monitor, columns)
-    assert not any((result[f"statements.{name}.status"] == FAULT)[200:].any() for name in SENSORS)
+    assert not any((result[f"statements.{name}.status"] == FAULT)[200:].any() for name in OF_AUTOMATED)
 
 
 def test_too_little_driving_is_refused():

@@ -25,6 +25,7 @@ from tierod.monitors.condition.signals import (
     SENSORS,
     Elements,
     Readings,
+    readings_of,
 )
 
 
@@ -123,7 +124,7 @@ class Decision:
             sample: of the bank, and the outputs of all lanes
             effects: what the fault of each sensor that is declared adds to its reading; a loss if None
         """
-        lanes, readings = sample.lanes, sample.sample[: len(SENSORS)]
+        lanes, readings = sample.lanes, readings_of(sample.sample)
         likelihoods = [lane.log_likelihood for lane in lanes]
         grip = self._grip(state, sample, likelihoods)
         everyone = (*self.weighing.hypotheses, SLIDING)[: len(lanes)]

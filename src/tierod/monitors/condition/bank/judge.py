@@ -17,7 +17,7 @@ from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.kinds.catalogue import LOST_TORQUE, Kind, KindState
 from tierod.monitors.condition.kinds.kind import KindOfFault
 from tierod.monitors.condition.reaction import FaultReaction, Judged, ReactionState, Since
-from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, SENSORS, ConditionSample, Statements
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, SENSORS, Statements
 
 LARGEST_LEAD = 20.0
 """By how much one sample may count for one hypothesis against another [nat]; without a rival a lead has no end."""
@@ -59,7 +59,8 @@ class ConditionJudge:
 
     Args:
         decision: between the hypotheses
-        kinds: one for each of `SENSORS`
+        kinds: one for each of `judged`
+        judged: sensors that the vehicle has
         reaction: substitutes of sensors and trouble codes
         loss_time: over which a lost share of torque is averaged
     """
@@ -67,6 +68,7 @@ class ConditionJudge:
     decision: Decision
     kinds: tuple[KindOfFault, ...]
     reaction: FaultReaction
+    judged: tuple[str, ...] = OF_AUTOMATED
     loss_time: Annotated[float, "s"] = 2.0
 
     def feedback(self) -> Tree:
@@ -88,8 +90,10 @@ class ConditionJudge:
         """One sample on."""
         decided, verdict = self.decision.step(state.decision, sample, state.effects)
         diagnosis: Diagnosis = verdict.output
-        named = [self._kind(place, memory, sample, diagnosis) for place, memory in enumerate(state.kinds)]
-        kinds = [kind for _, kind in named]
+        parts = zip(self.kinds, self.judged, state.kinds, strict=True)
+        named = [self._kind(*each, sample, diagnosis) for each in parts]
+        found = {name: kind for name, (_, kind) in zip(self.judged, named, strict=True)}
+        kinds = [found.get(name, Kind(0.0, 0.0, 0.0, 0.0)) for name in SENSORS]
         losing, loss = self._loss(state.loss, diagnosis)
         since, statements = state.since.followed_by(
             self._statements(diagnosis, kinds, loss), self.decision.weighing.sample_time
@@ -135,15 +139,17 @@ class ConditionJudge:
             )
         return Statements(*made)
 
-    def _kind(self, place: int, memory: KindState, sample: JudgeSample, diagnosis: Diagnosis) -> tuple[KindState, Kind]:
+    def _kind(
+        self, kind: KindOfFault, name: str, memory: KindState, sample: JudgeSample, diagnosis: Diagnosis
+    ) -> tuple[KindState, Kind]:
         """Kind of the fault of one sensor."""
+        place = SENSORS.index(name)
+        reading = getattr(sample.sample, name)
         prediction, deviation = self._predicted(sample.lanes, diagnosis, place)
-        readings: ConditionSample = sample.sample
-        return self.kinds[place].step(
+        declared, recovering = diagnosis.faulty[place], diagnosis.recovering[place]
+        return kind.step(
             memory,
-            KindOfFault.Sample(
-                readings[place], prediction, deviation, diagnosis.faulty[place], diagnosis.recovering[place]
-            ),
+            KindOfFault.Sample(reading, prediction, deviation, declared, recovering),
         )
 
     def _predicted(

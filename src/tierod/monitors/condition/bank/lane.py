@@ -31,6 +31,7 @@ from tierod.monitors.condition.signals import (
     ACCELERATIONS,
     DRIVES,
     ELEMENTS,
+    OF_AUTOMATED,
     SENSORS,
     SHAFT_TORQUE,
     WHEELS,
@@ -153,15 +154,15 @@ class LeaveOutFilter:
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Output]:
         """One sample on."""
         after, seen = self.corrected(state, sample)
-        judged, mean = len(SENSORS), after.mean
+        judged, mean = len(OF_AUTOMATED), after.mean
         loss = AutomatedVehicle.State._fields.index("torque_loss")
         # Accelerations are always used, and their range is left out of all hypotheses alike.
-        likelihood = seen.log_likelihood((*self.plausible, *(1.0,) * len(ACCELERATIONS)), self.influence)
+        likelihood = seen.log_likelihood(
+            (*(getattr(self.plausible, name) for name in OF_AUTOMATED), *(1.0,) * len(ACCELERATIONS)), self.influence
+        )
         return after, self.Output(
             where(after.age < self.settling, 0.0, likelihood),
-            Readings(*seen.expected[:judged]),
-            Readings(*(sqrt(value) for value in seen.spread[:judged])),
-            Readings(*seen.estimates(judged)),
+            *seen.of_sensors(OF_AUTOMATED),
             mean.torque_loss,
             sqrt(maximum(diagonal(after.covariance)[loss], 0.0)),
             mean.speed,
@@ -180,9 +181,10 @@ class LeaveOutFilter:
         mean, covariance = self._predicted(state, inputs, jump)
         expected = AutomatedVehicle.output(mean, inputs, self.vehicle)
         rows = jacobian(lambda at: AutomatedVehicle.output(at, inputs, self._coarse), mean)
-        trusted = (*self.trusted[: len(SENSORS)], *(1.0,) * len(ACCELERATIONS))
+        trusted = (*(getattr(self.trusted, name) for name in OF_AUTOMATED), *(1.0,) * len(ACCELERATIONS))
         noise, usual = self._noise(jump), self._noise(0.0)
-        seen = observed(covariance, expected, rows, sample[: len(expected)], noise, usual, trusted, self.influence)
+        readings = [getattr(sample, name) for name in expected._fields]
+        seen = observed(covariance, expected, rows, readings, noise, usual, trusted, self.influence)
         limits = LIMITS._replace(front_force_error=self.largest_force_error, rear_force_error=self.largest_force_error)
         age = minimum(state.age + self.vehicle.sample_time, self.settling)
         bounded = AutomatedVehicle.State(*seen.moved(mean, limits))
@@ -212,7 +214,7 @@ class LeaveOutFilter:
     def _noise(self, jump: Scalar) -> tuple[Scalar, ...]:
         """Variance of each reading; of the torque more where it has jumped between two samples."""
         variances = [value * value for value in self.sensor_noise]
-        torque = SENSORS.index(SHAFT_TORQUE)
+        torque = Measured._fields.index(SHAFT_TORQUE)
         variances[torque] = plus(variances[torque], jump)
         return tuple(variances)
 

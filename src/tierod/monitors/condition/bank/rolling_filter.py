@@ -9,27 +9,26 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.derivatives import jacobian
-from tierod.core.graph.maths import absolute, maximum, minimum, present, sqrt, where
+from tierod.core.graph.maths import absolute, maximum, minimum, present, where
 from tierod.methods.estimators.kernels import predict_covariance
 from tierod.methods.estimators.linear_algebra import from_diagonal
 from tierod.models.rolling_car import LEAST_SPEED, RollingCar
 from tierod.monitors.condition.bank.lane import TRUSTED, LeaveOutFilter
-from tierod.monitors.condition.bank.tuning import PLAUSIBLE, SENSOR_NOISE
+from tierod.monitors.condition.bank.tuning import PLAUSIBLE
 from tierod.monitors.condition.bank.updates import observed
 from tierod.monitors.condition.hypotheses import Hypothesis
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
+    ALL_WHEELS,
     OF_CARS,
-    WHEELS,
     ConditionSample,
     Elements,
-    Measured,
     Readings,
 )
 from tierod.physics.lag import gauss_markov_noise
 from tierod.vehicles import Vehicle
 
-LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 3.0, 3.0)
+LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 0.04, 0.04, 0.5, 0.5, 3.0, 3.0)
 """Beyond which no state goes, whatever a faulty sensor says."""
 
 
@@ -43,6 +42,11 @@ class RollingError:
         steering, steering_share: of the angle, against that of a steady turn: at little angle, and its growth with it
         yaw_rate_offset, angle_offset, wheel_speed_difference: of a car whose file does not give them
         track_width: relative
+        front_wheel_speed_scale: of tyres on both axles
+        slip, slip_share: of an axle, without and per acceleration
+        slip_in_bends: likewise, per square of the wheelbase over the radius: front wheels do not quite roll where they
+            are pointed to
+        uneven_slip: of one wheel against the other of its axle, per acceleration
         grade, bank: accelerations by slopes
     """
 
@@ -52,14 +56,19 @@ class RollingError:
     steering_share: Annotated[float, ""] = 0.04
     yaw_rate_offset: Annotated[float, "rad/s"] = 0.01
     angle_offset: Annotated[float, "rad"] = 0.06
-    wheel_speed_difference: Annotated[float, ""] = 0.005
+    wheel_speed_difference: Annotated[float, ""] = 0.003
     track_width: Annotated[float, ""] = 0.04
+    front_wheel_speed_scale: Annotated[float, ""] = 0.02
+    slip: Annotated[float, ""] = 0.002
+    slip_share: Annotated[float, "s**2/m"] = 0.01
+    slip_in_bends: Annotated[float, ""] = 0.1
+    uneven_slip: Annotated[float, "s**2/m"] = 0.001
     grade: Annotated[float, "m/s**2"] = 0.4
     bank: Annotated[float, "m/s**2"] = 0.4
 
 
-NOISE = SENSOR_NOISE._replace(
-    **dict.fromkeys(WHEELS, 0.07),
+NOISE = RollingCar.Output(
+    **dict.fromkeys(ALL_WHEELS, 0.07),
     yaw_rate=0.002,
     steering_wheel_angle=0.01,
     **dict.fromkeys(ACCELERATIONS, 0.3),
@@ -93,7 +102,7 @@ class RollingFilter:
     """
 
     vehicle: RollingCar.Parameters
-    sensor_noise: Measured = NOISE
+    sensor_noise: RollingCar.Output = NOISE
     model_error: RollingError = field(default_factory=RollingError)
     plausible: Readings = PLAUSIBLE
     influence: Annotated[float, ""] = 8.0
@@ -133,34 +142,34 @@ class RollingFilter:
     def init(self) -> State:
         """Anywhere at any speed, wheels about straight ahead."""
         error = self.model_error
-        offsets = (error.yaw_rate_offset, error.angle_offset, error.wheel_speed_difference)
+        difference = error.wheel_speed_difference
+        offsets = (error.yaw_rate_offset, error.angle_offset, difference, error.track_width)
+        front = (error.front_wheel_speed_scale, difference)
         turning = (0.5, error.lateral_jerk / LEAST_SPEED, error.steering)
-        deviations = (20.0, 3.0, *turning, *offsets, error.track_width, error.grade, error.bank)
+        deviations = (20.0, 3.0, *turning, *offsets, *front, error.slip, error.slip, error.grade, error.bank)
         covariance = from_diagonal([value * value for value in deviations])
         return self.State(skeleton(RollingCar.State), tuple(value + 0.0 for value in covariance), 0.0)
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, LeaveOutFilter.Output]:
         """One sample on."""
-        p, count = self.vehicle, len(OF_CARS)
+        p = self.vehicle
         rows = jacobian(lambda at: RollingCar.transition(at, (), p), state.mean)
         covariance = predict_covariance(rows, state.covariance, self._process_noise(state.mean))
         mean = RollingCar.transition(state.mean, (), p)
         expected = RollingCar.output(mean, (), p)
         derivatives = jacobian(lambda at: RollingCar.output(at, (), p), mean)
-        readings, noise = [getattr(sample, name) for name in expected._fields], self._noise()
+        readings, noise = [getattr(sample, name) for name in expected._fields], self._noise(mean)
         alike = (1.0,) * len(ACCELERATIONS)
-        trusted = (*self.trusted[:count], *alike)
-        seen = observed(covariance, expected, derivatives, readings, noise, noise, trusted, self.influence)
+        trusted = (*(getattr(self.trusted, name) for name in OF_CARS), *alike)
+        usual = self._noise(RollingCar.State(*(0.0,) * len(mean)))
+        seen = observed(covariance, expected, derivatives, readings, noise, usual, trusted, self.influence)
         bounded = RollingCar.State(*seen.moved(mean, LIMITS))
         age = minimum(state.age + p.sample_time, self.settling)
-        likelihood = seen.log_likelihood((*self.plausible[:count], *alike), self.influence)
+        likelihood = seen.log_likelihood((*(getattr(self.plausible, name) for name in OF_CARS), *alike), self.influence)
         along = sample.longitudinal_acceleration
-        # The shaft's torque and the tie rod's force are not read; what stands in their places is not used.
         return self.State(bounded, seen.correction.covariance, age), self.Output(
             where(age < self.settling, 0.0, likelihood),
-            Readings(*[*expected[:count], 0.0, 0.0]),
-            Readings(*[*(sqrt(value) for value in seen.spread[:count]), 1.0, 1.0]),
-            Readings(*[*seen.estimates(count), 0.0, 0.0]),
+            *seen.of_sensors(OF_CARS),
             0.0,
             1.0,
             bounded.speed,
@@ -169,10 +178,12 @@ class RollingFilter:
             where(where(present(along), along, 0.0) < -self.braking, 0.0, 1.0),
         )
 
-    def _noise(self) -> tuple[Scalar, ...]:
-        """Variance of each reading."""
-        deviations = [getattr(self.sensor_noise, name) for name in (*OF_CARS, *ACCELERATIONS)]
-        return tuple(value * value for value in deviations)
+    def _noise(self, mean: RollingCar.State) -> tuple[Scalar, ...]:
+        """Variance of each reading; wheels that drive or brake do not slip quite alike."""
+        uneven = self.model_error.uneven_slip * mean.acceleration * mean.speed
+        more = dict.fromkeys(ALL_WHEELS, uneven * uneven)
+        known = self.sensor_noise._asdict()
+        return tuple(value * value + more.get(name, 0.0) for name, value in known.items())
 
     def _process_noise(self, mean: RollingCar.State) -> RollingCar.State:
         """Variance that each state gains per sample."""
@@ -183,6 +194,8 @@ class RollingFilter:
 
         steady = RollingCar.output(mean, (), self.vehicle).steering_wheel_angle - mean.steering_error
         steering = error.steering + error.steering_share * absolute(steady)
+        bend = minimum(absolute(self._wheelbase * mean.yaw_rate) / maximum(mean.speed, LEAST_SPEED), 1.0)
+        slip = error.slip + error.slip_share * absolute(mean.acceleration) + error.slip_in_bends * bend * bend
         return RollingCar.State(
             speed=0.0,
             acceleration=error.jerk * error.jerk * step,
@@ -193,9 +206,17 @@ class RollingFilter:
             angle_offset=gained(error.angle_offset, wander.offset),
             wheel_speed_difference=gained(error.wheel_speed_difference, wander.offset),
             track_width_error=gained(error.track_width, wander.offset),
+            front_wheel_speed_scale=gained(error.front_wheel_speed_scale, wander.offset),
+            front_wheel_speed_difference=gained(error.wheel_speed_difference, wander.offset),
+            rear_slip=gained(slip, wander.slip),
+            front_slip=gained(slip, wander.slip),
             grade_acceleration=gained(error.grade, wander.road),
             bank_acceleration=gained(error.bank, wander.road),
         )
+
+    @property
+    def _wheelbase(self) -> Scalar:
+        return self.vehicle.front_distance + self.vehicle.rear_distance
 
     def leaving_out(self, hypothesis: Hypothesis) -> RollingFilter:
         """The filter of a hypothesis, made from the one that suspects nothing.

@@ -10,7 +10,7 @@ from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, all_of, any_of, both, either, maximum, negated, present, where
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.weighing import Weighing
-from tierod.monitors.condition.signals import ELEMENTS, SENSORS, WHEELS, Elements
+from tierod.monitors.condition.signals import ALL_WHEELS, ELEMENTS, OF_AUTOMATED, SENSORS, Elements
 
 TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "steering_shaft_torque"}
 
@@ -39,6 +39,8 @@ class Testability:
         missing: after which a sensor without a reading is missing: longer than the slowest channels take
         poorer: factor of all limits while one is: what is left shows up to 1.7 times as much without any fault
         fewest: sensors without which no fault is declared
+        remaining: sensors that a hypothesis must leave to be declared: two give speed and yaw rate, a third checks them
+        judged: sensors that the vehicle has
         cornering: acceleration across the vehicle from which no fault is declared: tyres slide, and no calibration
             drive has shown how; those of the demonstrator reach 5.9 m/s**2
         stays: so long none is, after that or after an axle lacked force in that bend: the filters have to find back
@@ -48,6 +50,8 @@ class Testability:
     missing: Annotated[float, "s"] = 0.2
     poorer: Annotated[float, ""] = 1.7
     fewest: Annotated[float, ""] = 4.0
+    remaining: Annotated[float, ""] = 2.0
+    judged: tuple[str, ...] = OF_AUTOMATED
     cornering: Annotated[float, "m/s**2"] = 6.5
     stays: Annotated[float, "s"] = 0.5
 
@@ -66,7 +70,7 @@ class Testability:
     def counting(self, weighing: Weighing, seen: LeaveOutFilter.Output, follows: Scalar) -> list[Scalar]:
         """Whether this sample may count for each hypothesis: nothing does unless `follows`, braked wheels may lock."""
         braked = both(follows, seen.driven)
-        return [braked if {*WHEELS} & {*each.sensors} else follows for each in weighing.hypotheses]
+        return [braked if {*ALL_WHEELS} & {*each.sensors} else follows for each in weighing.hypotheses]
 
     def open(self, weighing: Weighing, unread: Sequence[Scalar], suspected: Elements) -> Open:
         """Which hypotheses may be declared with the sensors that are left.
@@ -77,13 +81,15 @@ class Testability:
             suspected: what is declared
         """
         most = self.missing / weighing.sample_time
-        gone = [where(count > most, 1.0, 0.0) for count in unread]
-        newly = {name: both(gone[place], negated(suspected[place])) for place, name in enumerate(SENSORS)}
-        enough = sum(gone[1:], gone[0]) <= len(SENSORS) - self.fewest
+        gone = {name: where(unread[SENSORS.index(name)] > most, 1.0, 0.0) for name in self.judged}
+        newly = {name: both(each, negated(getattr(suspected, name))) for name, each in gone.items()}
+        there = [1.0 - each for each in gone.values()]
+        left = sum(there[1:], there[0])
         open_ = []
         for each in weighing.hypotheses:
             needed = {*each.sensors, *(TOLD_BY[name] for name in each.actuators if name in TOLD_BY)}
-            open_.append(all_of(enough, *(negated(newly[name]) for name in SENSORS if name in needed)))
+            enough = both(left >= self.fewest, left >= self.remaining + float(len(each.sensors)))
+            open_.append(all_of(enough, *(negated(newly[name]) for name in self.judged if name in needed)))
         return Open(open_, where(any_of(0.0, *newly.values()), self.poorer, 1.0))
 
     def testable(

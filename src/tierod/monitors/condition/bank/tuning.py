@@ -6,9 +6,11 @@ from dataclasses import dataclass, replace
 from math import e, hypot, log, pi, sqrt
 from typing import Annotated
 
+from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.signals import (
     ACCELERATION_NOISE,
     ACCELERATIONS,
+    OF_AUTOMATED,
     OF_CARS,
     SENSOR_TABLE,
     SENSORS,
@@ -17,7 +19,9 @@ from tierod.monitors.condition.signals import (
 )
 from tierod.vehicles import Vehicle
 
-SENSOR_NOISE = Measured(*(each.noise for each in SENSOR_TABLE), *(ACCELERATION_NOISE,) * len(ACCELERATIONS))
+SENSOR_NOISE = Measured(
+    *(each.noise for each in SENSOR_TABLE if each.name in OF_AUTOMATED), *(ACCELERATION_NOISE,) * len(ACCELERATIONS)
+)
 """Standard deviation of one reading of every sensor, in its unit."""
 PLAUSIBLE = Readings(*(each.plausible for each in SENSOR_TABLE))
 """Width of the range in which a failed sensor may read anything: the density of its readings is one over it."""
@@ -70,7 +74,7 @@ class ModelError:
     road: Annotated[float, "m/s**2"] = 0.25
 
 
-def prices(noise: Measured, plausible: Readings) -> tuple[float, ...]:
+def prices(noise: Measured | RollingCar.Output, plausible: Readings) -> tuple[float, ...]:
     """What leaving out each sensor costs per sample while its readings are as expected [nat].
 
     The mean density of a reading about its expectation, in logarithms, over that of anything plausible.
@@ -78,9 +82,12 @@ def prices(noise: Measured, plausible: Readings) -> tuple[float, ...]:
     Args:
         noise: of the sensors, which is most of what expectations miss
         plausible: ranges of failed sensors
+
+    Returns:
+        in the order of `SENSORS`; 0 of those that the vehicle does not have
     """
-    pairs = zip(plausible, noise, strict=False)
-    return tuple(log(width / (deviation * sqrt(2.0 * pi * e))) for width, deviation in pairs)
+    pairs = ((width, getattr(noise, name, None)) for name, width in zip(SENSORS, plausible, strict=True))
+    return tuple(0.0 if known is None else log(width / (known * sqrt(2.0 * pi * e))) for width, known in pairs)
 
 
 USUAL_RATE, USUAL_ANGLE, USUAL_ACCELERATION = 1.5, 1.5, 3.0
@@ -111,7 +118,7 @@ def widened(vehicle: Vehicle) -> tuple[Measured, ModelError]:
     scale = spread("wheel_speed_scale") * USUAL_ACCELERATION
     # What the filter learns itself, offsets of wheels, yaw rate and angle, counts as an error of the model.
     offsets = [
-        *((spread(f"{name}_offset"),) if name not in OF_CARS else () for name in SENSORS),
+        *((spread(f"{name}_offset"),) if name not in OF_CARS else () for name in OF_AUTOMATED),
         *((spread(f"{name}_offset"), scale) for name in ACCELERATIONS),
     ]
     return (

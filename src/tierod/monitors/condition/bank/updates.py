@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from tierod.core.block import Scalar
@@ -19,6 +20,7 @@ from tierod.methods.estimators.linear_algebra import (
     times,
     unpack,
 )
+from tierod.monitors.condition.signals import Readings, readings_by
 
 _ROOTS = 6
 """Square roots before the series of the logarithm: x^(1/64) of what spreads over twenty powers of ten is near one."""
@@ -61,10 +63,19 @@ class Seen(NamedTuple):
     usual: Vector
     correction: Correction
 
-    def estimates(self, count: int) -> list[Scalar]:
-        """The first readings without their noise, after all readings that count."""
-        pairs = zip(self.expected[:count], self.rows[:count], strict=True)
-        return [plus(value, dot(row, self.correction.shift)) for value, row in pairs]
+    def of_sensors(self, names: Sequence[str]) -> tuple[Readings, Readings, Readings]:
+        """Predictions, standard deviations of reading less prediction, and estimates after all readings that count.
+
+        Args:
+            names: of the sensors, the first of what is read
+        """
+        rows = zip(names, self.expected, self.spread, self.rows, strict=False)
+        known = [(name, value, sqrt(spread), row) for name, value, spread, row in rows]
+        return (
+            readings_by({name: value for name, value, _, _ in known}),
+            readings_by({name: deviation for name, _, deviation, _ in known}, 1.0),
+            readings_by({name: plus(value, dot(row, self.correction.shift)) for name, value, _, row in known}),
+        )
 
     def moved(self, mean: Vector, most: Vector) -> list[Scalar]:
         """The mean after the sample, within bounds.

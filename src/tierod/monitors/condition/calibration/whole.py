@@ -18,7 +18,7 @@ from tierod.monitors.condition.calibration.limits import LEAST_HOURS, NAME, Desi
 from tierod.monitors.condition.calibration.vehicle_parameters import Calibration, calibrate
 from tierod.monitors.condition.further_variants import Table, further_calibration, further_variants
 from tierod.monitors.condition.hypotheses import hypotheses
-from tierod.monitors.condition.signals import SENSORS
+from tierod.monitors.condition.signals import OF_AUTOMATED
 from tierod.vehicles import Vehicle
 
 FOR_PARAMETERS = 300.0
@@ -126,7 +126,7 @@ class ConditionCalibration:
         """Why the values may not be used; empty where they may."""
         worst = {
             name: value
-            for name, value in zip(SENSORS, self.calibration.found.squares, strict=False)
+            for name, value in zip(OF_AUTOMATED, self.calibration.found.squares, strict=False)
             if not value <= LARGEST_SQUARE
         }
         if worst:

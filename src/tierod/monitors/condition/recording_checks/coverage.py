@@ -9,7 +9,7 @@ import numpy as np
 from tierod.core.signals import SIGNALS
 from tierod.io.quality import impossible
 from tierod.monitors.condition.recording_checks.contradictions import Problem
-from tierod.monitors.condition.signals import SENSORS, TARGETS, ConditionSample
+from tierod.monitors.condition.signals import ALL_WHEELS, PLACES, SENSORS, TARGETS, ConditionSample
 
 LOST = 1.0
 """Without a reading for so long, a signal is missing and not merely slow [s]."""
@@ -25,7 +25,8 @@ Noise does not let them; without it, readings that repeat themselves hold nothin
 PARKING = 1.5
 """Speed below which a vehicle whose wheel speeds end was about to stand [m/s]; coarse wheel sensors end at 0.8."""
 
-_NEEDED = [ConditionSample._fields.index(name) for name in (*SENSORS, *TARGETS)]
+_NEEDED = [*PLACES, *(ConditionSample._fields.index(name) for name in TARGETS)]
+_WHEELS = [SENSORS.index(name) for name in ALL_WHEELS]
 _COUNT = len(SENSORS)
 
 
@@ -75,12 +76,12 @@ class Coverage:
         Returns:
             the same without readings of sensors that have lost what they share, and what there is of it
         """
-        readings = values[:, :_COUNT]
-        zero, parked = all_zero(readings), self._stands(readings[:, :2])
+        readings = values[:, PLACES]
+        zero, parked = all_zero(readings), self._stands(readings[:, _WHEELS])
         held = self._repeats(readings) & ~zero & ~parked
         if zero.any() or held.any():
             values = values.copy()
-            values[zero | held, :_COUNT] = np.nan
+            values[np.ix_(zero | held, PLACES)] = np.nan
         there = np.isfinite(values[:, _NEEDED])
         place = np.arange(len(values), dtype=float)[:, None]
         age = place - np.maximum.accumulate(np.where(there, place, -1.0 - self._age), axis=0)

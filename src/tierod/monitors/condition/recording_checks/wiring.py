@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.findings import Episode
 from tierod.monitors.condition.recording_checks.contradictions import STEP, Problem, late, misread_speed, scaled, turned
 from tierod.monitors.condition.recording_checks.witnesses import MOVING, TORQUE, YAW, Witness, mean_speed
-from tierod.monitors.condition.signals import SENSORS, CarParameters
+from tierod.monitors.condition.signals import OF_AUTOMATED, SENSORS, CarParameters
 
 GENTLE = 3.0
 """Lateral acceleration up to which the steering angle gives the yaw rate by geometry [m/s^2]."""
@@ -155,7 +155,7 @@ def _sensed(estimates: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {name: values for name, values in estimates.items() if YAW[name].elements}
 
 
-BUSES = (SENSORS[:3], SENSORS[3:])
+BUSES = (OF_AUTOMATED[:3], OF_AUTOMATED[3:])
 """Sensors that share a clock: those of the chassis, and those of the steering."""
 BEFORE = 1.0
 """Of the declaration of two sensors of one bus, in which the first of them may have been declared alone [s]."""

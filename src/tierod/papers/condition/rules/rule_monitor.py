@@ -14,12 +14,14 @@ from tierod.monitors.condition.reaction import ConditionOutput, FaultReaction, J
 from tierod.monitors.condition.signals import (
     ACTUATORS,
     ELEMENTS,
+    OF_AUTOMATED,
     SENSORS,
     ConditionSample,
     Elements,
     Measured,
     Readings,
     Statements,
+    readings_by,
 )
 from tierod.papers.condition.rules.actuator_set import ActuatorSet, Repaired, Targets, actuator_set
 from tierod.papers.condition.rules.calibration import ResidualCalibration
@@ -30,7 +32,7 @@ from tierod.papers.condition.rules.readings import Excitation, ResidualThreshold
 from tierod.papers.condition.rules.residual_set import ResidualSet, residual_set
 from tierod.papers.condition.rules.symptom_files import rules
 
-MAIN = dict(zip(SENSORS, ("r10", "r14", "r4", "r2", "r3", "r19"), strict=True))
+MAIN = dict(zip(OF_AUTOMATED, ("r10", "r14", "r4", "r2", "r3", "r19"), strict=True))
 """The residual of every sensor that compares it to what it should read."""
 
 
@@ -72,7 +74,7 @@ class RuleMonitor:
             self.sensors.init(),
             self.actuators.init(),
             self.rules.init(),
-            (0.0,) * len(SENSORS),
+            (0.0,) * len(OF_AUTOMATED),
             Since.initial(),
         )
 
@@ -89,17 +91,20 @@ class RuleMonitor:
         after, said = self.rules.step(
             state.rules, self.rules.Sample(*(ratios[name] for name in self.rules.table.residuals))
         )
-        faulty = tuple(getattr(said.faulty, name, 0.0) for name in SENSORS)
+        faulty = tuple(getattr(said.faulty, name, 0.0) for name in OF_AUTOMATED)
         since, statements = state.since.followed_by(self._statements(said, not_testable), self.rules.sample_time)
-        testable = Elements(*(1.0 - each for each in not_testable), *(1.0,) * len(ACTUATORS))
+        seen_now = {name: 1.0 - each for name, each in zip(OF_AUTOMATED, not_testable, strict=True)}
+        testable = Elements(*(seen_now.get(name, 0.0 if name in SENSORS else 1.0) for name in ELEMENTS))
         scores = greatest_of(*(each.evidence for each in statements))
-        judged = Judged(statements, testable, expected, Readings(*(0.0,) * len(SENSORS)), scores, 0.0)
+        judged = Judged(statements, testable, expected, readings_by({}), scores, 0.0)
         return self.State(sensors, actuators, after, faulty, since), judged
 
     def _statements(self, said: RuleDiagnosis.Output, not_testable: Sequence[Scalar]) -> Statements:
         """Status and score of every element; rules give neither kind nor magnitude."""
         made = []
-        for name, blind in zip(ELEMENTS, (*not_testable, *(0.0,) * len(ACTUATORS)), strict=True):
+        blinded = dict(zip(OF_AUTOMATED, not_testable, strict=True))
+        for name in ELEMENTS:
+            blind = blinded.get(name, 0.0 if name in ACTUATORS else 1.0)
             # An element without a rule is never declared.
             faulty, candidate, score = (getattr(each, name, 0.0) for each in said[:3])
             quiet = where(blind > 0.5, code_of(Status.NOT_TESTABLE), code_of(Status.HEALTHY))
@@ -109,23 +114,24 @@ class RuleMonitor:
 
     def _expected(self, seen: ResidualSet.Output) -> Readings:
         """What each sensor should read: its reading and what its main residual adds, the model alone for the rest."""
-        readings = dict(zip(SENSORS, seen.held, strict=False))
-        return Readings(
-            *(
-                where(
+        readings = dict(zip(OF_AUTOMATED, seen.held, strict=False))
+        return readings_by(
+            {
+                name: where(
                     getattr(seen.there, MAIN[name]) > 0.5,
                     readings[name] + getattr(seen.residuals, MAIN[name]),
                     readings[name],
                 )
-                for name in SENSORS
-            )
+                for name in OF_AUTOMATED
+            }
         )
 
     def _repaired(self, faulty: Sequence[Scalar], seen: ResidualSet.Output, expected: Readings) -> Repaired:
         """The readings with those of faulty sensors replaced."""
         values = seen.held._asdict()
         values |= {
-            name: where(faulty[SENSORS.index(name)] > 0.5, getattr(expected, name), values[name]) for name in SENSORS
+            name: where(wrong > 0.5, getattr(expected, name), values[name])
+            for name, wrong in zip(OF_AUTOMATED, faulty, strict=True)
         }
         return Repaired(Measured(**values), seen.motion, seen.held.steering_shaft_torque, seen.residuals.r19)
 
@@ -133,7 +139,7 @@ class RuleMonitor:
         """Reading and expectation of each sensor, both within the threshold of its main residual."""
         names = [each.name for each in SENSOR_RESIDUALS]
         flags: list[Scalar] = []
-        for name, reading in zip(SENSORS, seen.held, strict=False):
+        for name, reading in zip(OF_AUTOMATED, seen.held, strict=False):
             main = MAIN[name]
             bound = self.sensor_thresholds[names.index(main)].at(seen.excitation)
             near = all_of(
@@ -215,5 +221,5 @@ def rule_monitor(
         actuator_set(car, known, sample_time),
         tuple(calibration.thresholds[each.name] for each in SENSOR_RESIDUALS),
         tuple(calibration.thresholds[each.name] for each in ACTUATOR_RESIDUALS),
-        RuleDiagnosis(rules(variant), sample_time, (SENSORS, ACTUATORS)),
+        RuleDiagnosis(rules(variant), sample_time, (OF_AUTOMATED, ACTUATORS)),
     )

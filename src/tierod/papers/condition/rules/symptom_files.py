@@ -30,7 +30,7 @@ from typing import Any
 
 from tierod.core.errors import nearest
 from tierod.core.toml import Document, build
-from tierod.monitors.condition.signals import ACTUATORS, SENSORS
+from tierod.monitors.condition.signals import ACTUATORS, OF_AUTOMATED
 from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.papers.condition.rules.symptoms import SymptomRule, SymptomTable, Timing
 
@@ -183,4 +183,4 @@ def rules(variant_or_path: str) -> SymptomTable:
     """
     name = FILES.get(variant_or_path)
     path = Path(__file__).with_name(f"{name}.toml") if name else Path(variant_or_path)
-    return read_table(path, tuple(RESIDUALS), (*SENSORS, *ACTUATORS))
+    return read_table(path, tuple(RESIDUALS), (*OF_AUTOMATED, *ACTUATORS))
