@@ -23,7 +23,7 @@ from tierod.papers.condition.faults import DRIFT, GAIN, LOSS, NOISE, OFFSET, STU
 from tierod.proving_ground.cars.catalogue import load as car_of
 from tierod.proving_ground.courses.catalogue import load as course_of
 from tierod.proving_ground.courses.circuit import Bend, Circuit, Halt, Straight
-from tierod.monitors.motor_angle.observer src.tierod.proving_ground.courses.way.py import Pace
+from tierod.proving_ground.courses.way import Pace
 from tierod.proving_ground.faults import injected
 from tierod.proving_ground.run import run
 from tierod.vehicles import load
