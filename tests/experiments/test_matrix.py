@@ -65,7 +65,7 @@ def test_faults_come_with_their_sizes_and_with_what_acts_together():
     point = matrix(HEAD + AXES + MONITORS)[2]
     (fault,) = point.faults
     assert (fault.name, fault.element, fault.trigger) == ("step", "steering.friction.level", AtTime(30.0))
-    assert fault.behaviour.factor == 1.5
+    assert fault.behaviour.to == 1.5
     together = HEAD + """
 [faults.double]
 element = "yaw_rate"

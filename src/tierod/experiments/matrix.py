@@ -190,7 +190,8 @@ def _included(
 ) -> list[Point]:
     own = where.get(SEEDS)
     if isinstance(own, Mapping) and set(own) == {"first", "count"}:
-        own = list(range(own["first"], own["first"] + own["count"]))
+        first, count = _checked_seeds((own["first"], own["count"]), (*location, SEEDS), document, each_once=False)
+        own = seeds_of(Seeds(first, count))
     if own is not None:
         seeds = _checked_seeds(own, (*location, SEEDS), document)
     chosen = {axis: level for axis, level in where.items() if axis != SEEDS}
@@ -198,11 +199,11 @@ def _included(
     return [point for point in _product(axes, seeds) if is_at(point.place, chosen)]
 
 
-def _checked_seeds(seeds: Any, location: Location, document: Document) -> tuple[int, ...]:
+def _checked_seeds(seeds: Any, location: Location, document: Document, each_once: bool = True) -> tuple[int, ...]:
     whole = isinstance(seeds, list | tuple) and all(
         isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0 for seed in seeds
     )
-    if not whole or not seeds or len(set(seeds)) != len(seeds):
+    if not whole or not seeds or (each_once and len(set(seeds)) != len(seeds)):
         raise document.error(
             location, "seeds are whole numbers from 0 on, each once: a list, or a table with first and count"
         )

@@ -16,7 +16,7 @@ from tierod.report.charts.over_time import estimate_figures
 from tierod.report.display import evidence, interval
 from tierod.report.document import document
 from tierod.report.html import Origin, Section, rendered
-from tierod.report.verdict import appearance, deciding, overall
+from tierod.report.verdict import appearance, deciding, overall, shown_as
 
 SCHEMA = "tierod.diagnoses/1"
 """Name and version of the JSON document."""
@@ -86,8 +86,10 @@ def render(judged: Sequence[Judged], origin: Origin) -> str:
 
 
 def _verdict(diagnosis: Diagnosis) -> str:
-    status = overall(diagnosis)
-    return f"{appearance(status).symbol} {str(status).upper()}"
+    if not diagnosis.findings:
+        return f"{appearance(Status.NOT_AVAILABLE).symbol} {str(Status.NOT_AVAILABLE).upper()}"
+    decisive = diagnosis.findings[0]
+    return f"{shown_as(decisive).symbol} {decisive.shown_status.upper()}"
 
 
 def _sections(judged: Sequence[Judged]) -> Iterator[Section]:

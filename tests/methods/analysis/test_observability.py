@@ -50,7 +50,7 @@ def test_ranks_of_the_friction_model(direction, outputs, rank):
 
 
 def test_sentences_name_what_is_hidden():
-    assert "show every state" in observability(friction_system(1.0)).sentence()
+    assert "every state is observable" in observability(friction_system(1.0)).sentence()
     assert observability(friction_system(0.0)).sentence().endswith("not observable: 1 friction")
     two = observability(friction_system(1.0, 2)).sentence()
     assert "1 yaw_rate" in two

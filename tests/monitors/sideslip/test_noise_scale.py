@@ -16,7 +16,7 @@ def after(innovations, variance=1.0, block=None, running=1.0):
     block = block or NoiseScale(STEP)
     state = block.init()
     for each in innovations:
-        state = block.step(state, each, variance, running)
+        state = block.after(state, each, variance, running)
     return block.scale(state)
 
 
@@ -39,7 +39,7 @@ def test_it_settles_where_the_filter_expects_some_more_than_it_sees():
     block, found = NoiseScale(STEP), []
     state = block.init()
     for each in rng.normal(0.0, 2.0, 60_000):
-        state = block.step(state, each, block.scale(state), 1.0)
+        state = block.after(state, each, block.scale(state), 1.0)
         found.append(block.scale(state))
     assert np.median(found[20_000:]) == pytest.approx(2.6 * 4.0, rel=0.4)
 
@@ -53,8 +53,8 @@ def test_a_single_leap_counts_little():
 def test_a_missing_reading_holds_it_and_none_is_below_one():
     block = NoiseScale(STEP, greatest=3.0)
     state = ScaleState(0.4, 1.2)
-    assert block.step(state, math.nan, 1.0, 1.0) == state
-    assert block.step(state, 3.0, 1.0, 0.0) == state
+    assert block.after(state, math.nan, 1.0, 1.0) == state
+    assert block.after(state, 3.0, 1.0, 0.0) == state
     assert after([0.0] * 5000) == 1.0
     assert after([50.0] * 5000, block=block) == pytest.approx(math.exp(3.0))
     assert after([50.0] * 5000, block=NoiseScale(STEP, greatest=0.0)) == 1.0

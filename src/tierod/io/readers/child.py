@@ -30,13 +30,14 @@ def main() -> None:
     os.dup2(2, 1)
     kind.prepare()
     limit_memory(memory)
+    begun = computed()
     warnings.simplefilter("ignore")
     reader = kind(path)
     for line_of_text in sys.stdin:
         request = json.loads(line_of_text)
         columns: dict[str, Any] = {}
         try:
-            limit_time(request["seconds"])
+            limit_time(begun + request["seconds"])
             columns, answer = reader.answer(request)
         except MemoryError:
             answer = {"memory": memory}
@@ -65,14 +66,23 @@ def limit_memory(more: int) -> None:
             resource.setrlimit(resource.RLIMIT_AS, (now + more, now + more))
 
 
-def limit_time(seconds: float) -> None:
-    """Take no more computing time [s] than some more than now; the process is ended then."""
-    with contextlib.suppress(ImportError, OSError, ValueError):
+def computed() -> float:
+    """Computing time of this process until now [s]."""
+    with contextlib.suppress(ImportError):
         import resource
 
         used = resource.getrusage(resource.RUSAGE_SELF)
+        return used.ru_utime + used.ru_stime
+    return 0.0
+
+
+def limit_time(seconds: float) -> None:
+    """Take no more computing time in all [s]; the process is ended then."""
+    with contextlib.suppress(ImportError, OSError, ValueError):
+        import resource
+
         _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-        resource.setrlimit(resource.RLIMIT_CPU, (int(used.ru_utime + used.ru_stime + seconds) + 1, hard))
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, hard))
 
 
 def _send(answers: BinaryIO, columns: dict[str, np.ndarray], about: dict[str, object]) -> None:

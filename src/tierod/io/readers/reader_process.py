@@ -30,13 +30,15 @@ class Budget:
 
     Args:
         memory: beyond its start and the size of the file [bytes]; recordings of cars take a tenth of it
-        seconds: of computing for one answer [s]; a small file takes 0.05 s
-        per_byte: more of it for every byte of the file [s]; a disk that is read once takes a tenth of it
+        seconds: of computing for all answers together [s]
+        per_answer: more of it for every answer [s]; a small file takes half of it
+        per_byte: more of it for every answer and byte of the file [s]; a disk that is read once takes a tenth of it
         patience: times as long until the answer must be there, on a machine that has other work too
     """
 
     memory: Annotated[int, "byte"] = 10**9
     seconds: Annotated[float, "s"] = 5.0
+    per_answer: Annotated[float, "s"] = 0.1
     per_byte: Annotated[float, "s/byte"] = 5e-8
     patience: Annotated[float, ""] = 8.0
 
@@ -61,7 +63,7 @@ class ReaderProcess:
         self.path, self._library, self._kind = path, library, kind
         size = path.stat().st_size
         self._memory = int(BUDGET.memory * max(limits().largest / Limits.largest, 1.0))
-        self._seconds = BUDGET.seconds + BUDGET.per_byte * size
+        self._seconds, self._more = BUDGET.seconds, BUDGET.per_answer + BUDGET.per_byte * size
         life, self._line = os.pipe()
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
         command = [sys.executable, "-P", str(child.__file__), str(path), str(life), str(self._memory + size)]
@@ -82,6 +84,7 @@ class ReaderProcess:
         Raises:
             InputError: the file cannot be read, or the process died of it
         """
+        self._seconds += self._more
         try:
             about, arrays = self._answer(json.dumps({**request, "seconds": self._seconds}).encode() + b"\n")
         except (OSError, ValueError, TypeError, KeyError):

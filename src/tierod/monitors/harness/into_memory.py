@@ -78,7 +78,8 @@ class MemoryFeed:
         last = diagnosis.findings[0].status
         results = {}
         for name, code in self.codes.items():
-            own = (code_courses or {}).get(name)
+            # A monitor with courses of single codes has none for a part that this vehicle lacks: that was not tested.
+            own = code_courses.get(name, [StatusChange(0.0, Status.NOT_READY)]) if code_courses else None
             status = _statuses(time, course, last) if own is None else _statuses(time, own, own[-1].status)
             results[name] = np.select(
                 [np.isin(status, code.failed_by), np.isin(status, code.passed_by)], [1.0, -1.0], 0.0

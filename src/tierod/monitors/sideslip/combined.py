@@ -249,8 +249,8 @@ class CombinedSideslip:
         """The scales of the noises, one sample on."""
         seen, expected = estimate.innovation, estimate.innovation_variance
         return (
-            self.yaw_noise.step(state.yaw_noise, seen.yaw_rate, expected.yaw_rate, running),
-            self.acceleration_noise.step(
+            self.yaw_noise.after(state.yaw_noise, seen.yaw_rate, expected.yaw_rate, running),
+            self.acceleration_noise.after(
                 state.acceleration_noise, seen.lateral_acceleration, expected.lateral_acceleration, running
             ),
         )

@@ -57,7 +57,7 @@ class NoiseScale:
         """Factor of the variance."""
         return exp(state.logarithm)
 
-    def step(self, state: ScaleState, innovation: Scalar, variance: Scalar, running: Scalar) -> ScaleState:
+    def after(self, state: ScaleState, innovation: Scalar, variance: Scalar, running: Scalar) -> ScaleState:
         """One sample on; held where the reading is missing or the filter does not run.
 
         Args:

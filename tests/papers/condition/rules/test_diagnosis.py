@@ -144,7 +144,10 @@ def test_nothing_abnormal_names_nobody():
         (('larger = [["r1", "r2"]]', 'larger = [["r1"]]'), r"expected pairs of two"),
         (('abnormal = ["r1"]', 'abnormal = "r1"'), r"expected a list of names"),
         (("weights = { r3 = 3.0 }", "weights = { r3 = 0 }"), r"weight of 'r3' is 0"),
-        (('sound = ["left", "right"]', 'sound = ["angle"]'), r"'angle' is sound, whose rule does not come before"),
+        (
+            ('sound = ["left", "right"]', 'sound = ["angle"]'),
+            r"requires 'angle' to be fault-free, but its rule does not come before",
+        ),
         (('positive = ["r3"]\nabnormal = ["r4"]', 'normal = ["r3"]'), r"holds while all is well"),
         (('abnormal = ["r4"]', 'abnromal = ["r4"]'), r"'abnromal' is not known here; did you mean 'abnormal'"),
         (('source = "nowhere"', ""), r"'source' is missing"),
