@@ -119,7 +119,7 @@ def test_the_late_truth_disagrees_with_structure_on_the_motors_alone(late_truth)
     *_, disagreements = (each for each in theory.items(Effort(quick=True, processes=1)) if isinstance(each, Table))
     motors = [row for row in disagreements.rows if row[1] != "isolable"]
     assert motors
-    assert all("structure sees no time" in row[-1] for row in motors)
+    assert all("structure regards no time" in row[-1] for row in motors)
     assert all(
         row[-1].startswith("its equations have it, but not its size") for row in disagreements.rows if row not in motors
     )
