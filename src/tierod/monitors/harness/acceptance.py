@@ -128,7 +128,10 @@ def _refusal(monitor: Monitor, variant: Variant, vehicle: Vehicle | None, whole:
                 session.conclude()
             elif not suited.required:
                 stop = min(start + TRIED, whole.span[1])
-                session.absorb(whole.align(session.signals, suited.rate, maximum_age=age, start=start, stop=stop))
+                aligned = whole.align(session.signals, suited.rate, maximum_age=age, start=start, stop=stop)
+                if not len(aligned.time):
+                    return "the recording holds a single instant, or none"
+                session.absorb(aligned)
                 finding = session.conclude().finding
                 return finding.cause if finding.cause.startswith(TOO_FEW) else ""
     except TierodError as error:
