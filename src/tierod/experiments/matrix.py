@@ -189,9 +189,6 @@ def _included(
     where: Mapping[str, object], axes: list[list[Level]], seeds: tuple[int, ...], document: Document, location: Location
 ) -> list[Point]:
     own = where.get(SEEDS)
-    if isinstance(own, Mapping) and set(own) == {"first", "count"}:
-        first, count = _checked_seeds((own["first"], own["count"]), (*location, SEEDS), document, each_once=False)
-        own = seeds_of(Seeds(first, count))
     if own is not None:
         seeds = _checked_seeds(own, (*location, SEEDS), document)
     chosen = {axis: level for axis, level in where.items() if axis != SEEDS}
@@ -199,15 +196,18 @@ def _included(
     return [point for point in _product(axes, seeds) if is_at(point.place, chosen)]
 
 
-def _checked_seeds(seeds: Any, location: Location, document: Document, each_once: bool = True) -> tuple[int, ...]:
-    whole = isinstance(seeds, list | tuple) and all(
-        isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0 for seed in seeds
-    )
-    if not whole or not seeds or (each_once and len(set(seeds)) != len(seeds)):
+def _checked_seeds(seeds: Any, location: Location, document: Document) -> tuple[int, ...]:
+    if isinstance(seeds, Mapping) and set(seeds) == {"first", "count"} and _whole(seeds.values()):
+        seeds = seeds_of(Seeds(**seeds))
+    if not isinstance(seeds, list | tuple) or not seeds or not _whole(seeds) or len(set(seeds)) != len(seeds):
         raise document.error(
             location, "seeds are whole numbers from 0 on, each once: a list, or a table with first and count"
         )
     return tuple(seeds)
+
+
+def _whole(numbers: Iterable[object]) -> bool:
+    return all(isinstance(each, int) and not isinstance(each, bool) and each >= 0 for each in numbers)
 
 
 def check_where(

@@ -62,9 +62,8 @@ def diagnose(
     """
     if signals is not None:
         require_writable(signals)
-    if vehicle is None:
-        vehicle = vehicle_named_in(source, dbc, channel_map)
-    car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
+    named = vehicle_named_in(source, dbc, channel_map) if vehicle is None else vehicle
+    car = named if isinstance(named, Vehicle) else load(named)
     definition, chosen = find(monitor or usual_monitor(car), variant)
     asked = variant is not None or isinstance(monitor, Variant)
     known = own_level if isinstance(own_level, Baseline) else _stored(own_level)
