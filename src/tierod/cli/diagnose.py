@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from tierod.vehicles import Vehicle
 
 
-RecordingPath = Annotated[
-    Path, typer.Argument(help="A recording: MF4, Parquet, CSV, a CAN log and others (see 'tierod formats').")
-]
 RecordingPaths = Annotated[
     list[Path],
     typer.Argument(
