@@ -118,6 +118,8 @@ def test_without_faults_all_drives_are_sound():
         (HEAD + "exclude = [{ seed = 7 }, { seed = 7 }]\n", 5, "no cell is left that this excludes"),
         (HEAD.replace("{ first = 7, count = 2 }", "[1, 1]"), 4, "seeds are whole numbers"),
         (HEAD.replace("{ first = 7, count = 2 }", "[]"), 4, "seeds are whole numbers"),
+        (HEAD.replace("count = 2", "count = 1000000000000"), 4, "1000000 is the most"),
+        (HEAD + "include = [{ seeds = { first = 0, count = 3000000 } }]\n", 5, "1000000 is the most"),
         (HEAD.replace("count = 2", "count = 0"), 4, "has to be above 0"),
         (HEAD + "include = [{ seeds = [1.5] }]\n", 5, "seeds are whole numbers"),
         (HEAD + "exlude = []\n", 5, "'exlude' is not known here; did you mean 'exclude' or"),

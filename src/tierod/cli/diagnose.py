@@ -167,12 +167,14 @@ def _one(
 @contextmanager
 def _naming_others(recording: Path, monitor: str, reading: _Reading) -> Iterator[None]:
     """Add to the refusal of a monitor which others can run."""
-    from tierod.core.errors import InputError, ParameterError, TierodError
+    from tierod.core.errors import DamagedFile, InputError, ParameterError, TierodError
     from tierod.monitors.registry import MONITORS
     from tierod.monitors.several import able
 
     try:
         yield
+    except DamagedFile:
+        raise
     except (InputError, ParameterError) as error:
         unable = isinstance(error, InputError) or "cannot run as" in str(error)
         if not unable or monitor not in MONITORS or not recording.is_file():

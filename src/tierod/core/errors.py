@@ -25,6 +25,10 @@ class InputError(TierodError):
     """A file, recording or signal cannot be used as given."""
 
 
+class DamagedFile(InputError):
+    """A file cannot be read to its end; to open it once more takes as long and ends the same way."""
+
+
 class ParameterError(TierodError):
     """A vehicle file, a parameter or an option is wrong."""
 

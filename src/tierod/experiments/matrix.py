@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +17,9 @@ from tierod.proving_ground.faults import Fault, fault_of
 Location = tuple[str | int, ...]
 SEEDS = "seeds"
 """Key of an included part with seeds of its own."""
+
+MOST_CELLS = 1_000_000
+"""Of a matrix before anything is excluded: a thousand cars every week for twenty years."""
 
 
 @dataclass(frozen=True)
@@ -144,11 +148,6 @@ def _distinct(levels: Sequence[Level], document: Document) -> list[Level]:
     return list(levels)
 
 
-def seeds_of(seeds: Seeds | tuple[int, ...]) -> tuple[int, ...]:
-    """Every seed, one after the other."""
-    return tuple(range(seeds.first, seeds.first + seeds.count)) if isinstance(seeds, Seeds) else seeds
-
-
 def points(file: CampaignFile, document: Document) -> list[Point]:
     """All cells of the matrix, in its order; what is included comes last.
 
@@ -157,8 +156,8 @@ def points(file: CampaignFile, document: Document) -> list[Point]:
             touches nothing, or a matrix without cells
     """
     axes = levels_of(file, document)
-    seeds = _checked_seeds(seeds_of(file.seeds), ("seeds",), document)
-    found = {_key(point): point for point in _product(axes, seeds)}
+    seeds = _checked_seeds(file.seeds, ("seeds",), document)
+    found = {_key(point): point for point in _product(axes, seeds, document, ("seeds",))}
     for number, where in enumerate(file.exclude):
         location = ("exclude", number)
         check_where(where, axes, seeds, document, location)
@@ -175,7 +174,12 @@ def points(file: CampaignFile, document: Document) -> list[Point]:
     return list(found.values())
 
 
-def _product(axes: Iterable[Sequence[Level]], seeds: Sequence[int]) -> list[Point]:
+def _product(
+    axes: Sequence[Sequence[Level]], seeds: Sequence[int], document: Document, location: Location
+) -> list[Point]:
+    cells = math.prod(map(len, axes)) * len(seeds)
+    if cells > MOST_CELLS:
+        raise document.error(location, f"with these seeds the matrix has {cells} cells; {MOST_CELLS} is the most")
     made = []
     for levels in itertools.product(*axes):
         place: dict[str, str] = {}
@@ -193,12 +197,16 @@ def _included(
         seeds = _checked_seeds(own, (*location, SEEDS), document)
     chosen = {axis: level for axis, level in where.items() if axis != SEEDS}
     check_where(chosen, axes, seeds, document, location)
-    return [point for point in _product(axes, seeds) if is_at(point.place, chosen)]
+    return [point for point in _product(axes, seeds, document, location) if is_at(point.place, chosen)]
 
 
 def _checked_seeds(seeds: Any, location: Location, document: Document) -> tuple[int, ...]:
     if isinstance(seeds, Mapping) and set(seeds) == {"first", "count"} and _whole(seeds.values()):
-        seeds = seeds_of(Seeds(**seeds))
+        seeds = Seeds(**seeds)
+    if isinstance(seeds, Seeds):
+        if seeds.count > MOST_CELLS:
+            raise document.error(location, f"these are {seeds.count} seeds; {MOST_CELLS} is the most")
+        seeds = tuple(range(seeds.first, seeds.first + seeds.count))
     if not isinstance(seeds, list | tuple) or not seeds or not _whole(seeds) or len(set(seeds)) != len(seeds):
         raise document.error(
             location, "seeds are whole numbers from 0 on, each once: a list, or a table with first and count"

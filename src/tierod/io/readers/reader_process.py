@@ -19,7 +19,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from tierod.core.errors import InputError, MissingExtra
+from tierod.core.errors import DamagedFile, MissingExtra
 from tierod.io.readers import child, mat_child, mdf_child
 from tierod.io.readers.limits import VARIABLE, Limits, limits
 
@@ -82,7 +82,7 @@ class ReaderProcess:
         """(what is said, the arrays that come with it) in answer to a request.
 
         Raises:
-            InputError: the file cannot be read, or the process died of it
+            DamagedFile: the file cannot be read, or the process died of it
         """
         self._seconds += self._more
         try:
@@ -111,13 +111,13 @@ class ReaderProcess:
             arrays[name] = np.frombuffer(data, dtype, size).reshape(shape)
         return about, arrays
 
-    def _refused(self, reason: str) -> InputError:
+    def _refused(self, reason: str) -> DamagedFile:
         self.close()
-        return InputError(
+        return DamagedFile(
             f"{self.path} is damaged or cut off and cannot be read as {self._kind} ({reason}); export it again"
         )
 
-    def _died(self) -> InputError:
+    def _died(self) -> DamagedFile:
         """The sentence on how the process ended."""
         try:
             code = self._process.wait(BUDGET.patience)
@@ -152,7 +152,7 @@ class MdfProcess(ReaderProcess):
             channels: their numbers; None for the frames of a bus
 
         Raises:
-            InputError: as for `ask`
+            DamagedFile: as for `ask`
         """
         self._lanes += 1
         request = {"lane": self._lanes, "group": group, "channels": channels}
