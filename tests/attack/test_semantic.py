@@ -57,8 +57,8 @@ def folder(tmp_path_factory) -> Path:
 
 @pytest.mark.parametrize("monitor", MONITORS)
 def test_a_sample_of_changes_has_no_wrong_word(folder, monitor):
-    figures = run(12, 20261123, folder, [monitor])[monitor]
-    assert figures["cases"] == 12
+    figures = run(6, 20261123, folder, [monitor])[monitor]
+    assert figures["cases"] == 6
     assert figures["wrong_words"] == {}
     assert figures["defects"] == 0
 

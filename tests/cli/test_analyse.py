@@ -44,8 +44,8 @@ def analyse(*arguments):
 def test_a_column_is_told_in_tables_and_on_a_page(place, capsys):
     assert analyse("column", "--vehicle", "column-bench") == 0
     printed = capsys.readouterr().out
-    for told in ("12.69", "112.5", "0.123", "an artefact of", "mechanical,", "page: column-bench-column.html"):
-        assert told in printed
+    for result in ("12.69", "112.5", "0.123", "an artefact of", "mechanical,", "page: column-bench-column.html"):
+        assert result in printed
     text = (place / "column-bench-column.html").read_text(encoding="utf-8")
     seen = Page(text)
     assert seen.open == []
@@ -73,9 +73,9 @@ def test_json_is_one_document_and_all_else_goes_elsewhere(place, capsys):
 def test_a_recording_is_compared_with_the_model(place, bench, capsys):
     write(bench, "bench.parquet")
     assert analyse("column", "--vehicle", "column-bench", "--recording", "bench.parquet", "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    measured = told["measured"]
-    assert told["remarks"] == []
+    result = json.loads(capsys.readouterr().out)
+    measured = result["measured"]
+    assert result["remarks"] == []
     assert measured["fits"]
     assert measured["differences"]["driver_torque"]["root_mean_square_db"] < 1.0
     assert (measured["input"], measured["rate"]) == ("motor_torque", 1000.0)
@@ -93,10 +93,10 @@ def test_a_recording_that_does_not_fit_the_model_is_said_to(place, bench, capsys
     write(bench.with_channels([weaker]), "other.parquet")
     arguments = ("column", "--vehicle", "column-bench", "--recording", "other.parquet", "--no-report")
     assert analyse(*arguments, "--json") == 2
-    told = json.loads(capsys.readouterr().out)
-    assert not told["measured"]["fits"]
-    assert "does not fit the model" in told["remarks"][0]
-    assert told["measured"]["differences"]["driver_torque"]["root_mean_square_db"] == pytest.approx(20.0, abs=0.5)
+    result = json.loads(capsys.readouterr().out)
+    assert not result["measured"]["fits"]
+    assert "does not fit the model" in result["remarks"][0]
+    assert result["measured"]["differences"]["driver_torque"]["root_mean_square_db"] == pytest.approx(20.0, abs=0.5)
     assert analyse(*arguments) == 2
     printed = capsys.readouterr().out
     assert "Measured over computed gain" in printed

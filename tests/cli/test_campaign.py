@@ -106,9 +106,9 @@ def test_gates_decide_the_exit_code_and_drive_nothing_anew(ran, figure, goal, co
 
 def test_a_dry_run_tells_matrix_and_cost_and_writes_nothing(place, capsys):
     assert campaign("c.toml", "-o", "runs", "--dry-run") == 0
-    told = capsys.readouterr().out
-    assert "4 drives, 0.0 h of driving" in told
-    assert told.count("yaw-rate") == 2
+    result = capsys.readouterr().out
+    assert "4 drives, 0.0 h of driving" in result
+    assert result.count("yaw-rate") == 2
     assert not (place / "runs").exists()
     assert campaign("c.toml", "-o", "runs", "--dry-run", "--json") == 0
     content = json.loads(capsys.readouterr().out)
@@ -117,17 +117,17 @@ def test_a_dry_run_tells_matrix_and_cost_and_writes_nothing(place, capsys):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "result"),
     [
         ("seeds", "seds", "tierod: c.toml, line 4: 'seds' is not known here; did you mean 'seeds'?"),
         ('"yaw_rate"', '"yaw_rat"', "tierod: c.toml, line 7: "),
         ('"friction"', '"fricton"', "tierod: c.toml, line 12: there is no monitor 'fricton'; did you mean 'friction'?"),
     ],
 )
-def test_a_slip_is_refused_before_any_drive(place, old, new, told, capsys):
+def test_a_slip_is_refused_before_any_drive(place, old, new, result, capsys):
     Path("c.toml").write_text(FILE.replace(old, new, 1))
     assert campaign("c.toml", "-o", "runs") == 3
-    assert capsys.readouterr().err.startswith(told)
+    assert capsys.readouterr().err.startswith(result)
     assert not (place / "runs").exists()
 
 
@@ -154,8 +154,8 @@ def test_two_campaigns_are_compared(ran, capsys):
     assert campaign("other.toml", "-o", "others") == 0
     capsys.readouterr()
     assert campaign("--compare", "runs", "others", "-o", "compared") == 0
-    told = capsys.readouterr().out
-    assert "friction, pre-sliding against friction, refined: 0 verdicts of 4 changed" in told
+    result = capsys.readouterr().out
+    assert "friction, pre-sliding against friction, refined: 0 verdicts of 4 changed" in result
     assert json.loads(Path("compared/comparison.json").read_text())["schema"] == "tierod.comparison/1"
     assert Path("compared/comparison.html").read_text().startswith("<!doctype html>")
     assert campaign("--compare", "runs", "nothing", "-o", "compared", "--json") == 3
@@ -164,8 +164,8 @@ def test_two_campaigns_are_compared(ran, capsys):
 
 def test_shipped_campaigns_are_listed_and_printed(capsys):
     assert campaign() == 0
-    told = capsys.readouterr().out
-    name = told.splitlines()[1].split()[0]
+    result = capsys.readouterr().out
+    name = result.splitlines()[1].split()[0]
     assert campaign(name, "--toml") == 0
     assert capsys.readouterr().out.startswith("name = ")
 
@@ -180,9 +180,9 @@ def test_a_campaign_that_is_stopped_says_how_to_go_on_and_leaves_no_process(plac
     while not list(place.glob("runs/verdicts/*.json")) and time.monotonic() < deadline:
         time.sleep(0.02)
     process.send_signal(sent)
-    _, told = process.communicate(timeout=60.0)
+    _, result = process.communicate(timeout=60.0)
     assert process.returncode == 130
-    assert "of 1000 drives are finished and kept in runs; the same command goes on from there" in told
+    assert "of 1000 drives are finished and kept in runs; the same command goes on from there" in result
     # Python's own tracker of resources ends a moment after the process that it serves.
     while alive(process.pid):
         assert time.monotonic() < deadline

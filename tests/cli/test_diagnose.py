@@ -42,6 +42,13 @@ def test_a_fault_ends_with_one(place, capsys):
     assert (document["status"], document["exit_code"]) == ("fault", 1)
 
 
+def test_without_spread_it_says_that_parameters_count_as_exact(place, healthy, capsys):
+    write(healthy, "drive.parquet")
+    assert diagnose("drive.parquet", "--vehicle", "midsize-eps", "--no-report", "--json", "--no-spread") == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["remarks"]["parameters"].startswith("all parameters of the vehicle are assumed to be exact")
+
+
 def test_raw_counts_cannot_be_judged_and_end_with_two(place, healthy, capsys):
     raw = [dataclasses.replace(healthy[name], unit="count") for name in ("driver_torque", "motor_torque")]
     write(healthy.with_channels(raw), "drive.parquet")

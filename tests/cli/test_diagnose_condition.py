@@ -52,12 +52,12 @@ def test_a_lost_sensor_is_told_and_shown_and_ends_with_one(place, faulty, capsys
 
 
 def test_what_replaces_a_sensor_goes_into_a_recording(place, faulty, capsys):
-    assert diagnose(faulty, "--no-report", "--signals", "told.parquet") == 1
-    assert "signals: told.parquet" in capsys.readouterr().out
-    told = read("told.parquet")
-    supplied, reading = told["supplied_steering_wheel_angle"], told["steering_wheel_angle"]
+    assert diagnose(faulty, "--no-report", "--signals", "signals.parquet") == 1
+    assert "signals: signals.parquet" in capsys.readouterr().out
+    result = read("signals.parquet")
+    supplied, reading = result["supplied_steering_wheel_angle"], result["steering_wheel_angle"]
     assert supplied.unit == reading.unit == "rad"
-    lost = told["state_of_steering_wheel_angle"].values == 1.0
+    lost = result["state_of_steering_wheel_angle"].values == 1.0
     assert np.count_nonzero(lost & (supplied.time < 25.0)) > 800
     truth = faulty["truth_steering_wheel_angle"].values[: len(lost)]
     assert np.all(reading.values[lost & (supplied.time < 24.9)] == 0.0)
@@ -69,7 +69,7 @@ def test_what_replaces_a_sensor_goes_into_a_recording(place, faulty, capsys):
 def test_signals_go_over_nothing_that_was_given_and_into_a_known_format(place, faulty, capsys):
     assert diagnose(faulty, "--no-report", "--signals", "drive.parquet") == 3
     assert "--signals" in capsys.readouterr().err
-    assert diagnose(faulty, "--no-report", "--signals", "told.txt") == 3
+    assert diagnose(faulty, "--no-report", "--signals", "signals.txt") == 3
     assert "no ending that can be written" in capsys.readouterr().err
 
 

@@ -32,14 +32,14 @@ def identify(folder, *arguments):
 def test_writes_vehicle_file_page_and_json(folder, capsys):
     target, page = folder / "found.toml", folder / "page.html"
     assert identify(folder, "-o", str(target), "--report", str(page), "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tierod.identification/1"
-    assert told["converged"]
-    found = {each["name"]: each for each in told["parameters"]}
+    result = json.loads(capsys.readouterr().out)
+    assert result["schema"] == "tierod.identification/1"
+    assert result["converged"]
+    found = {each["name"]: each for each in result["parameters"]}
     assert found["motor_friction"]["value"] == pytest.approx(0.1, rel=0.02)
     assert found["motor_friction"]["before"] == 0.07
     assert found["motor_damping"]["value"] == pytest.approx(1.483924848e-3, rel=0.02)
-    assert [each["left_out"] for each in told["leave_one_out"]] == ["locked-sweep.parquet", "multisine.parquet"]
+    assert [each["left_out"] for each in result["leave_one_out"]] == ["locked-sweep.parquet", "multisine.parquet"]
     _holds_what_was_found(folder, target, found)
     text = page.read_text(encoding="utf-8")
     assert {"matching-0", "matching-1", "friction-curve", "residuals"} == set(charts(text))
@@ -113,8 +113,8 @@ def test_a_wheel_held_by_hands_is_seen_and_nothing_is_written(folder, capsys):
     target = folder / "held-found.toml"
     arguments = [str(folder / "held.parquet"), "--vehicle", "column-bench", "-o", str(target), "--json"]
     assert main(["identify", "column", *arguments]) == 2
-    told = json.loads(capsys.readouterr().out)
-    assert not told["explained"]
-    assert any("are there hands on it?" in remark for remark in told["remarks"])
-    assert told["vehicle_file"] is None
+    result = json.loads(capsys.readouterr().out)
+    assert not result["explained"]
+    assert any("are there hands on it?" in remark for remark in result["remarks"])
+    assert result["vehicle_file"] is None
     assert not target.exists()

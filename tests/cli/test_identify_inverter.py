@@ -44,9 +44,9 @@ def test_it_writes_what_a_diagnosis_then_has_nothing_to_say_about(folder, capsys
     before = json.loads(capsys.readouterr().out)["findings"][0]
     assert any("the inverter's knee is 2.5 A and not 1 A" in each for each in before["warnings"])
     assert main(["identify", "inverter", drive, "--vehicle", vehicle, "-o", str(found), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["subject"] == "inverter"
-    values = {each["name"]: each["value"] for each in told["parameters"]}
+    result = json.loads(capsys.readouterr().out)
+    assert result["subject"] == "inverter"
+    values = {each["name"]: each["value"] for each in result["parameters"]}
     assert values == pytest.approx({"inverter_voltage_loss": 0.83, "inverter_knee_current": 2.5}, rel=0.01)
     assert load(found)["inverter_knee_current"] == pytest.approx(values["inverter_knee_current"], rel=1e-6)
     assert tomllib.loads(found.read_text(encoding="utf-8"))["parameters"]["motor_flux"]["value"] == 0.0085

@@ -29,18 +29,18 @@ def identify(folder, *arguments):
 def test_writes_vehicle_file_page_and_json(folder, capsys):
     target, page = folder / "found.toml", folder / "page.html"
     assert identify(folder, "-o", str(target), "--report", str(page), "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["subject"] == "motor"
-    assert told["explained"]
-    assert told["not_identifiable"] == []
-    found = {each["name"]: each for each in told["parameters"]}
+    result = json.loads(capsys.readouterr().out)
+    assert result["subject"] == "motor"
+    assert result["explained"]
+    assert result["not_identifiable"] == []
+    found = {each["name"]: each for each in result["parameters"]}
     assert found["motor_resistance"]["value"] == pytest.approx(0.05, rel=0.01)
     assert found["motor_resistance"]["before"] == 0.07
     assert found["motor_friction"]["value"] == pytest.approx(0.3, rel=0.01)
     assert found["motor_friction"]["before"] is None
-    warm = told["as_warm_as_recorded"]["motor_resistance"]
+    warm = result["as_warm_as_recorded"]["motor_resistance"]
     assert warm["standard_deviation"] < 0.2 * found["motor_resistance"]["standard_deviation"]
-    assert told["torque_ratio"]["value"] == pytest.approx(1.0, abs=0.01)
+    assert result["torque_ratio"]["value"] == pytest.approx(1.0, abs=0.01)
     car = load(target)
     for name, each in found.items():
         assert car.parameters[name].value == pytest.approx(each["value"], rel=1e-6)

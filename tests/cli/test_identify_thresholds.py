@@ -42,7 +42,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def short(monkeypatch):
-    """A minute tells the parameters, and another one the limits: enough to see what is written, not how well."""
+    """A minute gives the parameters, and another one the limits: enough to see what is written, not how well."""
     monkeypatch.setattr("tierod.monitors.condition.calibration.whole.FOR_PARAMETERS", 62.0)
     monkeypatch.setattr("tierod.monitors.condition.calibration.whole.LEAST_HOURS", 0.015)
     monkeypatch.setattr("tierod.monitors.condition.calibration.limits.LEAST_HOURS", 0.015)
@@ -57,11 +57,11 @@ def test_parameters_and_limits_go_into_the_vehicle_file_and_replace_older_ones(f
     car, page = folder / "car.toml", folder / "page.html"
     places = ["--vehicle", str(folder / "mine.toml"), "-o", str(car), "--report", str(page), "--json"]
     assert thresholds(folder, "first", "second", arguments=places) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tierod.identification/1"
-    assert told["explained"]
-    assert set(told["thresholds"]) == {"condition", "residuals", "residuals-printed"}
-    found = {each["name"]: each["value"] for each in told["parameters"]}
+    result = json.loads(capsys.readouterr().out)
+    assert result["schema"] == "tierod.identification/1"
+    assert result["explained"]
+    assert set(result["thresholds"]) == {"condition", "residuals", "residuals-printed"}
+    found = {each["name"]: each["value"] for each in result["parameters"]}
     assert load(car)["mass"] == pytest.approx(found["mass"], rel=1e-6)
     assert min(limits_of(load(car)).fast) > 0.0
     assert "Limits" in Page(page.read_text(encoding="utf-8")).texts
@@ -72,7 +72,7 @@ def test_parameters_and_limits_go_into_the_vehicle_file_and_replace_older_ones(f
     assert thresholds(folder, "first", "second", arguments=again) == 0
     text = car.read_text(encoding="utf-8")
     assert "# weighed\n[parameters.mass]" in text
-    for of in told["thresholds"]:
+    for of in result["thresholds"]:
         assert text.count(f"[thresholds.{of}]") == 1
     kept = tomllib.loads(text)["thresholds"]["condition"]
     assert kept["hours_between_alarms"] > 0.999e5
@@ -83,9 +83,9 @@ def test_a_drive_with_a_fault_is_named_and_nothing_is_written(folder, short, cap
     before = sorted(folder.iterdir())
     places = ["--vehicle", "smartload", "-o", str(folder / "doubtful.toml")]
     assert thresholds(folder, "first", "lost", arguments=places) == 2
-    told = " ".join(capsys.readouterr().err.split())
-    assert "doubtful.toml is not written: not healthy" in told
-    assert "lost.parquet as of wheel_speed_rear_right" in told
+    result = " ".join(capsys.readouterr().err.split())
+    assert "doubtful.toml is not written: not healthy" in result
+    assert "lost.parquet as of wheel_speed_rear_right" in result
     assert sorted(folder.iterdir()) == before
 
 

@@ -17,13 +17,13 @@ def place(tmp_path, monkeypatch):
 def test_the_demonstrator_is_told_in_tables_and_on_a_page(place, capsys):
     assert main(["isolability", "--vehicle", "smartload"]) == 0
     printed = capsys.readouterr().out
-    for told in (
+    for result in (
         "not separable from steering motor 2",
         "28 of 45 pairs",
         "from its current",
         "smartload-isolability.html",
     ):
-        assert told in printed
+        assert result in printed
     text = (place / "smartload-isolability.html").read_text(encoding="utf-8")
     seen = Page(text)
     assert seen.open == []
@@ -51,15 +51,15 @@ def test_json_is_one_document_and_tells_what_a_poorer_car_confuses(place, capsys
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "result"),
     [
         (["--without", "tie_rod_forze"], "tie_rod_force"),
         (["--vehicle", "midsize-eps"], "midsize-eps"),
         (["--vehicle", "smartlod"], "smartload"),
     ],
 )
-def test_bad_input_is_named(place, capsys, arguments, told):
+def test_bad_input_is_named(place, capsys, arguments, result):
     assert main(["isolability", *arguments]) == 3
     said = capsys.readouterr().err
-    assert told in said
+    assert result in said
     assert "Traceback" not in said

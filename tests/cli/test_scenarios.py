@@ -24,9 +24,9 @@ def test_lists_everything_that_is_shipped(capsys):
 
 @pytest.mark.parametrize("kind", ["cars", "courses"])
 def test_lists_one_kind_alone(capsys, kind):
-    told = json.loads(printed(capsys, f"--{kind}", "--json"))
-    assert [each["name"] for each in told[kind]] == list(NAMES[kind])
-    assert list(told) == [kind]
+    result = json.loads(printed(capsys, f"--{kind}", "--json"))
+    assert [each["name"] for each in result[kind]] == list(NAMES[kind])
+    assert list(result) == [kind]
     whole = printed(capsys, f"--{kind}")
     assert all(f"\n{name} " not in f"\n{whole}" for name in NAMES["scenarios"])
 
@@ -39,8 +39,8 @@ def test_shows_a_scenario(capsys, name):
         assert text in whole
     for fault in scenario.faults:
         assert fault.element in whole
-    told = json.loads(printed(capsys, name, "--json"))
-    assert (told["name"], told["seconds"]) == (name, scenario.duration)
+    result = json.loads(printed(capsys, name, "--json"))
+    assert (result["name"], result["seconds"]) == (name, scenario.duration)
 
 
 @pytest.mark.parametrize("name", NAMES["cars"])
@@ -49,9 +49,9 @@ def test_shows_a_car_with_every_parameter_and_where_it_comes_from(capsys, name):
     car = catalogue.load(name)
     for line in (car.file.description, car.file.source, *car.file.not_good_for):
         assert line in whole
-    told = json.loads(printed(capsys, name, "--json"))
-    assert all(each["source"] for each in told["parameters"])
-    assert told["parameters"][0]["name"] in whole
+    result = json.loads(printed(capsys, name, "--json"))
+    assert all(each["source"] for each in result["parameters"])
+    assert result["parameters"][0]["name"] in whole
 
 
 @pytest.mark.parametrize("name", NAMES["courses"])
@@ -73,8 +73,8 @@ def test_prints_a_file_to_begin_with(capsys, tmp_path, name, load):
     mine = tmp_path / f"{name}.toml"
     mine.write_text(printed(capsys, name, "--toml"), encoding="utf-8")
     ours, shipped = load(mine), load(name)
-    told = ("car", "duration", "faults") if load is scenarios.load else ("block",) if load is catalogue.load else ()
-    for field in told:
+    result = ("car", "duration", "faults") if load is scenarios.load else ("block",) if load is catalogue.load else ()
+    for field in result:
         assert getattr(ours, field) == getattr(shipped, field)
     assert getattr(ours, "duration", 0.0) == getattr(shipped, "duration", 0.0)
 

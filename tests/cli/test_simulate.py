@@ -56,18 +56,18 @@ def test_writes_measured_channels_beside_the_truth(scenario, capsys, ending):
 
 def test_tells_one_run_as_json(scenario, capsys):
     assert main(["simulate", scenario(), "-o", "a.parquet", "--seed", "5", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tierod.simulation/1"
-    assert (told["scenario"], told["seed"], told["seconds"]) == ("mine", 5, 8.0)
-    assert told["diverged_at"] is None
-    assert told["faults"] == [
+    result = json.loads(capsys.readouterr().out)
+    assert result["schema"] == "tierod.simulation/1"
+    assert (result["scenario"], result["seed"], result["seconds"]) == ("mine", 5, 8.0)
+    assert result["diverged_at"] is None
+    assert result["faults"] == [
         {"name": "yaw_rate offset", "element": "yaw_rate", "behaviour": "offset", "start": 4.0, "end": 8.0}
     ]
-    assert "yaw_rate" in told["measured_channels"]
-    assert "truth_yaw_rate" in told["truth_channels"]
+    assert "yaw_rate" in result["measured_channels"]
+    assert "truth_yaw_rate" in result["truth_channels"]
     assert main(["simulate", scenario(), "-o", "b.parquet", "--seed", "5", "--json"]) == 0
     again = json.loads(capsys.readouterr().out)
-    assert again | {"recording": ""} == told | {"recording": ""}
+    assert again | {"recording": ""} == result | {"recording": ""}
     with open("a.parquet", "rb") as first, open("b.parquet", "rb") as second:
         assert first.read() == second.read(), "the same run gives the same file, to the bit"
 

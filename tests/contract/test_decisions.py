@@ -109,7 +109,7 @@ def test_a_threshold_that_was_changed_is_found(case):
         if decision.part_of(session) is None:
             continue
         if isinstance(rule, OwnRule):
-            other = OwnRule(rule.told, {name: 1.01 * value for name, value in rule.values.items()})
+            other = OwnRule(rule.stated, {name: 1.01 * value for name, value in rule.values.items()})
         else:
             name = next(n for n in ("threshold", "upper") if hasattr(rule, n))
             room = {"ceiling": 2.0 * rule.ceiling} if hasattr(rule, "ceiling") else {}

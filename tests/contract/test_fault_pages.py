@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import report_pages
+from exact_vehicle import diagnose
 from tierod.cli import main
 from tierod.core.findings import Status
 from tierod.core.recording import Channel
 from tierod.core.shown import shown
 from tierod.io.readers import read
-from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.registry import MONITORS
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
@@ -75,7 +75,9 @@ def with_duty_cycles(whole):
 
 def friction(whole, variant):
     if variant.startswith("baseline"):
-        return diagnose(whole, vehicle("midsize-eps", baseline_variance=1e-4), "friction", "baseline-ungated")
+        return diagnose(
+            whole, vehicle("midsize-eps", baseline_variance=1e-4), "friction", "baseline-ungated", spread=False
+        )
     return diagnose(whole, "midsize-eps", "friction", variant)
 
 

@@ -1,4 +1,4 @@
-"""Who may import whom: downwards only, libraries behind their one door, and nothing heavy before it is needed."""
+"""Imports point downwards only; libraries have one door, and nothing heavy is imported before it is needed."""
 
 import ast
 import graphlib

@@ -48,7 +48,7 @@ def trees(model):
 
 
 def parameters_of(model):
-    """From the first shipped vehicle that has all of them; a model of what no vehicle file tells has its own here."""
+    """From the first shipped vehicle that has all of them; a model of what no vehicle file holds has its own here."""
     if model is TwoInertiaColumn:
         return without_gear(load("column-bench").parameters_for(ColumnParameters))
     needed = [f.name for f in fields(model.Parameters) if f.default is MISSING and f.default_factory is MISSING]

@@ -16,10 +16,10 @@ from tierod.proving_ground.run import run
 @pytest.mark.parametrize("name", scenarios.shipped())
 def test_every_shipped_scenario_can_be_driven(name, tmp_path, capsys):
     assert main(["simulate", name, "-o", str(tmp_path / "drive.parquet"), "--seconds", "1.5", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    result = json.loads(capsys.readouterr().out)
     recording = read(tmp_path / "drive.parquet")
     assert recording.span[1] == pytest.approx(1.5, abs=0.02)
-    assert set(told["measured_channels"] + told["truth_channels"]) == set(recording.names)
+    assert set(result["measured_channels"] + result["truth_channels"]) == set(recording.names)
     assert all(np.isfinite(channel.values).any() for channel in recording.channels.values())
 
 

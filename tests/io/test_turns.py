@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from shared_data import shared_data
 from tierod.core.recording import Channel, Recording
 from tierod.io.readers import read
 from tierod.io.signs import NAMES, turn_warnings
-from tierod.monitors.diagnose import diagnose
 from tierod.proving_ground import drive
 
 

@@ -8,11 +8,12 @@ import itertools
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from shared_data import shared_data
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.diagnose import Run, diagnose, find, usual_monitor
+from tierod.monitors.diagnose import Run, find, usual_monitor
 from tierod.monitors.registry import MONITORS
 from tierod.proving_ground import FrictionCourse, drive
 from tierod.report.page import render

@@ -4,9 +4,9 @@ import dataclasses
 
 import pytest
 
+from exact_vehicle import diagnose
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
-from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.hysteresis.decisions import INCREASE
 from tierod.monitors.hysteresis.definition import IncreaseLimits
@@ -68,7 +68,9 @@ def test_without_a_noticeable_friction_nothing_is_suspected():
 
 def test_the_limits_of_an_own_loop_lie_as_far_above_it_as_those_of_the_vehicle():
     own = Baseline("midsize-eps", "hysteresis, ground", 28.8, 0.1, "N*m", 60.0)
-    finding = diagnose(lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "ground", own_level=own).findings[0]
+    finding = diagnose(
+        lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "ground", own_level=own, spread=False
+    ).findings[0]
     assert finding.estimate.reference == {
         "unfaulted": 28.8,
         "rising": pytest.approx(29.6),
@@ -115,5 +117,7 @@ def test_a_gain_of_one_torque_is_named_and_learnt_by_no_own_level(tmp_path, supp
 @pytest.mark.parametrize("hoist", [True, False])
 def test_friction_is_no_gain(friction, hoist):
     support = "hoist" if hoist else "ground"
-    finding = diagnose(lock_to_lock(friction, hoist, seed=4), "midsize-eps", "hysteresis", support).findings[0]
+    finding = diagnose(
+        lock_to_lock(friction, hoist, seed=4), "midsize-eps", "hysteresis", support, spread=False
+    ).findings[0]
     assert not any("gain" in warning for warning in finding.warnings)

@@ -71,11 +71,11 @@ def test_every_part_of_the_sample_is_used(installed, tmp_path):
     assert packages["wheel-imbalance"] == "tierod-wheel-imbalance 0.1.0"
     assert packages["friction"] == "tierod"
     assert "Package: tierod-wheel-imbalance 0.1.0" in tierod(tmp_path, "monitors", "wheel-imbalance", site=installed)[0]
-    told = tierod(
+    result = tierod(
         tmp_path, "diagnose", "drive.wim", "--vehicle", "balancing-car", "--json", "--memory", "m.json", site=installed,
         code=1,
     )[0]  # fmt: skip
-    finding = json.loads(told)["findings"][0]
+    finding = json.loads(result)["findings"][0]
     assert finding["monitor"] == "wheel-imbalance"
     assert finding["status"] == "fault"
     assert finding["estimate"]["value"] == pytest.approx(0.3, abs=0.05)

@@ -1,4 +1,4 @@
-"""What the implicit integration is told of dry friction, and what that makes of friction that sticks stiffly."""
+"""What the implicit integration knows of dry friction, and what that makes of friction that sticks stiffly."""
 
 import math
 from dataclasses import replace
@@ -165,9 +165,9 @@ def test_what_is_light_neither_chatters_where_it_sticks_nor_is_braked_where_it_s
         return lambda time: size * np.sin(1.5 * time) * (time < 2.0)
 
     rig = Rig(steering, kingpin_stiffness=3000.0, arm_stiffness=60.0, arm_damping=2.0)
-    told = {"hand_angle": swing(0.6), "motor_torque": swing(0.4)}
-    _, coarse = rig.run(3.0, **told)
-    _, fine = replace(rig, step_time=STEP / 40.0).run(3.0, **told)
+    result = {"hand_angle": swing(0.6), "motor_torque": swing(0.4)}
+    _, coarse = rig.run(3.0, **result)
+    _, fine = replace(rig, step_time=STEP / 40.0).run(3.0, **result)
     for name in ("steering_wheel_angle", "driver_torque", "pinion_angle"):
         error = coarse[name] - fine[name][::40]
         assert np.sqrt(np.mean(error**2)) < 0.01 * np.std(fine[name]), name

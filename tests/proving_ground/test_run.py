@@ -179,10 +179,10 @@ def test_parts_keep_the_step_of_their_car():
 
 
 def test_progress_is_told():
-    told = []
-    run(CAR, Turn(), 1.0, sensors=IDEAL, progress=told.append)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    result = []
+    run(CAR, Turn(), 1.0, sensors=IDEAL, progress=result.append)
+    assert result == sorted(result)
+    assert result[-1] == 1.0
 
 
 LOOK = 0.2

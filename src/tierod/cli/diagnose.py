@@ -70,6 +70,10 @@ SignalsPath = Annotated[
         "(.parquet, .csv, .mf4)."
     ),
 ]
+WithSpread = Annotated[
+    bool,
+    typer.Option(help="Carry the spread of the parameters into bands and verdict; without, it is faster."),
+]
 WithReport = Annotated[bool, typer.Option(help="Write the HTML report.")]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")]
 
@@ -87,6 +91,7 @@ def diagnose(
     own_level: OwnLevelPath = None,
     memory: MemoryPath = None,
     signals: SignalsPath = None,
+    spread: WithSpread = True,
     report: WithReport = True,
     as_json: AsJson = False,
 ) -> int:
@@ -102,7 +107,7 @@ def diagnose(
     target = (output or Path(f"{stem}-{what}.html")) if report else None
     given = [*recordings, *named, *(dbc or []), channel_map, own_level, memory]
     _refuse_what_cannot_be_written(target, signals, own_level, given)
-    reading = _Reading([cars[name] for name in named], dbc or None, channel_map, start, stop)
+    reading = _Reading([cars[name] for name in named], dbc or None, channel_map, start, stop, spread)
     if not alone or what == ALL:
         _refuse_options_of_one(
             {"--variant": variant, "--own-level": own_level, "--memory": memory, "--signals": signals}, alone
@@ -113,13 +118,14 @@ def diagnose(
 
 @dataclass(frozen=True)
 class _Reading:
-    """How the recordings are read: as which cars, by which files, which stretch."""
+    """How the recordings are read and judged: as which cars, by which files, which stretch, with their spread."""
 
     cars: Sequence[Vehicle]
     dbc: list[Path] | None
     channel_map: Path | None
     start: float | None
     stop: float | None
+    spread: bool
 
 
 def _one(
@@ -151,6 +157,7 @@ def _one(
             own_level=own_level,
             memory=memory,
             signals=signals,
+            spread=reading.spread,
             command=_command(),
             progress=advance,
         )
@@ -211,6 +218,7 @@ def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target:
                     channel_map=reading.channel_map,
                     start=reading.start,
                     stop=reading.stop,
+                    spread=reading.spread,
                     command=_command(),
                     progress=advance,
                 )

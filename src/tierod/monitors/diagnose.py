@@ -21,6 +21,9 @@ from tierod.monitors.harness.session import Monitor, Variant
 from tierod.monitors.registry import MONITORS, obstacle
 from tierod.vehicles import Vehicle, load
 
+EXACT = "all parameters of the vehicle are assumed to be exact: bands and verdict do not hold their spread"
+"""Remark of a diagnosis without spread."""
+
 
 def diagnose(
     source: Recording | str | Path,
@@ -33,6 +36,7 @@ def diagnose(
     own_level: Baseline | str | Path | None = None,
     memory: str | Path | None = None,
     signals: str | Path | None = None,
+    spread: bool = True,
     command: str = "",
     progress: Callable[[float], None] | None = None,
 ) -> Diagnosis:
@@ -51,6 +55,8 @@ def diagnose(
         memory: path of a fault memory, which takes the recording as one operation cycle; written anew if there is none
         signals: path of a recording that takes what the monitor reads and estimates over time, at its own rate:
             states, what replaces a sensor; .parquet, .csv or .mf4
+        spread: whether the spread of the vehicle's parameters is carried into bands and verdict, at up to four times
+            the computing
         command: what the user typed, for the report
         progress: called with the share done, 0 to 1
 
@@ -68,16 +74,18 @@ def diagnose(
     asked = variant is not None or isinstance(monitor, Variant)
     known = own_level if isinstance(own_level, Baseline) else _stored(own_level)
     kept = None if signals is None else OverTime()
-    run = Run(definition, chosen, car, known, memory, kept, uncertain=True)
+    run = Run(definition, chosen, car, known, memory, kept, uncertain=spread)
     for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
         if place == 0:
             suited, picked = _suited(definition, chosen if asked else None, piece)
             if (suited, picked) != (definition, None):
-                run = Run(suited, picked or chosen, car, known, memory, kept, uncertain=True)
+                run = Run(suited, picked or chosen, car, known, memory, kept, uncertain=spread)
         run.add(piece)
         if progress:
             progress(share_read(piece))
     diagnosis = run.finish(command)
+    if not spread:
+        diagnosis = diagnosis.remarked("parameters", EXACT)
     if signals is not None and kept is not None:
         units = {name: each.unit for name, each in diagnosis.traces.items()}
         write(kept.recording(units, f"tierod, monitor {run.monitor.name}"), signals)

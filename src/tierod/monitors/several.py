@@ -53,6 +53,7 @@ def judge(
     channel_map: Any = None,
     start: float | None = None,
     stop: float | None = None,
+    spread: bool = True,
     command: str = "",
     progress: Callable[[float], None] = lambda share: None,
 ) -> Judged:
@@ -64,6 +65,7 @@ def judge(
         monitors: names; every one that needs no choice of a variant where None
         dbc, channel_map: as of `diagnose`
         start, stop: of the stretch that is judged, in the time of the recording [s]; all of it where not given
+        spread: as of `diagnose`
         command: what the user typed, for the report
         progress: called with the share done, 0 to 1
 
@@ -86,7 +88,7 @@ def judge(
 
         try:
             found[name] = diagnose(
-                source, car, name, dbc=dbc, channel_map=channel_map, command=command, progress=advance
+                source, car, name, dbc=dbc, channel_map=channel_map, spread=spread, command=command, progress=advance
             )
         except (InputError, ParameterError) as error:
             missed.append(NotRun(name, str(error)))

@@ -1,4 +1,4 @@
-"""The demonstrator as its vehicle file tells it, and motions of it in closed form."""
+"""The demonstrator as its vehicle file gives it, and motions of it in closed form."""
 
 import math
 

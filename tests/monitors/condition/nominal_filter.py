@@ -11,7 +11,7 @@ from tierod.vehicles import load
 
 @lru_cache(maxsize=1)
 def nominal_filter():
-    """It suspects nobody; the file's values are those of the nominal demonstrator, offsets its sensors'."""
+    """It assumes no fault; the file's values are those of the nominal demonstrator, offsets its sensors'."""
     car, sensors = load("smartload"), vehicle(0).sensors
     known = {name: replace(each, standard_deviation=0.0) for name, each in car.parameters.items()}
     for name in ConditionSample._fields[:8]:

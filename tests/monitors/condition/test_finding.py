@@ -250,7 +250,7 @@ def test_what_was_not_judged_stands_beside_its_own_cause():
     _, finding, _ = concluded(change, missing=(YAW, "tie_rod_force"))
     assert finding.headline == (
         "6 of 10 sensors and actuators are sound over 20 s; not judged: steering wheel angle (the true value was near "
-        "zero, or the others did not tell it well enough); steering motor 1 (too little torque was asked for); "
+        "zero, or the others did not determine it well enough); steering motor 1 (too little torque was asked for); "
         "yaw rate and tie rod force (not in the recording)."
     )
 
@@ -260,7 +260,7 @@ def test_without_the_torque_sensor_nothing_tells_what_a_motor_gives():
         stated.testable[:, place(MOTOR)] = False
 
     states, _, _ = concluded(change, missing=("steering_shaft_torque",))
-    assert states[MOTOR].cause == "nothing tells what it gives without steering shaft torque"
+    assert states[MOTOR].cause == "nothing shows what it gives without steering shaft torque"
 
 
 def test_what_was_wired_wrongly_makes_nothing_testable():
@@ -307,7 +307,7 @@ def test_inputs_that_disagree_with_others_are_named_beside_what_was_found():
 
 
 def test_an_acceleration_is_named_first_unless_what_it_is_compared_with_failed_long_before():
-    def told(start):
+    def result(start):
         first = Episode("delay", start, None)
         other = Episode("off yaw rate times speed", 24.0, None)
         states = [
@@ -316,9 +316,9 @@ def test_an_acceleration_is_named_first_unless_what_it_is_compared_with_failed_l
         ]
         return judge("condition, bank", states, Driven(PERIOD), (), {}, 0, True).headline
 
-    assert told(2.7).startswith("Wheel speed rear left sensor: delay")
-    assert told(22.0).startswith("Lateral acceleration sensor: off")
-    assert told(60.0).startswith("Lateral acceleration sensor: off")
+    assert result(2.7).startswith("Wheel speed rear left sensor: delay")
+    assert result(22.0).startswith("Lateral acceleration sensor: off")
+    assert result(60.0).startswith("Lateral acceleration sensor: off")
 
 
 def test_targets_that_disagree_are_named_where_nothing_is_declared():

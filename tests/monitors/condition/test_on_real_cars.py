@@ -40,16 +40,16 @@ def diagnosed(capsys, *arguments):
 @pytest.mark.parametrize("vehicle", CARS)
 def test_a_sound_car_is_healthy_and_hears_what_it_lacks(vehicle, capsys):
     _, sound, missing = CARS[vehicle]
-    code, told = diagnosed(capsys, recording_of(vehicle), "--vehicle", vehicle)
+    code, result = diagnosed(capsys, recording_of(vehicle), "--vehicle", vehicle)
     assert code == 0
-    states = {each["name"]: each["status"] for each in told["elements"]}
+    states = {each["name"]: each["status"] for each in result["elements"]}
     assert {name for name, status in states.items() if status == "healthy"} == sound
     assert states["tie_rod_force"] == states["drive_left"] == "not available"
-    warnings = told["findings"][0]["warnings"]
+    warnings = result["findings"][0]["warnings"]
     lack = [each for each in warnings if each.startswith("without ")]
     assert len(lack) == 1
     assert all(name in lack[0] for name in ("steering shaft torque", "tie rod force", *missing))
-    assert "still told apart" in lack[0]
+    assert "still distinguished" in lack[0]
     assert any("both wheels of an axle at once are not judged" in each for each in warnings)
 
 
@@ -57,9 +57,9 @@ def test_an_offset_of_the_yaw_rate_is_named_from_its_beginning_to_its_end(tmp_pa
     sound = complete(read(recording_of("rav4"), dbc="rav4", channel_map=load("rav4").channel_map))
     fault = Injected("yaw_rate", OFFSET, 0.3, 42.0, 48.0).fault
     write(injected(sound, [fault]), tmp_path / "drive.parquet")
-    code, told = diagnosed(capsys, tmp_path / "drive.parquet", "--vehicle", "rav4")
+    code, result = diagnosed(capsys, tmp_path / "drive.parquet", "--vehicle", "rav4")
     assert code == 1
-    at_fault = [each for each in told["elements"] if each["status"] in ("fault", "suspect")]
+    at_fault = [each for each in result["elements"] if each["status"] in ("fault", "suspect")]
     assert [each["name"] for each in at_fault] == ["yaw_rate"]
     (episode,) = at_fault[0]["episodes"]
     assert episode["kind"] == "positive offset"
@@ -73,8 +73,8 @@ def test_without_the_steering_angle_nobody_is_accused_and_the_reason_is_told(tmp
     gone = ("steering_wheel", "wheel_speed_front")
     kept = {name: each for name, each in sound.channels.items() if not name.startswith(gone)}
     write(Recording(kept), tmp_path / "drive.parquet")
-    _, told = diagnosed(capsys, tmp_path / "drive.parquet", "--vehicle", "rav4")
-    assert {each["status"] for each in told["elements"]} == {"not testable", "not available"}
+    _, result = diagnosed(capsys, tmp_path / "drive.parquet", "--vehicle", "rav4")
+    assert {each["status"] for each in result["elements"]} == {"not testable", "not available"}
     assert any(
-        "steering wheel angle" in each for each in told["findings"][0]["warnings"] if each.startswith("without ")
+        "steering wheel angle" in each for each in result["findings"][0]["warnings"] if each.startswith("without ")
     )

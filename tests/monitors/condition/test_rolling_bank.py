@@ -1,4 +1,4 @@
-"""The bank for cars whose torques nobody knows, on drives of the demonstrator, of which it is told the motion alone."""
+"""The bank for cars of unknown torques, on drives of the demonstrator, of which it gets the motion alone."""
 
 import math
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""The condition monitor over whole recordings: odd ones accuse nobody, faulty ones are named, cuts do not show."""
+"""The condition monitor over whole recordings: odd ones accuse no element, faulty ones are named, cuts do not show."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -45,7 +45,7 @@ def changed(recording, names, change):
     return Recording({**recording.channels, **new}, recording.metadata)
 
 
-def told(diagnosis):
+def result(diagnosis):
     """All that is said of sensors and actuators; times to a microsecond, since every piece has a grid of its own."""
     return [
         (each.name, each.status, each.cause, each.substitute, [_rounded(episode) for episode in each.episodes])
@@ -103,11 +103,11 @@ def test_a_fault_is_named_with_time_kind_size_substitute_and_code(faulty):
 
 def test_what_is_supplied_is_near_the_truth_while_the_sensor_is_not(faulty):
     diagnosis, _ = run(faulty)
-    told = diagnosis.traces["supplied_yaw_rate"]
-    truth = np.interp(told.time, faulty["yaw_rate"].time, faulty["truth_yaw_rate"].values)
-    inside = (told.time > 15.5) & (told.time < 24.5)
+    result = diagnosis.traces["supplied_yaw_rate"]
+    truth = np.interp(result.time, faulty["yaw_rate"].time, faulty["truth_yaw_rate"].values)
+    inside = (result.time > 15.5) & (result.time < 24.5)
     said = diagnosis.traces["deviation_of_supplied_yaw_rate"].mean[inside]
-    assert np.sqrt(np.mean((told.mean - truth)[inside] ** 2)) < 1.5 * np.median(said) < 0.05
+    assert np.sqrt(np.mean((result.mean - truth)[inside] ** 2)) < 1.5 * np.median(said) < 0.05
 
 
 @pytest.mark.parametrize("cuts", [(7.31,), (14.9, 15.2, 25.01, 33.0)])
@@ -116,7 +116,7 @@ def test_the_result_does_not_depend_on_the_cuts(faulty, cuts):
     edges = [float("-inf"), *sorted((*cuts, 29.0, 30.5)), float("inf")]
     pieces = [gone.slice(start, stop) for start, stop in pairwise(edges)]
     (whole, courses), (parts, courses_of_parts) = run(gone), run(*pieces)
-    assert told(parts) == told(whole)
+    assert result(parts) == result(whole)
     assert list(courses_of_parts) == list(courses)
     for code, course in courses.items():
         assert [change.status for change in courses_of_parts[code]] == [change.status for change in course]

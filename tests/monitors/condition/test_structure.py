@@ -22,7 +22,7 @@ def test_every_fault_has_its_equation_and_all_can_be_checked(forces_known):
 def test_forces_that_are_not_known_cost_redundancy():
     known, unknown = (decompose(vehicle_structure(CAR, forces_known=each)).redundancy for each in (True, False))
     assert known - unknown == 3  # one for each force
-    assert known == len(OF_AUTOMATED) + 2  # each sensor that could be spared, and both accelerometers
+    assert known == len(OF_AUTOMATED) + 2  # each sensor that can be left out, and both accelerometers
 
 
 def test_a_sensor_that_is_left_out_costs_one_degree_of_redundancy():
@@ -39,7 +39,7 @@ def test_the_steering_motors_are_told_apart_by_the_current_of_one_only():
     model = vehicle_structure(CAR)
     assert isolability(model).mistaken_for("steering_motor_1") == ("steering_motor_2",)
     gains = {gain.sensor: gain.told_apart for gain in gain_of_sensors(model, further_sensors(model))}
-    helpful = {sensor for sensor, told in gains.items() if told}
+    helpful = {sensor for sensor, result in gains.items() if result}
     assert helpful == {f"torque of steering motor {k}, from its current" for k in (1, 2)}
 
 
@@ -65,30 +65,31 @@ def test_a_sensor_that_does_not_exist_is_refused():
 
 
 def test_with_four_sensors_every_single_fault_of_a_car_is_told():
-    (told,) = limitations(load("rav4"), ["steering_shaft_torque", "tie_rod_force", *FRONT_WHEELS])
+    (result,) = limitations(load("rav4"), ["steering_shaft_torque", "tie_rod_force", *FRONT_WHEELS])
     lack = "without steering shaft torque, tie rod force, wheel speed front left and wheel speed front right"
-    assert told.startswith(f"{lack}, single faults of wheel speed rear left")
-    assert told.endswith("are still told apart by the equations")
+    assert result.startswith(f"{lack}, single faults of wheel speed rear left")
+    assert result.endswith("are still distinguished by the equations")
 
 
 def test_without_yaw_rate_and_accelerations_nobody_knows_which_of_three_it_is():
     missing = ["yaw_rate", "longitudinal_acceleration", "lateral_acceleration", *FRONT_WHEELS]
     first, pairs = limitations(load("revsted-car"), missing)
-    alike = "wheel speed rear left, wheel speed rear right and steering wheel angle are not told apart"
+    alike = "wheel speed rear left, wheel speed rear right and steering wheel angle are not distinguished"
     assert first.endswith(f"faults of {alike}")
-    assert pairs.startswith("of 3 pairs of faults 3 are not told from others")
+    assert pairs.startswith("of 3 pairs of faults 3 are not distinguished from others")
 
 
 def test_a_single_sensor_is_checked_by_nothing():
     missing = ["wheel_speed_rear_right", "yaw_rate", "steering_wheel_angle", "longitudinal_acceleration"]
-    told = limitations(load("rav4"), [*missing, "lateral_acceleration", *FRONT_WHEELS])
-    assert told[0].endswith("faults of wheel speed rear left do not show in any equation")
+    result = limitations(load("rav4"), [*missing, "lateral_acceleration", *FRONT_WHEELS])
+    assert result[0].endswith("faults of wheel speed rear left do not show in any equation")
 
 
 def test_the_steering_motors_stay_alike_without_their_torque():
-    told = limitations(load("smartload"), ["steering_shaft_torque"])
+    result = limitations(load("smartload"), ["steering_shaft_torque"])
     assert (
-        told[0] == "without steering shaft torque, faults of steering motor 1 and steering motor 2 are not told apart"
+        result[0]
+        == "without steering shaft torque, faults of steering motor 1 and steering motor 2 are not distinguished"
     )
 
 

@@ -83,7 +83,7 @@ def test_the_relations_agree_with_a_slow_circle(sensor):
     readings = circle()
     true = getattr(readings, sensor)
     for name, value in plain_relations(readings, EXACT)[sensor].items():
-        # An angle is told by a small-angle relation, and by the slight understeer of the vehicle file.
+        # An angle follows from a small-angle relation, and by the slight understeer of the vehicle file.
         assert value == pytest.approx(true, rel=0.02, abs=1e-3), name
 
 
@@ -116,7 +116,7 @@ def samples(count=40):
 
 def test_the_block_is_the_switch_fed_with_the_relations(block):
     readings, faulty, filtered = samples()
-    told = scan(block, np.hstack([readings, faulty, filtered]))
+    result = scan(block, np.hstack([readings, faulty, filtered]))
     rows = []
     for reading, declared, said in zip(readings, faulty, filtered, strict=True):
         relations = plain_relations(ConditionSample(*reading), block.vehicle)
@@ -127,7 +127,7 @@ def test_the_block_is_the_switch_fed_with_the_relations(block):
         rows.append(row)
     growth = tuple(GROWTH[name] for name in OF_AUTOMATED)
     by_hand = scan(Switchover(substitution_graph(), growth, FADE, 0.01), np.array(rows))
-    np.testing.assert_allclose(told.values, by_hand.values, rtol=1e-12)
+    np.testing.assert_allclose(result.values, by_hand.values, rtol=1e-12)
 
 
 def test_without_a_bank_a_declared_sensor_is_replaced_by_a_relation_whose_sensors_are_sound():
@@ -135,18 +135,18 @@ def test_without_a_bank_a_declared_sensor_is_replaced_by_a_relation_whose_sensor
     faulty[:] = 0.0
     faulty[:, 2] = 1.0
     faulty[20:, 0] = 1.0
-    told = scan(Reconfiguration.of_vehicle(VEHICLE, filters=False), np.hstack([readings, faulty, filtered]))
+    result = scan(Reconfiguration.of_vehicle(VEHICLE, filters=False), np.hstack([readings, faulty, filtered]))
     relation = plain_relations(ConditionSample(*readings[0]), CAR)["yaw_rate"]["rear-wheels"]
-    assert told["yaw_rate.value"][0] == pytest.approx(relation)
-    assert told["yaw_rate.deviation"][0] == substitution_graph(filters=False).substitutes["yaw_rate"][0].deviation
-    assert told["yaw_rate.source"][[0, 19, 20]].tolist() == [1.0, 1.0, -1.0]
+    assert result["yaw_rate.value"][0] == pytest.approx(relation)
+    assert result["yaw_rate.deviation"][0] == substitution_graph(filters=False).substitutes["yaw_rate"][0].deviation
+    assert result["yaw_rate.source"][[0, 19, 20]].tolist() == [1.0, 1.0, -1.0]
 
 
 def test_a_declared_sensor_is_replaced_by_the_filter_and_without_it_by_the_next_best(block):
     readings, faulty, filtered = samples()
     faulty[:] = 0.0
     faulty[:, 2] = 1.0
-    told = scan(block, np.hstack([readings, faulty, filtered]))
-    assert told["yaw_rate.source"][[0, 19, 20, 24, 25]].tolist() == [1.0, 1.0, 2.0, 2.0, 1.0]
-    np.testing.assert_array_equal(told["yaw_rate.value"][:20], filtered[:20, 2])
-    assert told["steering_wheel_angle.source"].tolist() == [0.0] * 40
+    result = scan(block, np.hstack([readings, faulty, filtered]))
+    assert result["yaw_rate.source"][[0, 19, 20, 24, 25]].tolist() == [1.0, 1.0, 2.0, 2.0, 1.0]
+    np.testing.assert_array_equal(result["yaw_rate.value"][:20], filtered[:20, 2])
+    assert result["steering_wheel_angle.source"].tolist() == [0.0] * 40

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from tierod.core.errors import ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
-from tierod.monitors.diagnose import diagnose
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
 from tierod.proving_ground.cars.column_bench import ColumnBench
 from tierod.proving_ground.courses.bench import BenchHands

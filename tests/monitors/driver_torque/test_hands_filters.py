@@ -22,6 +22,6 @@ def test_a_ramp_is_followed_exactly():
 
 def test_at_three_hertz_it_is_hardly_late():
     time, turn = np.arange(2000) * STEP, 2.0 * np.pi * 3.0
-    told = followed(np.sin(turn * time))
+    result = followed(np.sin(turn * time))
     there = turn * np.cos(turn * (time + 0.5 * STEP))
-    assert np.max(np.abs(told - there)[200:]) < 0.03 * turn
+    assert np.max(np.abs(result - there)[200:]) < 0.03 * turn

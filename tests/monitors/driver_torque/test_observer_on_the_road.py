@@ -1,4 +1,4 @@
-"""The observer on the virtual EPS car: two inertias, a road that turns the pinion, angles that nobody set to zero."""
+"""The observer on the virtual EPS car: two inertias, a road that turns the pinion, angles without a set zero."""
 
 import numpy as np
 import pytest

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from tierod.cli import main
 from tierod.core.errors import TierodError
 from tierod.io.readers import read
-from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.acceptance import refusals, taken
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load

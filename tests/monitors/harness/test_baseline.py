@@ -5,9 +5,9 @@ import math
 
 import pytest
 
+from exact_vehicle import diagnose
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
-from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline, load_baseline, store_baseline
 from tierod.proving_ground import drive
 
@@ -39,7 +39,9 @@ def test_a_faulty_recording_stores_nothing(tmp_path):
 )
 def test_a_foreign_level_is_refused(field, value, sentence):
     with pytest.raises(InputError, match=sentence):
-        diagnose(drive(minutes=1.0), "midsize-eps", own_level=dataclasses.replace(LEVEL, **{field: value}))
+        diagnose(
+            drive(minutes=1.0), "midsize-eps", own_level=dataclasses.replace(LEVEL, **{field: value}), spread=False
+        )
 
 
 @pytest.mark.parametrize(

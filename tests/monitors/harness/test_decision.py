@@ -55,8 +55,8 @@ def test_limits_are_compared_one_by_one():
 
 
 def test_false_alarms_are_told_as_designed_and_as_shown():
-    told = decision(Cusum(0.1, 2.0, 4.0), mean_time_between_false_alarms=1e4).false_alarms_told
-    assert told == "designed: one in 10 000 h; demonstrated: none in 10 h, so fewer than 0.3 per h at 95 %"
+    result = decision(Cusum(0.1, 2.0, 4.0), mean_time_between_false_alarms=1e4).false_alarms_told
+    assert result == "designed: one in 10 000 h; demonstrated: none in 10 h, so fewer than 0.3 per h at 95 %"
     assert decision(Cusum(0.1, 2.0, 4.0)).false_alarms_told.startswith("demonstrated: none in 10 h")
 
 

@@ -49,6 +49,6 @@ def test_what_the_vehicle_lacks_is_not_told():
     there, lacking = decision(None, own), decision(None, own, "gear")
     session = Session(rule=1.0)
     session.gear = None
-    told = decided((there, lacking), session)
-    assert [each.rule for each in told] == ["as it is"]
-    assert told[0].curve is None
+    result = decided((there, lacking), session)
+    assert [each.rule for each in result] == ["as it is"]
+    assert result[0].curve is None

@@ -10,12 +10,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from shared_data import shared_data
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.io.derive import complete
 from tierod.io.readers import read
-from tierod.monitors.diagnose import Run, diagnose, find
+from tierod.monitors.diagnose import Run, find
 from tierod.monitors.harness.input_defects import InputDefects
 from tierod.monitors.registry import MONITORS
 from tierod.proving_ground import FrictionCourse, drive
@@ -150,7 +151,9 @@ def test_both_torques_of_another_gain_are_named_by_the_bend_of_the_assist(health
 def test_friction_below_what_any_steering_has_is_implausible(healthy):
     vehicle = load("midsize-eps")
     known = {name: each for name, each in vehicle.parameters.items() if not name.startswith("assist_")}
-    finding = diagnose(altered(healthy, "motor_torque", times(0.2)), dataclasses.replace(vehicle, parameters=known))
+    finding = diagnose(
+        altered(healthy, "motor_torque", times(0.2)), dataclasses.replace(vehicle, parameters=known), spread=False
+    )
     assert finding.findings[0].status is Status.SUSPECT
     assert "implausible, below 0.5 times nominal" in finding.findings[0].headline
     assert "motor_torque or driver_torque is clipped" in finding.findings[0].cause

@@ -73,7 +73,7 @@ def test_some_virtual_cars_have_a_vehicle():
 
 
 @pytest.mark.parametrize(
-    ("metadata", "judged_as", "told"),
+    ("metadata", "judged_as", "result"),
     [
         ({"virtual_car": "steer-by-wire"}, "midsize-eps", True),
         ({"vehicle": "steer-by-wire"}, "midsize-eps", True),
@@ -82,8 +82,8 @@ def test_some_virtual_cars_have_a_vehicle():
         ({}, "midsize-eps", False),
     ],
 )
-def test_another_vehicle_than_the_recording_names_is_told(metadata, judged_as, told):
+def test_another_vehicle_than_the_recording_names_is_told(metadata, judged_as, result):
     warning = other_vehicle(metadata, judged_as)
-    assert (warning is not None) == told
-    if told:
+    assert (warning is not None) == result
+    if result:
         assert "made with the vehicle 'steer-by-wire', but is judged as 'midsize-eps'" in warning

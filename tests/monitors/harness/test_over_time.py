@@ -1,4 +1,4 @@
-"""What a monitor reads and tells goes into a recording, sample by sample and whatever the cuts."""
+"""What a monitor reads and estimates goes into a recording, sample by sample and whatever the cuts."""
 
 import numpy as np
 

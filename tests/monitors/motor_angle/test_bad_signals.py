@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording
 from tierod.core.findings import Status
-from tierod.monitors.diagnose import diagnose
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import vehicle_with
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
-from tierod.monitors.diagnose import diagnose
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.papers.motor_angle.observer_drives import to_and_fro
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
@@ -47,18 +47,18 @@ def finding(recording, vehicle="motor-bench"):
 
 
 @pytest.mark.parametrize(
-    ("more", "variant", "told"),
+    ("more", "variant", "result"),
     [
         (COMMANDS, "commanded-voltage", "those that the inverter was commanded to make"),
         (DUTY_CYCLES, "duty-cycles", "duty cycles times the supply"),
     ],
 )
-def test_it_says_which_voltages_it_rests_on_and_what_the_inverter_takes(more, variant, told):
+def test_it_says_which_voltages_it_rests_on_and_what_the_inverter_takes(more, variant, result):
     found = finding(recorded(DRIVE.samples, *more))
     assert found.monitor == f"motor-angle, {variant}"
     assert found.status is Status.HEALTHY
     assert "commanded voltages give" in found.headline
-    assert told in found.warnings[0]
+    assert result in found.warnings[0]
     assert found.evidence["inverter_voltage_loss_v"] == pytest.approx(0.83, abs=0.06)
     assert len(found.warnings) == 1
 

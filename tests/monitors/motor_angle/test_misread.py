@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, SOUND, recording
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.diagnose import diagnose
 from tierod.monitors.motor_angle.misread import cause_of
 from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, Balance, Reading
 from tierod.papers.motor_angle.fault_drives import course
@@ -60,14 +60,14 @@ def _finer(samples):
     return fine
 
 
-@pytest.mark.parametrize(("times", "told"), [(0.5, "every 0.2 ms"), (2.0, "every 0.05 ms")])
-def test_a_wrong_sampling_time_is_told_with_the_right_one(times, told):
-    """Samples that came every 0.2 ms and are told to come every 0.1 ms, and the other way round."""
+@pytest.mark.parametrize(("times", "result"), [(0.5, "every 0.2 ms"), (2.0, "every 0.05 ms")])
+def test_a_wrong_sampling_time_is_told_with_the_right_one(times, result):
+    """Samples that came every 0.2 ms and are stated to come every 0.1 ms, and the other way round."""
     channels = recording(SOUND().samples if times < 1.0 else _finer(SOUND().samples)).channels
     scaled = {name: replace(each, time=min(times, 1.0) * each.time) for name, each in channels.items()}
     found = finding(Recording(scaled))
     assert found.status is Status.NOT_TESTABLE
-    assert f"the samples come {told}, and their time says 0.1 ms" in found.cause
+    assert f"the samples come {result}, and their time says 0.1 ms" in found.cause
     assert "unit, or the raster" in found.action
 
 

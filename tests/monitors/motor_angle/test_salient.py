@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, recording, vehicle_with
 from tierod.core.findings import Status
 from tierod.core.graph import scan
-from tierod.monitors.diagnose import diagnose
 from tierod.papers.motor_angle.fault_drives import RATE
 from tierod.papers.motor_angle.fault_kinds import offset
 from tierod.papers.motor_angle.salient_drives import (

@@ -4,12 +4,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording, vehicle_with
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.monitors.diagnose import diagnose
 from tierod.papers.motor_angle.fault_drives import RATE, drive
 from tierod.papers.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES, offset
 
@@ -115,7 +115,7 @@ def test_a_stalled_drive_has_the_right_root(tmp_path, name, cause, code, begin):
 
 
 def test_a_zero_that_leaps_beside_a_slow_motor_accuses_no_currents(tmp_path):
-    """Its increments startle the observer, while sine and cosine tell at once whose fault it is."""
+    """Its increments disturb the observer, while sine and cosine show at once whose fault it is."""
     slow = 50_000 + int(np.argmin(np.abs(drive(3, 8.0).speed[50_000:70_000])))
     leap = offset(12.0)
     samples = drive(3, 8.0, leap, slow / RATE).samples.copy()
@@ -151,7 +151,9 @@ def with_phases(samples, names="abc"):
 
 @pytest.mark.parametrize("names", ["abc", "ab"])
 def test_two_or_three_phase_currents_are_as_good_as_their_vector(names):
-    found = diagnose(Recording(with_phases(SOUND().samples, names)), "motor-bench", "motor-angle").findings[0]
+    found = diagnose(
+        Recording(with_phases(SOUND().samples, names)), "motor-bench", "motor-angle", spread=False
+    ).findings[0]
     assert found.status is Status.HEALTHY
     assert found.evidence == pytest.approx(finding(SOUND().samples).evidence, rel=1e-6)
 

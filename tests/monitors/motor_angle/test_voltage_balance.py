@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording
 from tierod.core.findings import Status
-from tierod.monitors.diagnose import diagnose
 from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, FITS, READINGS, InducedVoltage, VoltageBalance
 from tierod.papers.motor_angle.fault_drives import RATE
 from tierod.vehicles import load

@@ -9,7 +9,7 @@ COUNT, BEGIN = 4000, 1000
 AFTER = np.arange(COUNT) >= BEGIN
 
 
-def told(residual, suspect=NONE, detour=0.0, counts=10, mismatch=0.03):
+def result(residual, suspect=NONE, detour=0.0, counts=10, mismatch=0.03):
     """Suspect over time where the angles disagree from `BEGIN` on, and the alarm comes 500 samples later."""
     columns = (
         np.where(AFTER, mismatch, 0.0),
@@ -23,30 +23,30 @@ def told(residual, suspect=NONE, detour=0.0, counts=10, mismatch=0.03):
 
 
 def test_nobody_is_suspected_before_the_alarm():
-    assert told(0.5)[: BEGIN + 499].max() == NONE
+    assert result(0.5)[: BEGIN + 499].max() == NONE
 
 
 @pytest.mark.parametrize("suspect", [NONE, WHEEL, PINION])
 def test_the_observer_against_the_sensor_makes_it_the_motor(suspect):
-    assert told(0.5, suspect)[-1] == MOTOR
+    assert result(0.5, suspect)[-1] == MOTOR
 
 
 @pytest.mark.parametrize(("suspect", "said"), [(NONE, NOT_MOTOR), (MOTOR, NOT_MOTOR), (WHEEL, WHEEL), (PINION, PINION)])
 def test_the_observer_by_the_sensor_makes_it_another(suspect, said):
-    assert told(0.01, suspect)[-1] == said
+    assert result(0.01, suspect)[-1] == said
 
 
 def test_a_motor_that_goes_its_own_way_beside_a_wheel_that_does_not_makes_it_the_wheel():
-    assert told(0.01, detour=0.06)[-1] == WHEEL
+    assert result(0.01, detour=0.06)[-1] == WHEEL
 
 
 @pytest.mark.parametrize("suspect", [NONE, MOTOR, PINION])
 def test_without_turning_motion_alone_decides(suspect):
-    assert told(0.5, suspect, counts=0)[-1] == suspect
+    assert result(0.5, suspect, counts=0)[-1] == suspect
 
 
 def test_what_the_observer_said_before_the_disagreement_does_not_count():
-    assert told(0.5)[BEGIN + 700] == MOTOR
+    assert result(0.5)[BEGIN + 700] == MOTOR
 
 
 def test_numbers_that_cannot_be_are_refused():

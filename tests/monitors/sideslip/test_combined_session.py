@@ -1,4 +1,4 @@
-"""What the monitor's usual variant tells beside the sideslip."""
+"""What the monitor's usual variant estimates beside the sideslip."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
-from tierod.monitors.diagnose import diagnose
 from tierod.proving_ground import SensorSet, run
 from tierod.proving_ground.cars.catalogue import load
 from tierod.proving_ground.courses.catalogue import load as course_called

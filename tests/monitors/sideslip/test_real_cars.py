@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from shared_data import shared_data
 from tierod.core.findings import Status
 from tierod.core.graph import Stream
 from tierod.io.derive import complete
 from tierod.io.readers import load_channel_map, read
-from tierod.monitors.diagnose import diagnose
 from tierod.monitors.sideslip.beside_truth import beside_truth
 from tierod.monitors.sideslip.calibration import TYRES, calibrated, with_parameters
 from tierod.monitors.sideslip.combined import CombinedSideslip

@@ -1,4 +1,4 @@
-"""What the session tells of wrong units and of an offset of the yaw rate, from a made-up drive."""
+"""What the session says about wrong units and of an offset of the yaw rate, from a made-up drive."""
 
 from __future__ import annotations
 

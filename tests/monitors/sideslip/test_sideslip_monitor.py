@@ -1,4 +1,4 @@
-"""The monitor of sideslip as users see it: what it tells, and why it tells nothing."""
+"""The monitor of sideslip as users see it: what it says, and why it says nothing."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 
+from exact_vehicle import diagnose
 from tierod.core.errors import ParameterError
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
-from tierod.monitors.diagnose import diagnose
 from tierod.monitors.sideslip.monitor import SideslipEstimate, SideslipMonitor
 from tierod.monitors.sideslip.session import TRACES
 from tierod.proving_ground import SensorSet, run
@@ -170,7 +170,7 @@ def test_a_truth_that_comes_slowly_is_not_stale(drive):
 
 
 def test_torque_and_current_give_the_same_torque_at_the_road_wheels():
-    class Told:
+    class Stated:
         Sample = type("Sample", (), {"_fields": ("road_wheel_torque",), "__new__": lambda cls, torque: torque})
 
         def init(self):
@@ -179,7 +179,7 @@ def test_torque_and_current_give_the_same_torque_at_the_road_wheels():
         def step(self, state, sample):
             return state, SideslipEstimate(0.0, 0.0, sample, 0.0, 0.0, 0.0, 0.0)
 
-    block = SideslipMonitor.of_vehicle(Told(), load("steer-by-wire"))
+    block = SideslipMonitor.of_vehicle(Stated(), load("steer-by-wire"))
     nan = math.nan
     samples = block.Sample(motor_torque=0.12, motor_current=nan), block.Sample(motor_torque=nan, motor_current=2.0)
     of_torque, of_current = (block.step(None, sample)[1].estimate.self_aligning_torque for sample in samples)

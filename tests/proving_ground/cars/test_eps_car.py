@@ -115,8 +115,8 @@ def test_hands_off_the_wheel_returns_until_friction_holds_it(chassis):
     for level, left in ((1.0, 0.6), (0.0, 0.05)):
         car = car_with(chassis, 15.0, level)
         grip = lambda t: np.where(t < 3.0, 1.0, 0.0)  # noqa: E731
-        told = lambda t: np.where(t < 3.0, 1.0, 0.0)  # noqa: E731
-        out = scan(car, inputs(car, 9.0, 15.0, demand__steering_wheel_angle=told, demand__grip=grip))
+        outcome = lambda t: np.where(t < 3.0, 1.0, 0.0)  # noqa: E731
+        out = scan(car, inputs(car, 9.0, 15.0, demand__steering_wheel_angle=outcome, demand__grip=grip))
         angle = series(out, "steering_wheel_angle")
         assert angle[2990] == pytest.approx(1.0, abs=0.05)
         assert abs(angle[-1]) < left
@@ -139,9 +139,9 @@ def test_standing_car_scrubs_on_the_ground_only():
 @pytest.mark.parametrize("chassis", CHASSIS, ids=KINDS)
 def test_a_halting_car_swings_on_its_tyres_but_rolls_no_way_back(chassis):
     car = car_with(chassis, 8.0)
-    told = lambda t: np.maximum(8.0 - 2.0 * np.maximum(t - 1.0, 0.0), 0.0)  # noqa: E731
+    outcome = lambda t: np.maximum(8.0 - 2.0 * np.maximum(t - 1.0, 0.0), 0.0)  # noqa: E731
     planned = lambda t: np.where((t > 1.0) & (t < 5.0), -2.0, 0.0)  # noqa: E731
-    out = scan(car, inputs(car, 9.0, told, demand__acceleration=planned))
+    out = scan(car, inputs(car, 9.0, outcome, demand__acceleration=planned))
     distance = series(out, "truth_distance")
     assert series(out, "truth_speed")[5500] == pytest.approx(0.0, abs=0.03)
     assert np.max(distance) - distance[-1] < 2e-3
@@ -180,10 +180,10 @@ def test_a_step_of_a_millisecond_is_of_second_order_and_short_enough(chassis, le
 
 def test_a_port_changes_what_the_unit_reads():
     car = car_with(SingleTrack(), 15.0)
-    told = {"demand__steering_wheel_angle": 0.4}
-    sound = scan(car, inputs(car, 4.0, 15.0, **told))
-    lost = scan(car, inputs(car, 4.0, 15.0, ports__driver_torque__gain=0.0, **told))
-    dead = scan(car, inputs(car, 4.0, 15.0, ports__motor_torque__gain=0.0, **told))
+    outcome = {"demand__steering_wheel_angle": 0.4}
+    sound = scan(car, inputs(car, 4.0, 15.0, **outcome))
+    lost = scan(car, inputs(car, 4.0, 15.0, ports__driver_torque__gain=0.0, **outcome))
+    dead = scan(car, inputs(car, 4.0, 15.0, ports__motor_torque__gain=0.0, **outcome))
     assert last(sound, "motor_torque") > 0.01
     assert last(lost, "motor_target_torque") <= 0.0
     assert abs(last(dead, "motor_torque")) < 1e-9

@@ -69,7 +69,7 @@ def test_a_dead_motor_leaves_the_hands_alone():
 
 
 def test_a_weak_motor_has_weak_currents():
-    """A fault of the motor acts on what is asked of its drive, so that torque and currents tell the same."""
+    """A fault of the motor acts on what is asked of its drive, so that torque and currents agree."""
     run = swinging(ports__motor_torque__gain=0.5)
     assert gain(run) == pytest.approx(0.5 * gain(swinging()), rel=0.02)
     current = np.hypot(run["motor_current_alpha"], run["motor_current_beta"])[::10]

@@ -29,7 +29,7 @@ def test_every_channel_has_one_name():
 
 
 def test_road_wheels_step_as_told():
-    """Of 2 degrees by a false sensor of the steering wheel, which nobody turns."""
+    """Of 2 degrees by a false sensor of the steering wheel, which no hands turn."""
     car, offset = replace(CAR, feel=Feel(0.0, 0.0, 0.0)), np.radians(2.0) * 17.0
     run = Run(car, 3000, demand__speed=15.0, ports__steering_wheel_angle__offset=offset)
     angle = np.degrees(run["road_wheel_angle"])
@@ -40,7 +40,7 @@ def test_road_wheels_step_as_told():
 
 
 def test_equation_1_holds_along_a_drive():
-    """J_w 3.5 kg m2 and b_w 160 Nms/rad with what truth tells of friction and kingpins; Ackermann off."""
+    """J_w 3.5 kg m2 and b_w 160 Nms/rad with the true friction and kingpins; Ackermann off."""
     linkage = replace(CAR.steering.linkage, ackermann_gain=0.0)
     car = replace(CAR, steering=replace(CAR.steering, linkage=linkage))
     run = Run(car, COUNT, demand__speed=15.0, demand__steering_wheel_angle=SWING)

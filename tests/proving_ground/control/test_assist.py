@@ -76,9 +76,9 @@ def poles(rig, torque, speed):
     motor = {"motor_torque": assist / steering.motor.ratio}
     state = rig.placed(wheel=Wheel(torque / steering.torsion_bar.stiffness, 0.0), **motor)
     state = state._replace(assist=AssistMemory(torque, torque, assist))
-    told = rig.Sample(hand_angle=state.motion.steering.wheel.angle, speed=speed)
+    result = rig.Sample(hand_angle=state.motion.steering.wheel.angle, speed=speed)
     moving = [k for k, (path, _) in enumerate(leaves(state)) if not path.startswith("friction")]
-    step = np.array(jacobian(lambda each: rig.step(each, told)[0], state))
+    step = np.array(jacobian(lambda each: rig.step(each, result)[0], state))
     return np.linalg.eigvals(step[np.ix_(moving, moving)])
 
 

@@ -126,14 +126,14 @@ def test_muscles_have_one_double_pole():
 
 
 def test_a_person_told_an_angle_reaches_it_against_a_spring():
-    told = DEMAND._replace(attention=0.0, steering_wheel_angle=0.5)
+    result = DEMAND._replace(attention=0.0, steering_wheel_angle=0.5)
     lane = Lane(DRIVER, 20.0)
     for _ in range(8000):
-        lane.step(told)
+        lane.step(result)
     assert lane.angle == pytest.approx(0.5, abs=1e-3)
     hasty = Lane(HumanDriver(persistence=0.0), 20.0)
     for _ in range(8000):
-        hasty.step(told)
+        hasty.step(result)
     spring = Lane.aligning * 20.0**2 * hasty.driver.steering_ratio / (2.83 + hasty.driver.understeer_gradient * 20.0**2)
     shared = 0.5 * 40.0 / (40.0 + spring)
     assert hasty.angle == pytest.approx(shared, rel=1e-3), "without patience spring and arms share the angle"
@@ -163,7 +163,7 @@ def test_speed_is_kept_and_the_car_stops_and_starts_again(grade, factor):
 
 
 def stopped(braking, downhill=0.0):
-    """When a mass that was told to brake from 10 m/s stops, on a road that falls away just before; and how hard."""
+    """When a mass that is to brake from 10 m/s stops, on a road that falls away just before; and how hard."""
     foot, speed, time, end = DRIVER.pedals.remembered(), 10.0, 0.0, 10.0 / braking
     while speed > 0.0:
         planned = -braking if time < end else 0.0

@@ -80,7 +80,7 @@ def test_lock_to_lock_visits_both_locks_and_rests():
 def test_a_hoist_takes_the_load_off(load):
     columns = LockToLock(load=load).columns(np.zeros(2), np.zeros(2), 0.0, 0.0)
     assert list(columns["road.support"]) == [load, load]
-    assert list(columns["demand.attention"]) == [0.0, 0.0], "nobody follows a lane"
+    assert list(columns["demand.attention"]) == [0.0, 0.0], "no driver follows a lane"
 
 
 @pytest.mark.parametrize(

@@ -88,5 +88,5 @@ def test_a_run_is_repeated_to_the_bit_and_can_be_written():
     faults = (Fault("driver_torque", Intermittent(Noise(0.5))), Fault(LEVEL, Step(8.0), AtTime(1.0)))
     one, other = driven(*faults), driven(*faults)
     assert not any(len(differing(one, other, name)) for name in one.recording.channels)
-    told = json.loads(json.dumps(one.recording.metadata))["faults"]
-    assert [each["behaviour"]["kind"] for each in told] == ["intermittent", "step"]
+    result = json.loads(json.dumps(one.recording.metadata))["faults"]
+    assert [each["behaviour"]["kind"] for each in result] == ["intermittent", "step"]

@@ -48,9 +48,9 @@ def test_a_fault_in_words(fault, words):
 
 
 def test_the_facts_of_a_scenario_name_what_differs_from_the_car_and_every_fault():
-    told = facts(load("slalom-winter-tyres"))
-    assert ("", "tyres = winter") in told
-    assert next(text for label, text in told if label == "fault").startswith("wheel_speed_front_left drop-out")
+    result = facts(load("slalom-winter-tyres"))
+    assert ("", "tyres = winter") in result
+    assert next(text for label, text in result if label == "fault").startswith("wheel_speed_front_left drop-out")
     assert ("", "steering.mesh.play = 0.1 mm") in facts(load("rack-with-lash"))
     assert "scatter" in dict(facts(load("worn-sensors-in-town")))
 

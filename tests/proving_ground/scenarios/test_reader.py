@@ -1,4 +1,4 @@
-"""Scenario files: what they may say, and how a slip is told before anything is driven."""
+"""Scenario files: what they may say, and how a slip is reported before anything is driven."""
 
 import pytest
 

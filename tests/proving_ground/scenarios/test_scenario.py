@@ -1,4 +1,4 @@
-"""A scenario is one run, described whole: the same again from what its recording tells."""
+"""A scenario is one run, described whole: the same again from what its recording holds."""
 
 import pickle
 
@@ -52,13 +52,13 @@ def test_it_can_be_sent_to_another_process(scenario):
 
 
 def test_the_recording_tells_all_that_it_takes_to_drive_it_again(scenario):
-    told = scenario.with_run(seconds=4.0, seed=9).run().recording.metadata
-    again = from_document(Document.parse(told["scenario_text"]))
-    assert again.digest == told["scenario_sha256"] == scenario.digest
-    driven = again.with_run(told["seconds"], told["seed"]).run()
-    assert driven.recording.metadata["vehicle"] == told["vehicle"], "scatter included"
-    assert (told["virtual_car"], told["route_seed"]) == ("midsize-eps-light", 9)
-    (window,) = told["faults"]
+    result = scenario.with_run(seconds=4.0, seed=9).run().recording.metadata
+    again = from_document(Document.parse(result["scenario_text"]))
+    assert again.digest == result["scenario_sha256"] == scenario.digest
+    driven = again.with_run(result["seconds"], result["seed"]).run()
+    assert driven.recording.metadata["vehicle"] == result["vehicle"], "scatter included"
+    assert (result["virtual_car"], result["route_seed"]) == ("midsize-eps-light", 9)
+    (window,) = result["faults"]
     assert (window["element"], window["start"], window["end"]) == ("yaw_rate", 3.0, 4.0)
 
 

@@ -1,4 +1,4 @@
-"""A steering on a rig: hands, motor and kingpins as told, integrated as a car does it."""
+"""A steering on a rig: hands, motor and kingpins as given, integrated as a car does it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tierod.proving_ground.steering.column_eps import ColumnEps
 STEP = 1e-3
 
 
-class Told(NamedTuple):
+class Given(NamedTuple):
     """What a rig does at one instant; the hands are a torque, and a spring and damper towards an angle."""
 
     hand_torque: Annotated[float, "N*m"] = 0.0
@@ -38,7 +38,7 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Rig:
-    """A steering with linear kingpins and hands; with an assist unit or the motor's torque as told."""
+    """A steering with linear kingpins and hands; with an assist unit or the motor's torque as given."""
 
     steering: Any = field(default_factory=ColumnEps)
     assist: AssistUnit | None = None
@@ -48,49 +48,49 @@ class Rig:
     arm_damping: float = 0.0
     step_time: float = STEP
 
-    Sample = Told
+    Sample = Given
 
     def init(self):
         assist = () if self.assist is None else self.assist.remembered()
         return State(Motion(self.steering.init()), self.steering.remembered(), assist)
 
-    def loads(self, motion, told, torques):
+    def loads(self, motion, given, torques):
         steer, hand = self.steering.steer(motion), self.steering.hand(motion)
-        arms = self.arm_stiffness * (told.hand_angle - hand.angle) - self.arm_damping * hand.rate
-        half = 0.5 * told.kingpin_torque
+        arms = self.arm_stiffness * (given.hand_angle - hand.angle) - self.arm_damping * hand.rate
+        half = 0.5 * given.kingpin_torque
         return Loads(
             half + self.kingpin_stiffness * steer.left,
             half + self.kingpin_stiffness * steer.right,
-            told.hand_torque + arms,
+            given.hand_torque + arms,
             torques,
             self.front_load,
-            told.speed,
+            given.speed,
         )
 
-    def step(self, state, told):
+    def step(self, state, given):
         steering, start = self.steering, state.motion.steering
         hand = steering.hand(start)
-        torques = (told.motor_torque,) * len(steering.actuators)
-        signals = steering.signals(start, state.friction, self.loads(start, told, torques))
+        torques = (given.motor_torque,) * len(steering.actuators)
+        signals = steering.signals(start, state.friction, self.loads(start, given, torques))
         assist = state.assist
         if self.assist is not None:
-            assist, torque = self.assist.decide(assist, signals.driver_torque, told.speed, hand.angle, hand.rate)
+            assist, torque = self.assist.decide(assist, signals.driver_torque, given.speed, hand.angle, hand.rate)
             torques = (torque,)
 
         def slope(motion):
-            loads = self.loads(motion.steering, told, torques)
+            loads = self.loads(motion.steering, given, torques)
             return Motion(steering.derivative(motion.steering, start, state.friction, loads))
 
         inverse = steering_inverse(steering, start, state.friction, self.step_time)
         after = rosenbrock(slope, state.motion, self.step_time, "steering", inverse)
-        loads = self.loads(after.steering, told, torques)
+        loads = self.loads(after.steering, given, torques)
         friction = steering.advance(after.steering, start, state.friction, loads)
         return State(after, friction, assist), signals
 
-    def run(self, seconds, state=None, **told):
-        """The scan over some seconds; what is told are numbers or functions of time."""
+    def run(self, seconds, state=None, **given):
+        """The scan over some seconds; what is given are numbers or functions of time."""
         time = np.arange(round(seconds / self.step_time)) * self.step_time
-        columns = Told()._replace(**told)
+        columns = Given()._replace(**given)
         values = [value(time) if callable(value) else np.full(len(time), value) for value in columns]
         return time, scan(self, np.column_stack(values), self.init() if state is None else state)
 

@@ -220,10 +220,10 @@ def test_friction_holds_without_creeping():
     ids=["dahl", "coulomb, worm", "lugre, lash"],
 )
 def test_a_millisecond_is_short_enough(steering):
-    told = {"hand_angle": lambda t: 0.6 * np.sin(1.5 * t), "motor_torque": lambda t: 0.4 * np.sin(1.5 * t)}
+    result = {"hand_angle": lambda t: 0.6 * np.sin(1.5 * t), "motor_torque": lambda t: 0.4 * np.sin(1.5 * t)}
     rig = Rig(steering, kingpin_stiffness=3000.0, arm_stiffness=60.0, arm_damping=2.0)
-    _, coarse = rig.run(5.0, **told)
-    _, fine = replace(rig, step_time=STEP / 20.0).run(5.0, **told)
+    _, coarse = rig.run(5.0, **result)
+    _, fine = replace(rig, step_time=STEP / 20.0).run(5.0, **result)
     for name in ("steering_wheel_angle", "driver_torque", "rack_force", "pinion_angle"):
         error = coarse[name] - fine[name][::20]
         assert np.sqrt(np.mean(error**2)) < 0.01 * np.std(fine[name]), name

@@ -67,10 +67,10 @@ CASES = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_millisecond_agrees_with_a_twentieth_of_it(name):
-    told = {"hand_angle": lambda t: 0.6 * np.sin(1.5 * t), "motor_torque": lambda t: 0.3 * np.sin(2.0 * t)}
+    result = {"hand_angle": lambda t: 0.6 * np.sin(1.5 * t), "motor_torque": lambda t: 0.3 * np.sin(2.0 * t)}
     rig = Rig(CASES[name], kingpin_stiffness=1000.0, arm_stiffness=60.0, arm_damping=2.0)
-    _, coarse = rig.run(4.0, **told)
-    _, fine = replace(rig, step_time=STEP / 20.0).run(4.0, **told)
+    _, coarse = rig.run(4.0, **result)
+    _, fine = replace(rig, step_time=STEP / 20.0).run(4.0, **result)
     for signal in ("steering_wheel_angle", "driver_torque", "rack_position", "rack_force", "pinion_angle"):
         error = coarse[signal] - fine[signal][::20]
         assert np.sqrt(np.mean(error**2)) < 0.01 * np.std(fine[signal]), signal
@@ -129,8 +129,8 @@ def test_slow_turns_are_those_of_a_column(motor_on_rack, friction_on_rack):
         friction_on_rack=friction_on_rack,
         linkage=linkage,
     )
-    told = {"hand_torque": lambda t: 9.0 * np.sin(2.0 * t), "motor_torque": lambda t: 0.3 * np.sin(2.0 * t)}
-    runs = [Rig(steering, kingpin_stiffness=3000.0).run(6.0, **told)[1] for steering in (column, rack)]
+    result = {"hand_torque": lambda t: 9.0 * np.sin(2.0 * t), "motor_torque": lambda t: 0.3 * np.sin(2.0 * t)}
+    runs = [Rig(steering, kingpin_stiffness=3000.0).run(6.0, **result)[1] for steering in (column, rack)]
     for name in runs[0].names:
         if name != "truth_steering_wheel_acceleration":
             scale = np.max(np.abs(runs[0][name]))

@@ -15,7 +15,7 @@ BANK_DECIDES = "fault of a sensor or actuator"
 
 WIRING = Decision(
     name="wrong wiring, scale or time",
-    distance="correlation, ratio and shift of signals that tell the same, over the first three minutes",
+    distance="correlation, ratio and shift of signals that measure the same, over the first three minutes",
     rule=OwnRule(
         "signs opposed, size off by 1.4, or shift of 0.15 s, in each of three parts; 1.13 and 0.045 s once calibrated",
         {"scale": 1.4, "late": 0.15},

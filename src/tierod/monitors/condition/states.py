@@ -130,7 +130,7 @@ def _status(
         return loss.status, f"{loss.cause}; {seen}"
     if course.testable < LEAST_TESTABLE:
         if not _dead(drive) and needed is not None and needed.available < min(LEAST_TESTABLE, 0.5 * drive.seconds):
-            return Status.NOT_TESTABLE, f"nothing tells what it gives without {needed.element.replace('_', ' ')}"
+            return Status.NOT_TESTABLE, f"nothing shows what it gives without {needed.element.replace('_', ' ')}"
         return Status.NOT_TESTABLE, _not_testable(name, course, drive)
     if drive.seconds - course.available > LEAST_TOLD:
         return Status.HEALTHY, f"while it was there, {course.available:.0f} of {drive.seconds:.0f} s"
@@ -168,7 +168,7 @@ def _hindrance(name: str, drive: Driven) -> str:
         return f"the vehicle moved for only {moving:.1f} s" if moving > LEAST_TOLD else "the vehicle stood"
     if name in ACTUATORS:
         return "too little torque was asked for"
-    return "the true value was near zero, or the others did not tell it well enough"
+    return "the true value was near zero, or the others did not determine it well enough"
 
 
 def _substitute(name: str, status: Status, drive: Driven, graph: SubstitutionGraph) -> str:

@@ -155,9 +155,9 @@ def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
     lack = f"without {listed(sorted(missing))}, " if missing else ""
     unseen, alike = single.undetectable, [group for group in single.groups if len(group) > 1]
     notes = [f"{lack}faults of {listed(unseen)} do not show in any equation"] if unseen else []
-    notes += [f"{lack}faults of {listed(group)} are not told apart" for group in alike]
+    notes += [f"{lack}faults of {listed(group)} are not distinguished" for group in alike]
     if not notes and single.faults:
-        notes = [f"{lack}single faults of {listed(single.faults)} are still told apart by the equations"]
+        notes = [f"{lack}single faults of {listed(single.faults)} are still distinguished by the equations"]
     return (*notes, *_double(pairs))
 
 
@@ -169,7 +169,7 @@ def _double(pairs: Isolability) -> tuple[str, ...]:
         return ()
     named = "; ".join(f"{_plain(name)} look like {_plain(_other(pairs, name))}" for name in mixed[:SHOWN])
     more = f"; and {len(mixed) - SHOWN} more" if len(mixed) > SHOWN else ""
-    return (f"of {len(both)} pairs of faults {len(mixed)} are not told from others: {named}{more}",)
+    return (f"of {len(both)} pairs of faults {len(mixed)} are not distinguished from others: {named}{more}",)
 
 
 def _other(pairs: Isolability, name: str) -> str:

@@ -1,4 +1,4 @@
-"""When a sample tells something about friction: the enabling condition of the friction monitors."""
+"""When a sample holds information about friction: the enabling condition of the friction monitors."""
 
 from __future__ import annotations
 

@@ -238,7 +238,7 @@ def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Findin
     """What can be said of friction where its magnitude is withheld."""
     if found is None:
         return finding
-    what = "is present, but its size cannot be told" if found.present else "does not stand out from chance"
+    what = "is present, but its size cannot be estimated" if found.present else "does not stand out from chance"
     sentence = (
         f"hysteresis of dry friction {what}: the torques follow {found.share:.0%} of its build-up that angle, rate and "
         f"lateral acceleration leave open, and up to {found.chance:.0%} of shifted copies"

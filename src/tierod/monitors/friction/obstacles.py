@@ -139,7 +139,7 @@ def _unfit(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
 def _short_strokes(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
     return (
         f"the strokes of the steering wheel are shorter than friction needs to build up (mean build-up "
-        f"{judged.fit.excitation:.0%}), so friction cannot be told from stiffness",
+        f"{judged.fit.excitation:.0%}), so friction cannot be distinguished from stiffness",
         "drive bends with strokes of several degrees: city or country roads",
     )
 

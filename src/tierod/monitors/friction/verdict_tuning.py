@@ -36,7 +36,7 @@ class AlarmTuning:
         onset_ratio: a change is said to have begun when friction was last below this multiple of the level [-]
         largest_deviation: standard deviation over friction above which the value is withheld [-]; half of the smallest
             change to be seen is 0.1, with a reserve for poor roads
-        smallest_excitation: mean build-up of friction below which it cannot be told from stiffness [-]; simulated
+        smallest_excitation: mean build-up of friction below which it cannot be separated from stiffness [-]; simulated
             strokes shorter than the Dahl angle give 0.3, usual roads 0.8 to 0.95
         largest_residual: what the torque balance may leave open (root mean square), as a share of friction [-]. Where
             it leaves more than `fitting_misfit` allows, 63 sound drives without a step (50 ms of delay and unknown laws

@@ -60,13 +60,13 @@ def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None
 
 def _in_their_place(monitor: Monitor, missing: list[str]) -> str:
     """What other variants take in place of the missing signals, as sentences."""
-    told = ""
+    sentences = ""
     for variant in monitor.variants.values():
         needed = monitor.needing(variant).required
         others = [name for name in needed if name not in monitor.required]
         if others and not any(name in needed for name in missing):
-            told += f"The variant '{variant.name}' takes {', '.join(others)} in its place. "
-    return told
+            sentences += f"The variant '{variant.name}' takes {', '.join(others)} in its place. "
+    return sentences
 
 
 def _with_ingredients(name: str) -> str:

@@ -1,4 +1,4 @@
-"""What a monitor decides, and how seldom it does so falsely: declared, told to users, and checked against what runs."""
+"""What a monitor decides, and how seldom falsely: declared, shown to users, and checked against what runs."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Demonstrated:
 
         return float(gammaincinv(self.alarms + 1.0, 0.95)) / self.observed
 
-    def told(self, unit: Unit) -> str:
+    def stated(self, unit: Unit) -> str:
         """In words: what was seen and what that shows."""
         amount = f"{self.observed:.3g} h" if unit == "h" else f"{self.observed:.0f} {unit}s"
         seen = {0: "none", 1: "one"}.get(self.alarms, str(self.alarms))
@@ -49,11 +49,11 @@ class OwnRule:
     """Numbers of a part that decides by its own rule: what no sound part can do, or a count of such events.
 
     Args:
-        told: the rule in words, with these numbers
+        stated: the rule in words, with these numbers
         values: name of the part's attribute -> value
     """
 
-    told: str
+    stated: str
     values: Mapping[str, float]
 
 
@@ -109,7 +109,7 @@ class Decision:
     @property
     def false_alarms_told(self) -> str:
         """In words: what it was designed for, and what was shown."""
-        shown = self.demonstrated.told(self.unit) if self.demonstrated else "nothing observed"
+        shown = self.demonstrated.stated(self.unit) if self.demonstrated else "nothing observed"
         if self.mean_time_between_false_alarms is None:
             return f"demonstrated: {shown}" if self.demonstrated else shown
         unit = "h" if self.unit == "h" else f"{self.unit}s"
@@ -162,7 +162,7 @@ def rule_in_words(rule: Any) -> str:
     """A block of `tierod.methods.detectors` in words, with its numbers."""
     sides = {"both": ", either side", "upper": ", above", "lower": ", below"}.get(getattr(rule, "sides", ""), "")
     if isinstance(rule, OwnRule):
-        return rule.told
+        return rule.stated
     if isinstance(rule, Cusum):
         forgiven = f"{rule.drift:.3g} forgiven per value, " if rule.drift else ""
         return f"cumulative sum{sides}: {forgiven}threshold {rule.threshold:.4g}"

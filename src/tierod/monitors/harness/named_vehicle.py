@@ -35,9 +35,9 @@ def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_ma
     for name in named:
         if name in shipped():
             return str(name)
-    told = f"names '{named[0]}', which tierod does not ship" if named else "names none"
+    shown = f"names '{named[0]}', which tierod does not ship" if named else "names none"
     raise ParameterError(
-        f"no vehicle is given, and the recording {told}; give --vehicle (in Python: vehicle=...) with a name of "
+        f"no vehicle is given, and the recording {shown}; give --vehicle (in Python: vehicle=...) with a name of "
         "'tierod vehicles' or the path of a TOML file"
     )
 

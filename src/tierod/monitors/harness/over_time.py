@@ -1,4 +1,4 @@
-"""What a monitor reads and tells, sample by sample, for those who go on with it: substitutes, estimates, states."""
+"""What a monitor reads and estimates, sample by sample, for those who go on with it: substitutes, estimates, states."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class OverTime:
 
         Args:
             units: of the signals that it holds, by name
-            source: who tells them
+            source: where they come from
         """
         time = np.concatenate(self._times)
         return Recording(

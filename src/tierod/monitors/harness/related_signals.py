@@ -83,7 +83,7 @@ Pair = tuple[str, str]
 
 
 def odd_ones_out(names: Sequence[str], agreement: Mapping[Pair, bool]) -> tuple[str, ...]:
-    """The signal that contradicts the others; several where it cannot be told which.
+    """The signal that contradicts the others; several where they cannot be distinguished.
 
     Args:
         names: of all signals

@@ -43,7 +43,7 @@ class Run:
         vehicle: that the recording is judged as
         own_level: of this car; the monitor learns one where not given
         memory: path of the fault memory that takes the recording as one operation cycle
-        kept: takes what is read and told over time
+        kept: takes what is read and estimated over time
         uncertain: whether the spread of the vehicle's parameters is carried into bands and verdict
 
     Raises:

@@ -40,9 +40,9 @@ class Conclusion:
         parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
         own_level: what was learnt of this vehicle and may be kept as its sound state; None where nothing was or may
         remarks: how to read a part of the report: "estimate" or "consistency" -> a sentence or two
-        withheld: traces that a report must not show, since the value they tell was withheld
+        withheld: traces that a report must not show, since their value was withheld
         course: the running verdict from change to change; empty for a monitor that judges a recording as a whole
-        code_courses: the same for single trouble codes by name, of a monitor that tells several faults apart
+        code_courses: the same for single trouble codes by name, of a monitor that distinguishes several faults
         elements: state of every sensor and actuator, of a monitor that judges several
         defects: of its input signals, over the whole drive
         distances: by the name of a decision that looks once at a recording, what it saw
@@ -206,7 +206,7 @@ class Monitor:
         subjects: signals whose faults it judges itself, so that it must see them stuck as well
         reaction: time that it needs to find a fault [s]; where required signals are lost for longer at the end of a
             recording, that is not healthy
-        condition: what the recording must be and no channel tells, as a half-sentence after "if"; "" where any will do
+        condition: what the recording must be and no channel shows, as a half-sentence after "if"; "" where any will do
         learns: whether it learns a baseline of the vehicle, which later recordings are judged against
     """
 

@@ -47,7 +47,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Claim("healthy.odd-time", claim, GOAL, None, time, exactly(0.0), "s", note)
     unexpected = sum(not as_expected(name, each) for name, each in found.items())
     claim = "Odd recordings whose final verdict or cause is not the expected one."
-    yield Claim("healthy.odd-told", claim, GOAL, None, unexpected, exactly(0.0), "", note)
+    yield Claim("healthy.odd-named", claim, GOAL, None, unexpected, exactly(0.0), "", note)
 
 
 def said(recording: Recording, vehicle: Vehicle) -> Diagnosis | str:

@@ -97,7 +97,10 @@ def _claims(of: Sequence[DriveScore]) -> Iterator[Claim]:
     yield _claim("accuracy", "Mean accuracy of the 48 tests.", known.accuracy, at_least(0.99))
     yield _claim("worst", "Accuracy of the worst test.", known.worst, at_least(0.945))
     yield _claim(
-        "told-worst", "Accuracy of the worst test where the fault is observable.", known.worst_excused, at_least(0.98)
+        "observable-worst",
+        "Accuracy of the worst test of observable faults.",
+        known.worst_excused,
+        at_least(0.98),
     )
     yield _claim("wrong", "Share of the faults' time in which a fault-free sensor is named.", known.wrong, exactly(0.0))
     yield _claim("missed", "Faults missed.", known.missed, exactly(0.0))

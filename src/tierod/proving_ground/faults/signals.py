@@ -169,7 +169,7 @@ class Noise(Behaviour):
 
 @dataclass(frozen=True)
 class Delay(Behaviour):
-    """Readings come late, while their stamps do not tell. Recorded signals only: a loop has no memory to delay by."""
+    """Readings come late, while their stamps do not show it. For recorded signals only: a loop has no memory."""
 
     time: Annotated[float, "s", POSITIVE]
     fits: ClassVar[frozenset[str]] = frozenset({SIGNAL})

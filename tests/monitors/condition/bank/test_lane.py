@@ -31,7 +31,7 @@ SETTLED = 300
 FAULT = slice(1500, 2400)
 SIZES = dict(zip(OF_AUTOMATED, (2.0, 2.0, 0.3, 1.5, 3.0, 250.0), strict=True))
 CLOSE = dict(zip(OF_AUTOMATED, (0.05, 0.05, 0.01, 0.1, math.inf, 45.0), strict=True))
-"""Errors of what replaces a sensor; the steering torque jumps between samples, by how much nothing tells."""
+"""Errors of what replaces a sensor; the steering torque jumps between samples, by how much is unknown."""
 SINGLES = {each.name: each for each in hypotheses() if len(each.suspects) < 2}
 BOTH_MOTORS = next(each for each in hypotheses() if each.suspects == MOTORS)
 

@@ -80,7 +80,7 @@ def test_a_sample_all_but_impossible_counts_no_more_than_its_limit():
     ids=["both sides alike", "left drive", "both better", "hardly any lack", "no force at all"],
 )
 def test_force_that_lacks_along_is_that_of_sliding_tyres_where_no_drive_explains_it_better(drives, lack, slides):
-    """Nobody at fault is 10 nat less likely; a lost drive turns the vehicle, which sliding tyres do not explain."""
+    """Fault-free is 10 nat less likely; a lost drive turns the vehicle, which sliding tyres do not explain."""
     assert any(steps(60, 9.5, lack, others=(0.0, *drives), drives=drives)[1]) is slides
 
 
@@ -104,7 +104,7 @@ def test_drives_that_give_too_little_of_less_than_ice_held_have_lost_torque(give
 
 @lru_cache(maxsize=1)
 def filters():
-    """The filter that suspects nobody, those of single drives, and that of sliding tyres."""
+    """The fault-free filter, those of single drives, and that of sliding tyres."""
     base = nominal_filter()
     return [base, *(base.leaving_out(Hypothesis(name, (), (name,))) for name in DRIVES), sliding(base)]
 

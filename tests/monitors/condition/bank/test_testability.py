@@ -1,4 +1,4 @@
-"""Hard bends: for how long nobody is accused in them and after them."""
+"""Hard bends: for how long no element is accused in them and after them."""
 
 import math
 

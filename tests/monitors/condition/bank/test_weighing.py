@@ -48,8 +48,8 @@ def test_a_dear_suspect_still_has_to_pay():
 
 
 def test_a_sensor_that_gives_no_reading_rivals_nobody():
-    told = [0.0 if TORQUE in each.suspects else 1.0 for each in HYPOTHESES]
-    assert ranked(told, motor=8.0, torque=0.0).lead == 8.0
+    result = [0.0 if TORQUE in each.suspects else 1.0 for each in HYPOTHESES]
+    assert ranked(result, motor=8.0, torque=0.0).lead == 8.0
     assert ranked(motor=8.0, torque=0.0).lead == 0.0
 
 

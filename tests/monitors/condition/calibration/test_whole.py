@@ -129,8 +129,8 @@ def test_readings_that_do_not_fit_the_vehicle_are_doubted():
 
 
 def test_remarks_tell_what_the_limits_rest_on():
-    told = " ".join(calibration().remarks)
-    assert "first 300 s" in told
-    assert "1 000 h is to be expected" in told
-    assert "if the tail goes on as an exponential: no more than" in told
-    assert "rules of the paper are not calibrated" in told
+    result = " ".join(calibration().remarks)
+    assert "first 300 s" in result
+    assert "1 000 h is to be expected" in result
+    assert "if the tail goes on as an exponential: no more than" in result
+    assert "rules of the paper are not calibrated" in result

@@ -157,9 +157,9 @@ def test_what_is_unknown_of_a_prediction_widens_the_size_and_spares_the_kind(kin
     given = samples(kind, size)
     given[:, 1] += 0.3 * np.sin(0.8 * TIME)
     at = END - 1
-    sure, told = (scan(block, given) for block in (BLOCK, replace(BLOCK, unknown=0.3)))
-    assert KINDS[int(told["kind"][at]) - 1] == kind
-    assert abs(told["magnitude"][at] - size) < 2.0 * told["deviation"][at]
+    sure, outcome = (scan(block, given) for block in (BLOCK, replace(BLOCK, unknown=0.3)))
+    assert KINDS[int(outcome["kind"][at]) - 1] == kind
+    assert abs(outcome["magnitude"][at] - size) < 2.0 * outcome["deviation"][at]
     assert KINDS[int(sure["kind"][at]) - 1] != kind or abs(sure["magnitude"][at] - size) > 3.0 * sure["deviation"][at]
 
 
@@ -220,7 +220,7 @@ def test_noise_is_no_delay_of_next_to_nothing():
 
 
 def test_while_kinds_are_as_likely_the_effect_is_the_mildest_of_theirs():
-    """At first an offset of -2 may as well be a factor that is small already: nobody knows before the truth moves."""
+    """At first an offset of -2 may as well be a factor that is small already: it is open until the truth moves."""
     given = samples("offset", -2.0)
     mild, bold = (scan(replace(BLOCK, doubt=nats), given)["effect"] for nats in (6.0, 0.0))
     assert (np.abs(mild) <= np.abs(bold) + 1e-12).all()

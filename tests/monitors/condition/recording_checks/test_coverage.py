@@ -1,4 +1,4 @@
-"""When a recording tells enough to be judged."""
+"""When a recording holds enough to be judged."""
 
 import numpy as np
 import pytest
@@ -30,8 +30,8 @@ def columns(seconds=5.0, **changed):
 def covered(values, cuts=()):
     coverage = Coverage(RATE)
     pieces = [coverage.add(piece) for piece in np.split(values, cuts)]
-    told = [np.concatenate(parts) for parts in zip(*(covered for _, covered in pieces), strict=True)]
-    return np.concatenate([kept for kept, _ in pieces]), told, coverage.interruptions
+    result = [np.concatenate(parts) for parts in zip(*(covered for _, covered in pieces), strict=True)]
+    return np.concatenate([kept for kept, _ in pieces]), result, coverage.interruptions
 
 
 def test_with_all_signals_everything_is_judged():
@@ -102,12 +102,12 @@ def lively(seconds, speed=8.0):
 def test_readings_that_all_repeat_themselves_are_no_readings():
     values = lively(5.0)
     values[300:, PLACES] = values[300, PLACES]
-    kept, told, _ = covered(values)
+    kept, result, _ = covered(values)
     first = 300 + round(HELD * RATE)
-    assert told[3].nonzero()[0].tolist() == list(range(first, 500))
+    assert result[3].nonzero()[0].tolist() == list(range(first, 500))
     assert np.isnan(kept[first:, PLACES]).all()
     np.testing.assert_array_equal(kept[:first], values[:first])
-    assert not told[1][-1]
+    assert not result[1][-1]
 
 
 def test_one_sensor_that_goes_on_is_enough_not_to_be_held():

@@ -1,4 +1,4 @@
-"""Targets that are recorded too seldom are told, however the recording is cut; losses of some are not."""
+"""Targets that are recorded too seldom are named, however the recording is cut; losses of some are not."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ RATE = 100.0
 PLACES = [ConditionSample._fields.index(name) for name in TARGETS]
 
 
-def told(values, piece=10_000):
+def result(values, piece=10_000):
     pace = TargetPace(RATE)
     for start in range(0, len(values), piece):
         pace.add(values[start : start + piece])
@@ -30,26 +30,26 @@ def every(steps, columns):
 
 @pytest.mark.parametrize("piece", [10_000, 7, 1])
 def test_slow_targets_are_told_with_their_rate_however_the_recording_is_cut(piece):
-    (problem,) = told(every(5, PLACES), piece)
+    (problem,) = result(every(5, PLACES), piece)
     assert "come at 20 Hz" in problem.cause
     assert all(name in problem.action for name in TARGETS)
 
 
 def test_one_slow_target_is_named():
-    (problem,) = told(every(4, PLACES[2:3]))
+    (problem,) = result(every(4, PLACES[2:3]))
     assert f"{TARGETS[2]} comes at 25 Hz" in problem.cause
     assert TARGETS[0] not in problem.action
 
 
 def test_targets_at_half_the_rate_are_fast_enough_and_so_are_slow_sensors():
-    assert told(every(2, PLACES)) == ()
-    assert told(every(10, range(6))) == ()
+    assert result(every(2, PLACES)) == ()
+    assert result(every(10, range(6))) == ()
 
 
 def test_gaps_and_lost_frames_are_no_slow_target():
     values = rows()
     values[np.ix_(np.random.default_rng(3).random(len(values)) < 0.2, PLACES)] = np.nan
     values[500:900, PLACES] = np.nan
-    assert told(values) == ()
+    assert result(values) == ()
     values[:, PLACES] = np.nan
-    assert told(values) == ()
+    assert result(values) == ()

@@ -1,4 +1,4 @@
-"""What is wired, scaled or timed wrongly is told from motion that was made up; faults on the way are left alone."""
+"""What is wired, scaled or timed wrongly is found from made-up motion; faults on the way are left alone."""
 
 import numpy as np
 import pytest
@@ -73,7 +73,7 @@ def test_a_wrong_sign_is_told(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "factor", "told"),
+    ("name", "factor", "result"),
     [
         ("steering_wheel_angle", 1.5, "steering ratio"),
         ("steering_wheel_angle", 0.6, "steering ratio"),
@@ -81,22 +81,22 @@ def test_a_wrong_sign_is_told(name):
         ("lateral_acceleration", 1 / 9.81, "lateral acceleration has the wrong unit"),
     ],
 )
-def test_a_wrong_scale_is_told_with_its_size(name, factor, told):
+def test_a_wrong_scale_is_told_with_its_size(name, factor, result):
     (problem,) = problems(changed(**{name: factor}))
     assert problem.kind == "scale"
-    assert told in problem.cause
+    assert result in problem.cause
     assert f"reads {factor:.3g} times" in problem.cause
 
 
-@pytest.mark.parametrize(("factor", "told"), [(3.6, "3.6 times"), (1.0 / 3.6, "0.278 times"), (1.609, "1.61 times")])
+@pytest.mark.parametrize(("factor", "result"), [(3.6, "3.6 times"), (1.0 / 3.6, "0.278 times"), (1.609, "1.61 times")])
 @pytest.mark.parametrize("close", [None, CloseLimits()], ids=["uncalibrated", "calibrated"])
-def test_wheel_speeds_in_another_unit_are_told_and_not_the_yaw_rate(factor, told, close):
+def test_wheel_speeds_in_another_unit_are_told_and_not_the_yaw_rate(factor, result, close):
     signals = leading() if close else turning()
     wheels = ("wheel_speed_rear_left", "wheel_speed_rear_right")
     (problem,) = problems(signals | {name: factor * signals[name] for name in wheels}, close=close)
     assert problem.elements == wheels
     assert "wheel speeds have the wrong unit" in problem.cause
-    assert told in problem.cause
+    assert result in problem.cause
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.25])
@@ -104,14 +104,14 @@ def test_what_tyres_and_radii_do_is_no_wrong_scale(factor):
     assert problems(changed(steering_wheel_angle=factor)) == ()
 
 
-@pytest.mark.parametrize(("late", "told"), [(0.4, "late"), (-0.4, "early")])
-def test_a_bus_with_a_clock_of_its_own_is_told(late, told):
+@pytest.mark.parametrize(("late", "result"), [(0.4, "late"), (-0.4, "early")])
+def test_a_bus_with_a_clock_of_its_own_is_told(late, result):
     signals = turning()
     shift = round(late * RATE)
     (problem,) = problems(signals | {"yaw_rate": np.roll(signals["yaw_rate"], shift)})
     assert problem.kind == "time"
     assert problem.elements == ("yaw_rate",)
-    assert told in problem.cause
+    assert result in problem.cause
 
 
 def leading():
@@ -132,13 +132,13 @@ def test_a_calibrated_vehicle_has_tighter_limits():
     assert problems(geared) == ()
 
 
-@pytest.mark.parametrize(("late", "told"), [(0.06, "0.06 s late"), (-0.07, "0.07 s early")])
-def test_a_small_shift_is_told_between_two_steps_for_a_calibrated_vehicle(late, told):
+@pytest.mark.parametrize(("late", "result"), [(0.06, "0.06 s late"), (-0.07, "0.07 s early")])
+def test_a_small_shift_is_told_between_two_steps_for_a_calibrated_vehicle(late, result):
     signals = leading()
     shifted = signals | {"yaw_rate": np.roll(signals["yaw_rate"], round(late * RATE))}
     (problem,) = problems(shifted, close=CloseLimits())
     assert problem.elements == ("yaw_rate",)
-    assert told in problem.cause
+    assert result in problem.cause
     assert problems(shifted) == ()
 
 
@@ -212,7 +212,7 @@ def test_one_wheel_alone_tells_the_speed(gone):
 
 def test_the_closer_limits_of_a_calibrated_vehicle_are_those_that_its_rule_tells():
     rules = [each.rule for each in CONDITION.variants["bank"].decisions if each.place == "_wiring"]
-    assert rules[0].told.endswith(f"{CloseLimits().scale:g} and {CloseLimits().late:g} s once calibrated")
+    assert rules[0].stated.endswith(f"{CloseLimits().scale:g} and {CloseLimits().late:g} s once calibrated")
 
 
 TIME = np.arange(2000) / 100.0
@@ -220,7 +220,7 @@ LATE = Problem("time", ("steering_wheel_angle",), "steering angle: 0.30 s late b
 
 
 class Look:
-    """In place of the look at signals: finds what it is told to, and keeps what it is shown."""
+    """In place of the look at signals: finds what it is given, and keeps what it is shown."""
 
     def __init__(self, *found):
         self.found, self.shown = found, []

@@ -115,7 +115,7 @@ def scaled(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]
         return ()
     witness = witnesses[odd[0]]
     by = [(ratio if pair[0] == odd[0] else 1.0 / ratio) for pair, ratio in ratios.items() if odd[0] in pair]
-    cause = f"{witness.scaled}: it reads {np.median(by):.3g} times what the others tell"
+    cause = f"{witness.scaled}: it reads {np.median(by):.3g} times what the others show"
     return (Problem("scale", witness.elements, cause, "correct the vehicle file or the channel map"),)
 
 
@@ -145,6 +145,6 @@ def misread_speed(estimates: Mapping[str, np.ndarray], limit: float) -> tuple[Pr
     if not (np.isfinite(sizes).all() and most < limit * least and (least > limit or most < 1.0 / limit)):
         return ()
     cause = (
-        f"the wheel speeds have the wrong unit or scale: they read {np.median(sizes):.3g} times what the others tell"
+        f"the wheel speeds have the wrong unit or scale: they read {np.median(sizes):.3g} times what the others show"
     )
     return (Problem("scale", WHEELS, cause, "correct their unit in the channel map; 1 m/s is 3.6 km/h"),)
