@@ -136,8 +136,11 @@ def outcome(case: Case, folder: Path) -> Outcome:
 
 
 def judged(drive: Drive, recording: Recording) -> Diagnosis:
-    """The diagnosis of a recording as that of a drive."""
-    return diagnose(recording, drive.vehicle, drive.monitor, drive.variant)
+    """The diagnosis of a recording as that of a drive.
+
+    Without the spread of parameters, which can only take a verdict back: the strict measure.
+    """
+    return diagnose(recording, drive.vehicle, drive.monitor, drive.variant, spread=False)
 
 
 def wrong(case: Case, found: Outcome) -> str:
