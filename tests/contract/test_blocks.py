@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import tierod
-from contract.block_examples import BASES, PARTS, SET_UPS, examples
+from contract.block_examples import BASES, EXAMPLES, PARTS, SET_UPS
 from tierod.core.block import leaves, rebuild, skeleton, tuning, units, with_tuning
 from tierod.core.graph import Stream, batch, scan, trace
 from tierod.core.graph.bank_graph import BankGraph
@@ -20,7 +20,6 @@ from tierod.core.graph.compiler import compiler
 from tierod.core.graph.kernel import print_c
 from tierod.core.graph.printer import print_lanes
 
-EXAMPLES = examples()
 COUNT = 600
 
 
