@@ -18,7 +18,8 @@ from tierod.papers.own_car.judging import BROCHURE, ESTIMATES, FALSE, IDENTIFIED
 from tierod.papers.own_car.judging import studied as of_case
 
 GOAL = "goal of tierod"
-CARS, QUICK_CARS = 20, 3
+CARS, QUICK_CARS, THOROUGH_CARS = 7, 3, 20
+"""One of every kind; the thorough study draws nearly three of each, and lets each drive for two hours."""
 MEASURED = 4
 """Cars on which the cost of the spread is measured."""
 WIDE, NARROW = between(0.90, 0.98), between(0.92, 0.97)
@@ -65,8 +66,8 @@ def cases(effort: Effort, seed: int) -> list[Case]:
     """The cars of the study, and how much each drives."""
     if effort.quick:
         return [Case(number, seed, 2.0, 2.5, 1, number == 0) for number in range(QUICK_CARS)]
-    minutes, drives = (30.0, 4) if effort.thorough else (13.0, 1)
-    return [Case(number, seed, 13.0, minutes, drives, number < MEASURED) for number in range(CARS)]
+    minutes, drives, cars = (30.0, 4, THOROUGH_CARS) if effort.thorough else (13.0, 1, CARS)
+    return [Case(number, seed, 13.0, minutes, drives, number < MEASURED) for number in range(cars)]
 
 
 def items(effort: Effort, progress: Progress, seed: int | None = None) -> Iterator[Item]:

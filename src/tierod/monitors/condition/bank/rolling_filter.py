@@ -31,7 +31,7 @@ from tierod.monitors.condition.signals import (
 from tierod.physics.lag import gauss_markov_noise
 from tierod.physics.single_track import understeer_gradient
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import with_spread
+from tierod.vehicles.uncertain import bound_distance, with_spread
 
 LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 0.04, 0.04, 0.5, 0.5, 3.0, 3.0, 0.5, 0.02)
 """Beyond which no state goes, whatever a faulty sensor says."""
@@ -116,14 +116,16 @@ def model_error_of(vehicle: Vehicle) -> RollingError:
     Args:
         vehicle: with the parameters of `RollingCar`; a parameter without a standard deviation takes that of its class
     """
-    known = with_spread(vehicle)[0].parameters
+    car = with_spread(vehicle)[0]
+    known = car.parameters
 
     def spread(name: str) -> float:
         return known[name].standard_deviation or 0.0 if name in known else 0.0
 
     usual, wheelbase = RollingError(), sum(known[name].value for name in DISTANCES)
     offsets = {of: max(spread(name), LEAST[of]) for of, name in OFFSETS.items() if name in known}
-    of_distances = hypot(*map(spread, DISTANCES)) / wheelbase
+    of_wheelbase = ("wheelbase",) if bound_distance(car) else DISTANCES
+    of_distances = hypot(*map(spread, of_wheelbase)) / wheelbase
     scale = hypot(spread("steering_ratio") / known["steering_ratio"].value, of_distances, spread("wheel_speed_scale"))
     values = [known[name].value for name in HANDLING]
     spreads = np.diag([spread(name) for name in HANDLING])
