@@ -66,6 +66,7 @@ TOPICS = {
         Topic("structure", "Structure and measurement", "Single faults by structure"),
         Topic("healthy", "Fault-free drives, odd recordings, real cars", "False alarms"),
     ),
+    "own-car": (Topic("cars", "Virtual and real cars", ""),),
 }
 """Study -> topics of its tables, in the order in which it prints them."""
 

@@ -53,7 +53,9 @@ class RollingCar:
         a ratio that changes with the angle. `track_width_error` is relative: where the tyres touch the road, and their
         slip in tight bends. `front_wheel_speed_scale` and `front_wheel_speed_difference` are those of radii;
         `rear_slip` and `front_slip` the excess of both wheels of an axle under drives and brakes. `grade_acceleration`
-        and `bank_acceleration` are what slopes add to the accelerations forward and to the left.
+        and `bank_acceleration` are what slopes add to the accelerations forward and to the left. `steering_scale` is
+        the relative excess of the angle of rolling wheels by ratio and wheelbase, `understeer_error` that of the
+        understeer gradient: what a guessed vehicle file leaves open.
         """
 
         speed: Annotated[float, "m/s"]
@@ -71,6 +73,8 @@ class RollingCar:
         front_slip: Annotated[float, ""]
         grade_acceleration: Annotated[float, "m/s**2"]
         bank_acceleration: Annotated[float, "m/s**2"]
+        steering_scale: Annotated[float, ""]
+        understeer_error: Annotated[float, "rad*s**2/m"]
 
     class Input(NamedTuple):
         """Nothing is known of what moves the car."""
@@ -148,6 +152,8 @@ class RollingCar:
             keep.slip * x.front_slip,
             keep.road * x.grade_acceleration,
             keep.road * x.bank_acceleration,
+            keep.offset * x.steering_scale,
+            keep.offset * x.understeer_error,
         )
 
     @staticmethod
@@ -199,4 +205,4 @@ def road_wheel_angle(x: RollingCar.State, p: RollingCar.Parameters) -> Scalar:
     gradient = understeer_gradient(p.mass, *distances, *stiffness)
     coming = x.yaw_rate + p.turn_in * x.yaw_acceleration
     rolling = arctan(sum(distances) * coming / maximum(x.speed, LEAST_SPEED))
-    return rolling + gradient * x.speed * coming
+    return (1.0 + x.steering_scale) * rolling + (gradient + x.understeer_error) * x.speed * coming

@@ -116,6 +116,19 @@ STUDIES: Mapping[str, Study] = {
                 "cars": "Real cars",
             },
         ),
+        Study(
+            "own-car",
+            "Cars without preparation",
+            "Virtual cars drawn over the classes and real ones, judged by a brochure and by one identifying drive.",
+            _items("own_car"),
+            {
+                "unknown": "By the brochure alone",
+                "identified": "After one drive has identified the car",
+                "verdicts": "False verdicts",
+                "cost": "Cost of the spread",
+                "real": "Real cars",
+            },
+        ),
     )
 }
 """By name, as given on the command line."""

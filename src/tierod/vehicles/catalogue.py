@@ -32,6 +32,7 @@ _CATALOGUE = (
     Quantity("yaw_inertia", "kg*m**2", "moment of inertia about the vertical axis", (50.0, 1e6)),
     Quantity("front_distance", "m", "centre of gravity to front axle", (0.2, 8.0)),
     Quantity("rear_distance", "m", "centre of gravity to rear axle", (0.2, 8.0)),
+    Quantity("wheelbase", "m", "distance of the axles; it binds both distances of the centre of gravity", (0.8, 12.0)),
     Quantity("front_cornering_stiffness", "N/rad", "both front tyres together (axle)", (5e3, 2e6)),
     Quantity("rear_cornering_stiffness", "N/rad", "both rear tyres together (axle)", (5e3, 2e6)),
     Quantity("trail", "m", "mechanical and pneumatic trail together", (1e-3, 0.5)),

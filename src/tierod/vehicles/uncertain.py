@@ -24,6 +24,32 @@ LIMITS = frozenset(
 """What an estimate is judged against: chosen, or judged with its deviation by the monitor itself."""
 
 
+FREE, BOUND = "rear_distance", "front_distance"
+"""Where the wheelbase is known better than where the centre of gravity lies, the first is moved and the second follows."""
+
+SURER = 3.0
+"""Ratio of their standard deviations from which that holds."""
+
+FITTING = 0.02
+"""Relative difference of wheelbase and sum of the distances up to which they are of one car."""
+
+
+def bound_distance(vehicle: Vehicle) -> bool:
+    """Whether one distance of the axles follows from the other and a wheelbase that the file gives.
+
+    Args:
+        vehicle: with standard deviations
+    """
+    if not {"wheelbase", FREE, BOUND} <= set(vehicle.parameters):
+        return False
+    known = vehicle.parameters["wheelbase"]
+    distances = [vehicle.parameters[name] for name in (FREE, BOUND)]
+    whole = sum(each.value for each in distances)
+    least = min(each.standard_deviation or 0.0 for each in distances)
+    spread = known.standard_deviation
+    return spread is not None and SURER * spread < least and abs(whole - known.value) < FITTING * known.value
+
+
 def may_move(name: str) -> bool:
     """Whether a parameter describes the car, and not a limit or how uncertain a sensor is.
 
@@ -37,7 +63,8 @@ def moved(vehicle: Vehicle, by: Mapping[str, float]) -> Vehicle:
     """The vehicle with parameters that are wrong by so many standard deviations.
 
     A positive quantity with a large spread is moved by factors (log-normal, its value the median), any other one by
-    differences; none leaves the range that the catalogue calls plausible, unless its value does so already.
+    differences; none leaves the range that the catalogue calls plausible, unless its value does so already. With a
+    wheelbase that is known, the centre of gravity moves between the axles.
 
     Args:
         vehicle: with a standard deviation for each of them
@@ -47,6 +74,10 @@ def moved(vehicle: Vehicle, by: Mapping[str, float]) -> Vehicle:
         name: dataclasses.replace(each, value=_moved(each, by[name])) if by.get(name) else each
         for name, each in vehicle.parameters.items()
     }
+    if by.get(FREE) and bound_distance(vehicle):
+        before = vehicle.parameters[BOUND]
+        follows = before.value + vehicle.parameters[FREE].value - parameters[FREE].value
+        parameters[BOUND] = dataclasses.replace(before, value=follows)
     return dataclasses.replace(vehicle, parameters=parameters)
 
 

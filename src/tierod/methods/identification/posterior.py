@@ -18,6 +18,9 @@ STEP = 1e-3
 ENOUGH = 0.02
 """Gain of log posterior below which a search ends [nat]."""
 MOST_STEPS = 40
+STALLED = 4
+"""Steps that together gain less than a search asks for before it ends: where readings are bounded, the parabola through
+a place promises what no step finds."""
 LARGEST = 1.0
 """Step of a coordinate: farther, its derivatives no longer hold."""
 TRUSTED = 6000.0
@@ -191,7 +194,8 @@ class Search:
         """
         place = np.zeros(len(self.priors)) if start is None else start
         here, damping, steps = self.at(place), 1e-3, 0
-        while steps < MOST_STEPS and not _ended(here, enough) and damping < 1e6:
+        costs = [here.cost]
+        while steps < MOST_STEPS and not _ended(here, enough) and not _stalled(costs, enough) and damping < 1e6:
             steps += 1
             damped = here.information + damping * np.diag(np.diag(here.information))
             move = np.clip(-np.linalg.solve(damped, here.gradient), -LARGEST, LARGEST)
@@ -199,10 +203,11 @@ class Search:
             if cost < here.cost:
                 place, damping = place + move, 0.1 * damping
                 here = self.at(place)
+                costs.append(here.cost)
             else:
                 damping = max(10.0 * damping, 1e-3)
             progress(min(steps / 12.0, 0.95))
-        converged = _ended(here, enough)
+        converged = _ended(here, enough) or _stalled(costs, enough)
         covariance = np.linalg.inv(here.information)
         progress(1.0)
         return Posterior(self.priors, place, covariance, here, steps, converged)
@@ -211,6 +216,11 @@ class Search:
 def _ended(here: Place, enough: float) -> bool:
     """Whether the parabola through a place promises next to nothing."""
     return float(0.5 * here.gradient @ np.linalg.solve(here.information, here.gradient)) < enough
+
+
+def _stalled(costs: Sequence[float], enough: float) -> bool:
+    """Whether the last steps that were taken have gained next to nothing."""
+    return len(costs) > STALLED and costs[-1 - STALLED] - costs[-1] < enough
 
 
 def _cost(scored: np.ndarray, outputs: int) -> float:

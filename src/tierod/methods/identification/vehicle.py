@@ -14,7 +14,7 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.methods.identification.drive_likelihood import DriveLikelihood
+from tierod.methods.identification.drive_likelihood import SLOWEST, DriveLikelihood
 from tierod.methods.identification.drive_model import DriveNoises, drive_filter
 from tierod.methods.identification.drive_samples import ANGLES, RATE, Drive, drives_of
 from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
@@ -35,6 +35,7 @@ from tierod.models.lateral_parameters import LateralParameters
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.single_track import understeer_gradient
 from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import BOUND, FREE, bound_distance
 
 STAGES = ((0.1, 0.5), (1.0, ENOUGH))
 """Share of the trusted readings of every stage of the search, and the gain that ends it: first what is known leads."""
@@ -45,6 +46,12 @@ EXPLAINED = 1.5
 """Mean squared innovation over its variance from which a model does not follow a drive."""
 WIDENED = 10.0
 """Factor on what is known before of a parameter where file and drives contradict each other."""
+NEAR_LIMIT, AT_LIMIT = 0.6, 0.1
+"""Share of the greatest lateral acceleration, by the file's friction, from which tyres are near their limit; share of a
+drive there from which it teaches wrong values: race laps, a third of them there, made the error of the sideslip twice
+that of typical values."""
+LIKE_ROADS = ("roll_share",)
+"""Parameters that roads imitate, and which contradict nothing: bends that are banked add to what a car rolls."""
 _GAUSSIAN = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 
@@ -145,7 +152,7 @@ def _by_drives_alone(
     posterior: Posterior, names: Sequence[str], drives: Sequence[Drive], built: Built
 ) -> tuple[Contradiction, ...]:
     """File and drives, where they lie far apart: the drives with next to no knowledge before of such parameters."""
-    far = contradictory(posterior, names)
+    far = [name for name in contradictory(posterior, names) if name not in LIKE_ROADS]
     if not far:
         return ()
     wide = tuple(
@@ -171,8 +178,11 @@ def _built(vehicle: Vehicle, usual: DriveNoises, angle: str) -> Callable[..., Dr
     base = vehicle.parameters_for(LateralParameters)
     of_car = {each.name for each in dataclasses.fields(LateralParameters)}
     ratio = 1.0 if angle == ANGLES[0] else vehicle["steering_ratio"]
+    bound = bound_distance(vehicle)
 
     def built(values: Mapping[str, float], recording: int) -> DriveLikelihood:
+        if bound and FREE in values:
+            values = {**values, BOUND: vehicle["wheelbase"] - values[FREE]}
         car = dataclasses.replace(base, **{name: value for name, value in values.items() if name in of_car})
         noises = dataclasses.replace(usual, **{name: value for name, value in values.items() if name in NOISES})
         return DriveLikelihood(drive_filter(car, noises, 1.0 / RATE), values.get("steering_ratio", ratio))
@@ -203,6 +213,11 @@ def _concluded(
     learnt = [each for each in every if each.kind == LEARNT]
     found = [_found(each.name, vehicle, each.value, each.deviation) for each in learnt]
     found += [
+        _found(BOUND, vehicle, vehicle["wheelbase"] - each.value, each.deviation)
+        for each in learnt
+        if each.name == FREE and bound_distance(vehicle)
+    ]
+    found += [
         _found(name, vehicle, *noises[name])
         for name, usual in WRITTEN_NOISES.items()
         if learnt and noises.get(name, (0.0, 0.0))[0] > usual
@@ -217,7 +232,7 @@ def _concluded(
         against,
         odd,
         tuple(_remarks(vehicle, every, against)),
-        _doubt(vehicle, drives, learnt, against, odd, _unexplained(posterior)),
+        _at_limit(vehicle, drives) or _doubt(vehicle, drives, learnt, against, odd, _unexplained(posterior)),
     )
 
 
@@ -291,6 +306,21 @@ def _unexplained(posterior: Posterior) -> str:
         f"the model of a car does not follow these drives: {end}{found}; leave out driving at the limit of grip, see "
         "that units and signs of the channel map are right, or start from values nearer to the car"
     )
+
+
+def _at_limit(vehicle: Vehicle, drives: tuple[Drive, ...]) -> str:
+    """Which drive was driven at the limit of grip; empty where none was."""
+    limit = NEAR_LIMIT * GRAVITY * vehicle.parameters_for(LateralParameters).tyre_friction
+    for each in drives:
+        speed, yaw_rate = each.samples[:, 0], each.samples[:, 3]
+        across = np.abs(speed * yaw_rate)[np.isfinite(speed * yaw_rate) & (speed > SLOWEST)]
+        share = float(np.mean(across > limit)) if len(across) else 0.0
+        if share > AT_LIMIT:
+            return (
+                f"{each.name} is driven at the limit of grip: {share:.0%} of it is above {limit:.1f} m/s² across, where "
+                "tyres differ from any model and the values found would be wrong; identify from ordinary drives"
+            )
+    return ""
 
 
 def _doubt(

@@ -9,6 +9,7 @@ from tierod.methods.identification.posterior import Prior
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.vehicles import QUANTITIES, Vehicle
 from tierod.vehicles.classes import class_of, typical_spread
+from tierod.vehicles.uncertain import BOUND, bound_distance
 
 SHOWN = (
     "mass",
@@ -72,7 +73,8 @@ def priors_of(vehicle: Vehicle, usual: DriveNoises, with_ratio: bool = True) -> 
     priors = []
     for name in SHOWN:
         deviation, _ = spread_of(name, vehicle)
-        if (name == "steering_ratio" and not with_ratio) or not deviation:
+        follows = name == BOUND and bound_distance(vehicle)
+        if (name == "steering_ratio" and not with_ratio) or not deviation or follows:
             continue
         low, high = QUANTITIES[name].plausible
         priors.append(Prior(name, _value(name, vehicle), deviation, name not in SIGNED, low, high))

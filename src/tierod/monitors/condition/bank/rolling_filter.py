@@ -7,6 +7,8 @@ from math import hypot
 from math import sqrt as sqrt_of
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import absolute, maximum, minimum, present, where
@@ -14,6 +16,7 @@ from tierod.methods.estimators.kernels import predict_covariance
 from tierod.methods.estimators.linear_algebra import from_diagonal
 from tierod.models.rolling_car import LEAST_SPEED, RollingCar
 from tierod.monitors.condition.bank.lane import TRUSTED, LeaveOutFilter
+from tierod.monitors.condition.bank.smallest_steps import SmallestSteps
 from tierod.monitors.condition.bank.tuning import PLAUSIBLE
 from tierod.monitors.condition.bank.updates import observed
 from tierod.monitors.condition.hypotheses import Hypothesis
@@ -26,9 +29,11 @@ from tierod.monitors.condition.signals import (
     Readings,
 )
 from tierod.physics.lag import gauss_markov_noise
+from tierod.physics.single_track import understeer_gradient
 from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import bound_distance, with_spread
 
-LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 0.04, 0.04, 0.5, 0.5, 3.0, 3.0)
+LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 0.04, 0.04, 0.5, 0.5, 3.0, 3.0, 0.5, 0.02)
 """Beyond which no state goes, whatever a faulty sensor says."""
 
 
@@ -48,6 +53,8 @@ class RollingError:
             are pointed to
         uneven_slip: of one wheel against the other of its axle, per acceleration
         grade, bank: accelerations by slopes
+        steering_scale: relative, of ratio and wheelbase of the vehicle file
+        understeer: gradient by the vehicle file
     """
 
     jerk: Annotated[float, "m/s**2.5"] = 6.0
@@ -65,6 +72,8 @@ class RollingError:
     uneven_slip: Annotated[float, "s**2/m"] = 0.001
     grade: Annotated[float, "m/s**2"] = 0.4
     bank: Annotated[float, "m/s**2"] = 0.4
+    steering_scale: Annotated[float, ""] = 0.01
+    understeer: Annotated[float, "rad*s**2/m"] = 2e-4
 
 
 NOISE = RollingCar.Output(
@@ -76,6 +85,21 @@ NOISE = RollingCar.Output(
 """Of production cars: rough roads shake wheels and accelerometers more than data sheets say."""
 
 
+COARSEST = RollingCar.Output(
+    **dict.fromkeys(ALL_WHEELS, 0.28),
+    yaw_rate=0.03,
+    steering_wheel_angle=0.05,
+    **dict.fromkeys(ACCELERATIONS, 0.2),
+)
+"""Step between two readings of a coarse sensor, assumed until one has shown a smaller one."""
+
+GUESSED = 3.0
+"""Standard deviations by which a vehicle file may be wrong."""
+
+DISTANCES = ("front_distance", "rear_distance")
+HANDLING = ("mass", *DISTANCES, "front_cornering_stiffness", "rear_cornering_stiffness")
+"""Parameters by which a car understeers."""
+
 OFFSETS = {
     "yaw_rate_offset": "yaw_rate_offset",
     "angle_offset": "steering_wheel_angle_offset",
@@ -84,6 +108,36 @@ OFFSETS = {
 """Parameters of a vehicle file whose standard deviations say how far offsets are off it."""
 LEAST = {"yaw_rate_offset": 0.002, "angle_offset": 0.01, "wheel_speed_difference": 0.001}
 """By which they change from drive to drive with temperature, tyres and load, in the units of `RollingError`."""
+
+
+def model_error_of(vehicle: Vehicle) -> RollingError:
+    """What the model does not follow, with what a vehicle file leaves open: offsets, ratio, distances, understeer.
+
+    Args:
+        vehicle: with the parameters of `RollingCar`; a parameter without a standard deviation takes that of its class
+    """
+    car = with_spread(vehicle)[0]
+    known = car.parameters
+
+    def spread(name: str) -> float:
+        return known[name].standard_deviation or 0.0 if name in known else 0.0
+
+    usual, wheelbase = RollingError(), sum(known[name].value for name in DISTANCES)
+    offsets = {of: max(spread(name), LEAST[of]) for of, name in OFFSETS.items() if name in known}
+    of_wheelbase = ("wheelbase",) if bound_distance(car) else DISTANCES
+    of_distances = hypot(*map(spread, of_wheelbase)) / wheelbase
+    scale = hypot(spread("steering_ratio") / known["steering_ratio"].value, of_distances, spread("wheel_speed_scale"))
+    values = [known[name].value for name in HANDLING]
+    spreads = np.diag([spread(name) for name in HANDLING])
+    nominal = understeer_gradient(*values)
+    moved = (understeer_gradient(*(values + each)) for each in spreads)
+    return replace(
+        usual,
+        **offsets,
+        track_width=hypot(usual.track_width, spread("track_width") / known["track_width"].value),
+        steering_scale=hypot(usual.steering_scale, scale),
+        understeer=hypot(usual.understeer, *(float(each - nominal) for each in moved)),
+    )
 
 
 @dataclass(frozen=True)
@@ -115,11 +169,12 @@ class RollingFilter:
     Output = LeaveOutFilter.Output
 
     class State(NamedTuple):
-        """The estimate, and how long ago the filter started, `settling` at most [s]."""
+        """The estimate, how long ago the filter started, `settling` at most [s], and how coarse its sensors are."""
 
         mean: RollingCar.State
         covariance: tuple[Scalar, ...]
         age: Scalar
+        steps: SmallestSteps
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> RollingFilter:
@@ -136,8 +191,7 @@ class RollingFilter:
         known = vehicle.parameters
         step = known["yaw_rate_resolution"].value if "yaw_rate_resolution" in known else 0.0
         noise = NOISE._replace(yaw_rate=hypot(NOISE.yaw_rate, step / sqrt_of(12.0)))
-        spread = {of: known[name].standard_deviation or 0.0 for of, name in OFFSETS.items() if name in known}
-        return cls(parameters, noise, replace(RollingError(), **{of: max(spread[of], LEAST[of]) for of in spread}))
+        return cls(parameters, noise, model_error_of(vehicle))
 
     def init(self) -> State:
         """Anywhere at any speed, wheels about straight ahead."""
@@ -146,9 +200,11 @@ class RollingFilter:
         offsets = (error.yaw_rate_offset, error.angle_offset, difference, error.track_width)
         front = (error.front_wheel_speed_scale, difference)
         turning = (0.5, error.lateral_jerk / LEAST_SPEED, error.steering)
-        deviations = (20.0, 3.0, *turning, *offsets, *front, error.slip, error.slip, error.grade, error.bank)
+        slopes, guessed = (error.grade, error.bank), (error.steering_scale, error.understeer)
+        deviations = (20.0, 3.0, *turning, *offsets, *front, error.slip, error.slip, *slopes, *guessed)
         covariance = from_diagonal([value * value for value in deviations])
-        return self.State(skeleton(RollingCar.State), tuple(value + 0.0 for value in covariance), 0.0)
+        at_rest = skeleton(RollingCar.State), tuple(value + 0.0 for value in covariance), 0.0
+        return self.State(*at_rest, SmallestSteps.unseen(COARSEST))
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, LeaveOutFilter.Output]:
         """One sample on."""
@@ -158,16 +214,18 @@ class RollingFilter:
         mean = RollingCar.transition(state.mean, (), p)
         expected = RollingCar.output(mean, (), p)
         derivatives = jacobian(lambda at: RollingCar.output(at, (), p), mean)
-        readings, noise = [getattr(sample, name) for name in expected._fields], self._noise(mean)
+        readings = [getattr(sample, name) for name in expected._fields]
+        steps = state.steps.after(readings)
+        noise = [each + rounding for each, rounding in zip(self._noise(mean), steps.variances, strict=True)]
         alike = (1.0,) * len(ACCELERATIONS)
         trusted = (*(getattr(self.trusted, name) for name in OF_CARS), *alike)
         usual = self._noise(RollingCar.State(*(0.0,) * len(mean)))
         seen = observed(covariance, expected, derivatives, readings, noise, usual, trusted, self.influence)
-        bounded = RollingCar.State(*seen.moved(mean, LIMITS))
+        bounded = RollingCar.State(*seen.moved(mean, self._limits))
         age = minimum(state.age + p.sample_time, self.settling)
         likelihood = seen.log_likelihood((*(getattr(self.plausible, name) for name in OF_CARS), *alike), self.influence)
         along = sample.longitudinal_acceleration
-        return self.State(bounded, seen.correction.covariance, age), self.Output(
+        return self.State(bounded, seen.correction.covariance, age, steps), self.Output(
             where(age < self.settling, 0.0, likelihood),
             *seen.of_sensors(OF_CARS),
             0.0,
@@ -176,6 +234,14 @@ class RollingFilter:
             p.rear_distance * bounded.yaw_rate,
             where(bounded.speed > self.slowest, 1.0, 0.0),
             where(where(present(along), along, 0.0) < -self.braking, 0.0, 1.0),
+        )
+
+    @property
+    def _limits(self) -> RollingCar.State:
+        """Bounds of the state: a wrong angle must not pass for a car that no file would describe so."""
+        error = self.model_error
+        return LIMITS._replace(
+            steering_scale=GUESSED * error.steering_scale, understeer_error=GUESSED * error.understeer
         )
 
     def _noise(self, mean: RollingCar.State) -> tuple[Scalar, ...]:
@@ -212,6 +278,8 @@ class RollingFilter:
             front_slip=gained(slip, wander.slip),
             grade_acceleration=gained(error.grade, wander.road),
             bank_acceleration=gained(error.bank, wander.road),
+            steering_scale=gained(error.steering_scale, wander.offset),
+            understeer_error=gained(error.understeer, wander.offset),
         )
 
     @property

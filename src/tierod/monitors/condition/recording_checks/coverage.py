@@ -76,6 +76,9 @@ class Coverage:
         Returns:
             the same without readings of sensors that have lost what they share, and what there is of it
         """
+        if not len(values):
+            no = np.zeros(0, bool)
+            return values, Covered(np.zeros((0, len(self._limits)), bool), no, no, no, no)
         readings = values[:, PLACES]
         zero, parked = all_zero(readings), self._stands(readings[:, _WHEELS])
         held = self._repeats(readings) & ~zero & ~parked

@@ -7,7 +7,7 @@ import dataclasses
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.session import Monitor, Session, Variant, opened
 from tierod.monitors.harness.spread.parameter_spread import ParameterSpread
-from tierod.vehicles.uncertain import WatchedParameters, may_move, with_spread
+from tierod.vehicles.uncertain import BOUND, FREE, WatchedParameters, bound_distance, may_move, with_spread
 from tierod.vehicles.vehicle import Vehicle
 
 
@@ -39,7 +39,8 @@ class Uncertain:
         designed = monitor.name in vehicle.thresholds
         own = {name for name in watched.deviations_read if vehicle.parameters[name].standard_deviation is not None}
         read = () if designed else watched.read
-        self.names = tuple(name for name in read if name not in own and self._is_uncertain(name))
+        follows = {BOUND} if bound_distance(self.vehicle) and FREE in read else set()
+        self.names = tuple(name for name in read if name not in own | follows and self._is_uncertain(name))
         self.of_class = tuple(name for name in filled if name in self.names)
 
     def _is_uncertain(self, name: str) -> bool:

@@ -42,16 +42,16 @@ class Turn(NamedTuple):
 def turn(conclusion: Conclusion, outcome: Outcome) -> Turn | None:
     """The car within the spread for which the verdict is another one; None where there is none.
 
-    An alarm turns where such a car is healthy. Healthy turns where such a car raises an alarm by an estimate beyond its
-    reference. An alarm that comes from signals and parameters that do not fit each other turns nothing: the recording
-    then speaks against that car.
+    An alarm turns where such a car is healthy, or where another sensor or actuator is at fault for it. Healthy turns
+    where such a car raises an alarm by an estimate beyond its reference. An alarm that comes from signals and
+    parameters that do not fit each other turns nothing: the recording then speaks against that car.
 
     Args:
         conclusion: for the vehicle as it is
         outcome: for the moved ones
     """
     points = [*outcome.alone.values(), *(each for _, several in outcome.along for each in several)]
-    turning = [each for each in points if _turns(conclusion.finding, each.conclusion.finding)]
+    turning = [each for each in points if _turns(conclusion, each.conclusion)]
     if not turning:
         return None
     nearest = min(turning, key=lambda each: sum(by * by for by in each.by.values()))
@@ -80,12 +80,18 @@ def turn_by_estimate(finding: Finding, variance: float, effects: Sequence[Parame
     return None
 
 
-def _turns(finding: Finding, other: Finding) -> bool:
+def _turns(conclusion: Conclusion, moved: Conclusion) -> bool:
+    finding, other = conclusion.finding, moved.finding
     if finding.status in ALARMS:
-        return other.status is Status.HEALTHY
+        faulty = _at_fault(conclusion.elements)
+        return other.status is Status.HEALTHY or (bool(faulty) and faulty.isdisjoint(_at_fault(moved.elements)))
     if finding.status is not Status.HEALTHY or other.estimate is None or not other.estimate.reference:
         return False
     return other.status in (Status.FAULT, Status.RISING)
+
+
+def _at_fault(elements: Sequence[Element]) -> set[str]:
+    return {each.name for each in elements if each.status in ALARMS}
 
 
 def _deciding(point: Concluded) -> tuple[str, ...]:
@@ -117,11 +123,12 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
     alarm = finding.status in ALARMS
     names = in_words(found.names)
     given = "; ".join(spread_of(vehicle, name) for name in found.names)
-    cause = f"the verdict depends on parameters of the vehicle file: within their spread ({given}) it is {found.status}"
+    other = _as_found(found)
+    cause = f"the verdict depends on parameters of the vehicle file: within their spread ({given}) it is {other}"
     finding = replace(
         finding,
         status=Status.SUSPECT if alarm else Status.NOT_IDENTIFIABLE,
-        headline=f"{finding.headline} But {names} {_decide(found.names)}: within the spread this is {found.status}.",
+        headline=f"{finding.headline} But {names} {_decide(found.names)}: within the spread this is {other}.",
         cause=f"{cause}; {finding.cause}" if finding.cause else cause,
         action=f"measure {names} first, enter value and standard_deviation in the vehicle file, and judge anew; "
         f"{finding.action}".removesuffix("; none"),
@@ -134,6 +141,12 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
         course=(),
         code_courses={},
     )
+
+
+def _as_found(found: Turn) -> str:
+    """The other verdict in words, with who is at fault where that differs."""
+    names = tuple(sorted(each.replace("_", " ") for each in _at_fault(found.elements)))
+    return f"a fault of {in_words(names)}" if names and found.status in ALARMS else str(found.status)
 
 
 def _doubted(elements: tuple[Element, ...], others: tuple[Element, ...]) -> tuple[Element, ...]:

@@ -1,0 +1,59 @@
+"""How coarse sensors are, as their readings show it: the smallest step between two of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import absolute, both, minimum, present, where
+
+UNIFORM = 1.0 / 12.0
+"""Variance of a rounded value over its step squared."""
+
+
+class SmallestSteps(NamedTuple):
+    """Last reading of every sensor, and its smallest change so far.
+
+    A sensor of a bus reads in steps that may be ten times its noise, and no vehicle file need say so.
+
+    Args:
+        last: readings; one that is missing keeps the one before
+        smallest: change that is not zero, in the units of the readings
+    """
+
+    last: tuple[Scalar, ...]
+    smallest: tuple[Scalar, ...]
+
+    @classmethod
+    def unseen(cls, coarsest: Sequence[float]) -> SmallestSteps:
+        """Before the first reading.
+
+        Args:
+            coarsest: step that is assumed of every sensor until it has shown a smaller one
+        """
+        return cls((0.0,) * len(coarsest), tuple(coarsest))
+
+    def after(self, readings: Sequence[Scalar]) -> SmallestSteps:
+        """With one more reading of every sensor.
+
+        Args:
+            readings: NaN where missing
+        """
+        here = [present(each) for each in readings]
+        changes = [
+            absolute(where(there, each, before) - before)
+            for there, each, before in zip(here, readings, self.last, strict=True)
+        ]
+        return SmallestSteps(
+            tuple(where(there, each, before) for there, each, before in zip(here, readings, self.last, strict=True)),
+            tuple(
+                where(both(there, change > 0.0), minimum(change, least), least)
+                for there, change, least in zip(here, changes, self.smallest, strict=True)
+            ),
+        )
+
+    @property
+    def variances(self) -> tuple[Scalar, ...]:
+        """What rounding adds to the variance of every reading."""
+        return tuple(UNIFORM * each * each for each in self.smallest)

@@ -1,0 +1,1 @@
+"""The study of cars without preparation: brochure values, one drive to identify, other drives to judge."""

@@ -1,0 +1,186 @@
+"""Real cars judged with typical values of several classes, and with the files of other cars: no fault may be found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
+from tierod.core.content import Heading, Item, Table
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.findings import Status
+from tierod.core.recording import Recording
+from tierod.monitors.diagnose import diagnose
+from tierod.monitors.registry import MONITORS
+from tierod.papers.condition.real_recordings import CARS
+from tierod.papers.own_car.brochure import brochure_car
+from tierod.papers.own_car.judging import FALSE, over
+from tierod.papers.sideslip import race_laps
+from tierod.papers.sideslip.real_recordings import GOAL, NO_DATA, recorded
+from tierod.vehicles import load
+from tierod.vehicles.vehicle import Vehicle
+
+REFERENCE = "sideslip_angle"
+CLASSES = ("small", "midsize", "large", "suv", "van", "race-car")
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a brochure says of a real car.
+
+    Args:
+        vehicle: its shipped file, of which the channel map alone is used, and the files of the others
+        kind: its class
+        mass: [kg]
+        wheelbase: [m]
+        torques_known: whether its torques are in N*m
+        reference: place that its reference of the sideslip is measured at, ahead of the rear axle [m]; None: the centre
+            of gravity
+    """
+
+    vehicle: str
+    kind: str
+    mass: float
+    wheelbase: float
+    torques_known: bool = True
+    reference: float | None = None
+
+
+KNOWN = (
+    Known("rav4", "suv", 1690.0, 2.66, False),
+    Known("revsted-car", "midsize", 1700.0, 2.7, reference=0.834),
+    Known(race_laps.VEHICLE, "race-car", 982.0, 2.40),
+)
+
+
+class Seen(NamedTuple):
+    """A monitor on a real recording with a vehicle file that is not the car's."""
+
+    car: str
+    file: str
+    monitor: str
+    status: Status
+    headline: str
+
+
+def recording_of(known: Known) -> Recording | None:
+    """The recording of a real car; None where it is not here."""
+    for car in CARS:
+        if car.vehicle == known.vehicle:
+            return car.recording()
+    return recorded(race_laps.FILE, race_laps.VEHICLE)
+
+
+def files_for(known: Known) -> Iterator[tuple[str, Vehicle]]:
+    """Vehicle files made without anything measured on the car, by name: of all classes, and those of the others."""
+    for kind in CLASSES:
+        yield f"class {kind}", brochure_car(known.vehicle, kind, known.mass, known.wheelbase, known.torques_known)
+    for other in KNOWN:
+        if other.vehicle != known.vehicle:
+            car = load(other.vehicle)
+            yield f"file of {other.vehicle}", replace(car, torque_unit="N*m" if known.torques_known else "count")
+
+
+def verdicts(known: Known, recording: Recording) -> Iterator[Seen]:
+    """Every monitor that can run, with every file.
+
+    Args:
+        known: the car
+        recording: with or without a reference, which is not used
+    """
+    bare = without_reference(recording)
+    for file, vehicle in files_for(known):
+        for name, monitor in MONITORS.items():
+            if monitor.default is None or monitor.condition:
+                continue
+            try:
+                finding = diagnose(bare, vehicle, name).findings[0]
+            except (InputError, ParameterError):
+                continue
+            yield Seen(known.vehicle, file, name, finding.status, finding.headline)
+
+
+def without_reference(recording: Recording) -> Recording:
+    """The recording without what estimates could be compared with."""
+    return Recording({name: each for name, each in recording.channels.items() if name != REFERENCE})
+
+
+def items() -> Iterator[Item]:
+    """Tables and claims of the real cars that are here."""
+    text = (
+        "Recordings of three real cars, judged with mass and wheelbase of a brochure, typical values of six "
+        "classes, and with the files of the two other cars. Nothing measured on the car is used but its channel map; a "
+        "reference only scores.",
+    )
+    yield Heading("Real cars with files that are not theirs", text)
+    here = {known: recording for known in KNOWN if (recording := recording_of(known)) is not None}
+    seen = [each for known, recording in here.items() for each in verdicts(known, recording)]
+    false = [each for each in seen if each.status in FALSE]
+    if seen:
+        yield _statuses(seen)
+        rows = tuple((each.car, each.file, each.monitor, each.headline) for each in false)
+        yield Table(
+            "False verdicts on real cars", ("car", "vehicle file", "monitor", "verdict"), rows or (("none",) * 4,)
+        )
+    note = f"Of {len(seen)} verdicts." if seen else NO_DATA
+    counted = float(len(false)) if seen else None
+    yield Claim(
+        "real.false", "Verdicts of a fault on real fault-free drives.", GOAL, None, counted, exactly(0.0), "", note
+    )
+    for known in KNOWN[1:]:
+        yield from _sideslip(known, here.get(known))
+
+
+def _statuses(seen: list[Seen]) -> Table:
+    monitors = sorted({each.monitor for each in seen})
+    pairs = list(dict.fromkeys((each.car, each.file) for each in seen))
+    of = {(each.car, each.file, each.monitor): str(each.status) for each in seen}
+    rows = tuple((*pair, *(of.get((*pair, monitor), "cannot run") for monitor in monitors)) for pair in pairs)
+    return Table("Verdicts on real fault-free drives", ("car", "vehicle file", *monitors), rows)
+
+
+def _sideslip(known: Known, recording: Recording | None) -> Iterator[Claim]:
+    """Band and error of the sideslip with typical values of the class."""
+    band, worse = math.nan, math.nan
+    if recording is not None:
+        brochure = brochure_car(known.vehicle, known.kind, known.mass, known.wheelbase)
+        held, error = beside_reference(recording, brochure, known.reference)
+        _, best = beside_reference(recording, load(known.vehicle), known.reference)
+        band, worse = held, error / best
+    figures: tuple[tuple[str, str, float, Goal], ...] = (
+        ("band", "Share of the reference in the 95 % band of the sideslip", band, at_least(0.9)),
+        ("error", "Error of the sideslip over that with the shipped file", worse, at_most(1.3)),
+    )
+    place = "" if known.reference is None else " Compared where the optical sensor looks."
+    note = f"The distances are typical of the class too.{place}" if recording is not None else NO_DATA
+    for key, what, measured, goal in figures:
+        claim = f"{what}, {known.vehicle} by mass and wheelbase of a brochure."
+        value = None if recording is None else measured
+        yield Claim(f"real.{known.vehicle}-{key}", claim, GOAL, None, value, goal, "", note)
+
+
+def beside_reference(recording: Recording, vehicle: Vehicle, place: float | None = None) -> tuple[float, float]:
+    """Share of the reference in the 95 % band of the sideslip, and its root mean square error [rad].
+
+    Args:
+        recording: with the reference
+        vehicle: as which it is judged, without the reference
+        place: of the reference, ahead of the rear axle [m]; the estimate is carried there from the centre of gravity
+    """
+    traces = over("sideslip", vehicle, without_reference(recording), uncertain=True).traces
+    value, deviation = traces[REFERENCE], traces[f"{REFERENCE}_standard_deviation"]
+    reference, time = recording[REFERENCE], value.time
+    ahead = 0.0 if place is None else place - vehicle["rear_distance"]
+    yaw_rate, speed = (
+        np.interp(time, recording[name].time, recording[name].values) for name in ("yaw_rate", "vehicle_speed")
+    )
+    at = np.isfinite(reference.values)
+    there = value.values + ahead * yaw_rate / np.maximum(speed, 1.0)
+    error = there - np.interp(time, reference.time[at], reference.values[at])
+    known = np.isfinite(error) & np.isfinite(deviation.values)
+    held = np.abs(error[known]) <= 1.96 * deviation.values[known]
+    return float(held.mean()), float(np.sqrt(np.mean(error[known] ** 2)))

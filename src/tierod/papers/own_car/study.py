@@ -1,0 +1,18 @@
+"""The study of own cars: virtual ones drawn over the classes, then real ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tierod.core.content import Item
+from tierod.experiments.effort import Effort, Progress
+from tierod.papers.own_car import real, virtual
+
+
+def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+    """All that the study finds out."""
+    progress(0.0, "virtual cars that are not known")
+    yield from virtual.items(effort, lambda share, what: progress(0.9 * share, what))
+    progress(0.9, "real cars")
+    yield from real.items()
+    progress(1.0, "done")

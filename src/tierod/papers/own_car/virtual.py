@@ -1,0 +1,213 @@
+"""Virtual cars that are not known: coverage, error, false verdicts and cost, by monitor and vehicle file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.claims import Claim, at_most, between, exactly
+from tierod.core.content import Heading, Item, Table
+from tierod.core.errors import InputError
+from tierod.experiments.effort import Effort, Progress
+from tierod.experiments.executor import Failure
+from tierod.experiments.fingerprint import tower_code
+from tierod.papers.own_car.judging import BROCHURE, ESTIMATES, FALSE, IDENTIFIED, TRUE, TRUTHS, Case, Judged, Studied
+from tierod.papers.own_car.judging import studied as of_case
+
+GOAL = "goal of tierod"
+CARS, QUICK_CARS, THOROUGH_CARS = 7, 3, 20
+"""One of every kind; the thorough study draws nearly three of each, and lets each drive for two hours."""
+MEASURED = 4
+"""Cars on which the cost of the spread is measured."""
+WIDE, NARROW = between(0.90, 0.98), between(0.92, 0.97)
+MOST_WORSE, MOST_COST = 1.3, 4.0
+DEGREES = {"sideslip": math.degrees(1.0)}
+UNITS = {"sideslip": "deg", "driver-torque": "N*m", "friction": "N*m"}
+
+TEXT = (
+    "Cars drawn over the classes, quadricycle to van, front and rear drive, column and rack EPS. Of each its user "
+    "knows mass (to 5 %) and wheelbase; all else is typical of the class, with its spread, as `tierod new` writes it. "
+    "One drive identifies the car, other drives are judged with the file before, the file after, and with the true "
+    "parameters. No monitor sees a truth. The seed follows from the code that is judged.",
+)
+
+
+class Pooled(NamedTuple):
+    """One monitor with one vehicle file, over all cars.
+
+    Args:
+        samples: that were compared
+        coverage: share of the truth in the 95 % band
+        worst: lowest coverage of a car
+        error: root mean square, in SI units
+        false: verdicts of a fault
+        drives: that were judged
+        unjudged: drives without an estimate
+    """
+
+    samples: int
+    coverage: float
+    worst: float
+    error: float
+    false: int
+    drives: int
+    unjudged: int
+
+
+def reporting_seed() -> int:
+    """Of the reported drives: it follows from the code that is judged."""
+    return int(tower_code()[:6], 16)
+
+
+def cases(effort: Effort, seed: int) -> list[Case]:
+    """The cars of the study, and how much each drives."""
+    if effort.quick:
+        return [Case(number, seed, 2.0, 2.5, 1, number == 0) for number in range(QUICK_CARS)]
+    minutes, drives, cars = (30.0, 4, THOROUGH_CARS) if effort.thorough else (13.0, 1, CARS)
+    return [Case(number, seed, 13.0, minutes, drives, number < MEASURED) for number in range(cars)]
+
+
+def items(effort: Effort, progress: Progress, seed: int | None = None) -> Iterator[Item]:
+    """Tables and claims.
+
+    Args:
+        effort: how many cars, and how far they drive
+        progress: of the cars
+        seed: of all chance; that of the judged code where None
+    """
+    yield Heading("Virtual cars that are not known", TEXT)
+    given = cases(effort, reporting_seed() if seed is None else seed)
+    found: dict[int, Studied] = {}
+    for number, result in effort.outcomes(of_case, given):
+        if isinstance(result, Failure):
+            raise InputError(f"car {number + 1} of the study failed: {result.reason}")
+        found[number] = result
+        progress(len(found) / len(given), f"car {len(found)} of {len(given)}")
+    yield from shown([found[number] for number in range(len(given))])
+
+
+def shown(found: Sequence[Studied]) -> Iterator[Item]:
+    """Tables and claims of cars that were judged.
+
+    Args:
+        found: of every car
+    """
+    judged = [each for car in found for each in car.judged]
+    files = [name for name in (BROCHURE, IDENTIFIED, TRUE) if any(each.file == name for each in judged)]
+    of = {(monitor, file): pooled(judged, monitor, file) for monitor in TRUTHS for file in files}
+    yield _table(of)
+    yield _cars(found, files)
+    yield _verdicts(judged)
+    for monitor in ESTIMATES:
+        yield from _claims(monitor, of)
+    for monitor in TRUTHS:
+        yield from _false_and_cost(monitor, judged, of)
+
+
+def pooled(judged: Sequence[Judged], monitor: str, file: str) -> Pooled:
+    """All cars together.
+
+    Args:
+        judged: every monitor on every drive with every file
+        monitor, file: which of them
+    """
+    own = [each for each in judged if (each.monitor, each.file) == (monitor, file)]
+    seen = [each for each in own if each.samples]
+    count = sum(each.samples for each in seen)
+    shares = [each.held / each.samples for each in seen]
+    return Pooled(
+        count,
+        sum(each.held for each in seen) / count if count else math.nan,
+        min(shares, default=math.nan),
+        math.sqrt(sum(each.squares for each in seen) / count) if count else math.nan,
+        sum(each.status in FALSE for each in own),
+        len(own),
+        len(own) - len(seen),
+    )
+
+
+def _table(of: dict[tuple[str, str], Pooled]) -> Table:
+    rows = []
+    for (monitor, file), each in of.items():
+        factor = DEGREES.get(monitor, 1.0)
+        estimates = monitor in ESTIMATES
+        rows.append(
+            (
+                monitor,
+                file,
+                str(each.drives),
+                str(each.unjudged) if estimates else "",
+                f"{100.0 * each.coverage:.1f} %" if estimates else "",
+                f"{100.0 * each.worst:.0f} %" if estimates else "",
+                f"{factor * each.error:.3g} {UNITS[monitor].replace('*', '·')}" if estimates else "",
+                str(each.false),
+            )
+        )
+    header = ("monitor", "vehicle file", "drives", "without estimate", "in the 95 % band", "worst car")
+    return Table("Cars that are not known", (*header, "rms error", "false faults"), tuple(rows))
+
+
+def _cars(found: Sequence[Studied], files: Sequence[str]) -> Table:
+    rows = []
+    for car in found:
+        name = car.judged[0].car if car.judged else ""
+        shares = []
+        for monitor in ESTIMATES:
+            own = [pooled(car.judged, monitor, file).coverage for file in files]
+            shares.append(" / ".join("–" if math.isnan(each) else f"{100.0 * each:.0f}" for each in own))
+        rows.append((name, *shares, ", ".join(car.learnt) or car.doubt.partition(":")[0], f"{car.seconds:.0f}"))
+    header = ("car", *(f"{monitor} [%]" for monitor in ESTIMATES), "identified", "time [s]")
+    return Table(f"Car by car: in the 95 % band ({' / '.join(files)})", header, tuple(rows))
+
+
+def _verdicts(judged: Sequence[Judged]) -> Table:
+    rows = tuple((each.car, each.monitor, each.file, each.headline) for each in judged if each.status in FALSE)
+    return Table("False verdicts of a fault", ("car", "monitor", "vehicle file", "verdict"), rows or (("none",) * 4,))
+
+
+def _claims(monitor: str, of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
+    brochure, true = of[monitor, BROCHURE], of.get((monitor, TRUE))
+    yield Claim(
+        f"unknown.{monitor}-band",
+        f"Share of the truth in the 95 % band of {monitor}, by the brochure alone.",
+        GOAL,
+        None,
+        brochure.coverage,
+        WIDE,
+        "",
+        f"{brochure.worst:.2f} on the worst car.",
+    )
+    own = of.get((monitor, IDENTIFIED))
+    if own is None:
+        return
+    claim = f"Share of the truth in the 95 % band of {monitor}, after one drive has identified the car."
+    note = f"{own.worst:.2f} on the worst car."
+    yield Claim(f"identified.{monitor}-band", claim, GOAL, None, own.coverage, NARROW, "", note)
+    ratio = own.error / true.error if true is not None and true.error > 0.0 else math.nan
+    before = brochure.error / true.error if true is not None and true.error > 0.0 else math.nan
+    yield Claim(
+        f"identified.{monitor}-error",
+        f"Error of {monitor} after identification over that with the true parameters.",
+        GOAL,
+        None,
+        ratio,
+        at_most(MOST_WORSE),
+        "",
+        f"{before:.2f} by the brochure.",
+    )
+
+
+def _false_and_cost(monitor: str, judged: Sequence[Judged], of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
+    drives = sum(each.drives for (name, _), each in of.items() if name == monitor)
+    false = sum(each.false for (name, _), each in of.items() if name == monitor)
+    claim = f"Verdicts of a fault by {monitor} on fault-free drives."
+    yield Claim(f"verdicts.{monitor}", claim, GOAL, None, false, exactly(0.0), "", f"Of {drives} verdicts.")
+    costs = [each.cost for each in judged if each.monitor == monitor and math.isfinite(each.cost)]
+    if costs:
+        claim = f"Processor time of {monitor} with the spread of the parameters over that without, median."
+        note = f"{max(costs):.1f} at the most."
+        measured = float(np.median(costs))
+        yield Claim(f"cost.{monitor}", claim, GOAL, None, measured, at_most(MOST_COST), "", note)
