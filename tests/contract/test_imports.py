@@ -16,6 +16,7 @@ ROOT = Path(tierod.__file__).parent
 LAYERS = (
     {"cli"},
     {"papers"},
+    {"fleet"},
     {"report"},
     {"experiments"},
     {"monitors"},
@@ -34,7 +35,7 @@ FRONT = ROOT / "__init__.py"
 
 GROUND = "proving_ground"
 GROUND_USES = {GROUND, "physics", "core.graph", "vehicles", "core"}
-USES_GROUND = {GROUND, "papers", "experiments", "cli"}
+USES_GROUND = {GROUND, "papers", "experiments", "fleet", "cli"}
 
 HEAVY = {
     "asammdf",
@@ -178,6 +179,10 @@ def test_every_package_has_its_place():
         ("models", "core", True),
         ("core", "core.graph", False),
         ("io", "vehicles", True),
+        ("fleet", "report", True),
+        ("report", "fleet", False),
+        ("fleet", "papers", False),
+        ("fleet", GROUND, True),
         (GROUND, "physics", True),
         (GROUND, "models", False),
         ("monitors", GROUND, False),

@@ -1,0 +1,230 @@
+"""Where recordings and results lie: folders of this machine, or whatever fsspec reaches (s3://bucket/results).
+
+A file of a `Place` is whole or not there: written beside its name and renamed, or put as one object.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import posixpath
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+from tierod.core.errors import InputError, MissingExtra, OutputError
+from tierod.core.files import expanded
+
+LOCAL = "file"
+"""Protocol of this machine's own folders."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A folder by its address; it travels to workers as text and opens its storage there.
+
+    Args:
+        root: path of the folder, or its address with a protocol
+    """
+
+    root: str
+    _opened: list[Any] = field(default_factory=list, compare=False, repr=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"root": self.root, "_opened": []}
+
+    @property
+    def local(self) -> bool:
+        """Whether it is a folder of this machine."""
+        return protocol_of(self.root) == LOCAL
+
+    @property
+    def storage(self) -> Any:
+        """The fsspec storage that it lies in.
+
+        Raises:
+            MissingExtra: fsspec, or what it needs for this protocol, is not installed
+        """
+        if not self._opened:
+            self._opened.append(storage_of(self.root))
+        return self._opened[0]
+
+    def shown(self, path: str = "") -> str:
+        """A path in it as a message names it."""
+        return posixpath.join(self.root, path) if path else self.root
+
+    def files(self, folder: str, ending: str) -> list[str]:
+        """Paths of the files below a folder, in the order of their names; hidden ones are left out.
+
+        Raises:
+            InputError: the storage does not answer
+        """
+        if self.local:
+            top = Path(self.root)
+            found = (path.relative_to(top).as_posix() for path in (top / folder).rglob(f"*{ending}"))
+        else:
+            base = _bare(self.root)
+            with answering(self.root):
+                names = self.storage.find(posixpath.join(base, folder))
+            found = (name[len(base) + 1 :] for name in names if name.endswith(ending))
+        return sorted(path for path in found if not posixpath.basename(path).startswith("."))
+
+    def exists(self, path: str) -> bool:
+        """Whether there is such a file or folder.
+
+        Raises:
+            InputError: the storage does not answer
+        """
+        if self.local:
+            return os.path.exists(os.path.join(self.root, path))
+        with answering(self.root):
+            return bool(self.storage.exists(posixpath.join(_bare(self.root), path)))
+
+    @contextmanager
+    def open(self, path: str) -> Iterator[IO[bytes]]:
+        """A file to read from.
+
+        Raises:
+            OSError: it is not there, or cannot be read
+        """
+        if self.local:
+            with open(os.path.join(self.root, path), "rb") as file:
+                yield file
+        else:
+            with self.storage.open(posixpath.join(_bare(self.root), path), "rb") as file:
+                yield file
+
+    def read(self, path: str) -> bytes:
+        """The content of a file.
+
+        Raises:
+            OSError: it is not there, or cannot be read
+        """
+        with self.open(path) as file:
+            return file.read()
+
+    def write(self, path: str, content: bytes, sync: bool = False) -> None:
+        """Put a whole file, in place of what had its name.
+
+        Args:
+            path: in the folder; folders above it are made
+            content: of the file
+            sync: whether it is on the disk, and not only on its way, when this returns
+
+        Raises:
+            OutputError: it cannot be written; the message says why and what to do
+        """
+        try:
+            if self.local:
+                _write_local(Path(self.root, path), content, sync)
+            else:
+                self.storage.pipe_file(posixpath.join(_bare(self.root), path), content)
+        except Exception as error:
+            if not isinstance(error, OSError) and not of_storage(error):
+                raise
+            raise OutputError(
+                f"{self.shown(path)} cannot be written ({reason_of(error)}); make room, or see that the place can be "
+                "reached and written, and run the same command again: what is finished is kept"
+            ) from None
+
+    def remove(self, path: str) -> None:
+        """Remove a file, if it is there."""
+        with contextlib.suppress(OSError):
+            if self.local:
+                os.unlink(os.path.join(self.root, path))
+            else:
+                self.storage.rm_file(posixpath.join(_bare(self.root), path))
+
+
+@contextmanager
+def answering(address: str) -> Iterator[None]:
+    """Say in one sentence that a storage does not answer.
+
+    Args:
+        address: that is asked
+
+    Raises:
+        InputError: it does not
+    """
+    try:
+        yield
+    except Exception as error:
+        if not isinstance(error, OSError) and not of_storage(error):
+            raise
+        raise InputError(
+            f"{address} cannot be read ({reason_of(error)}); check the address, the access rights and the network"
+        ) from None
+
+
+def place_of(root: str | Path) -> Place:
+    """The place of a folder; a path of this machine is made absolute, since workers run elsewhere.
+
+    Args:
+        root: path or address
+    """
+    text = str(root)
+    if protocol_of(text) == LOCAL:
+        return Place(str(expanded(text.removeprefix("file://")).absolute()))
+    return Place(text.rstrip("/"))
+
+
+def protocol_of(address: str) -> str:
+    """What stands before "://"; `LOCAL` where nothing does."""
+    protocol, mark, _ = address.partition("://")
+    return protocol if mark else LOCAL
+
+
+def storage_of(address: str) -> Any:
+    """The fsspec storage of an address.
+
+    Raises:
+        MissingExtra: fsspec, or what it needs for this protocol, is not installed
+        InputError: there is no such protocol
+    """
+    protocol = protocol_of(address)
+    try:
+        import fsspec
+
+        return fsspec.filesystem(protocol)
+    except ImportError as error:
+        raise MissingExtra(error.name or "fsspec", "fleet", f"reading {protocol}:// addresses") from None
+    except ValueError as error:
+        raise InputError(f"{address} cannot be reached ({reason_of(error)}); known are paths and s3://") from None
+
+
+def reason_of(error: BaseException) -> str:
+    """Why something failed, on one line."""
+    text = (error.strerror if isinstance(error, OSError) else None) or str(error) or type(error).__name__
+    return " ".join(text.split())[:200]
+
+
+def of_storage(error: BaseException) -> bool:
+    """Whether an error comes from the library of a storage, which has classes of its own for what goes wrong there."""
+    return type(error).__module__.split(".")[0] in ("aiohttp", "botocore", "aiobotocore", "s3fs", "fsspec")
+
+
+def _bare(address: str) -> str:
+    return address.partition("://")[2]
+
+
+def _write_local(path: Path, content: bytes, sync: bool) -> None:
+    temporary = path.with_name(f".{path.stem[:100]}.{secrets.token_hex(6)}{path.suffix}")
+    try:
+        try:
+            handle = os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
+        except FileNotFoundError:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            handle = os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            if sync:
+                file.flush()
+                os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        raise
