@@ -39,7 +39,7 @@ class Drives:
     @property
     def present(self) -> np.ndarray:
         """Whether there is a drive, (cars, drives)."""
-        return np.isfinite(self.day) & np.isfinite(self.estimate) & np.isfinite(self.deviation)
+        return np.asarray(np.isfinite(self.day) & np.isfinite(self.estimate) & np.isfinite(self.deviation))
 
     @property
     def effects(self) -> np.ndarray:
