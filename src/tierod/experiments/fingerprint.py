@@ -123,7 +123,7 @@ def work_code(module: str) -> str:
     return fingerprint(ground_code(), tower_code(), sorted(map(_digest, files)))
 
 
-STUDIES = ("tierod.papers.", "tierod.experiments.")
+STUDIES = ("tierod.papers.", "tierod.experiments.", "tierod.fleet.")
 
 
 def _imports(path: Path) -> Iterator[str]:

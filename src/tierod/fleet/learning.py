@@ -1,0 +1,155 @@
+"""What a fleet says about its cars and drives before one of them is looked at: noise, prior, and how to look."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.fleet.series import Series
+from tierod.methods.trends.change_evidence import Changes, clip_for
+from tierod.methods.trends.drive_filter import Prior, TrendNoise
+from tierod.methods.trends.drive_scatter import DriveScatter, drive_scatter
+from tierod.methods.trends.drives import Drives
+from tierod.methods.trends.wandering import Wandering, wandering
+
+TEMPERATURE, MILEAGE = 0, 1
+"""Places of the regressors of a series."""
+
+MANY = 30
+"""Cars from which on the effect of mileage is learnt between cars."""
+
+APART = 0.5
+"""Standard deviation of their mileages that this needs [10 000 km]."""
+
+ONSET = 90.0
+"""Days in which an ageing may set in that reaches the limit within a year; gives the walk of the slope."""
+
+YEAR = 365.0
+
+
+@dataclass(frozen=True, eq=False)
+class Learnt:
+    """What was learnt of one quantity.
+
+    Args:
+        noise: of cars that may age, for levels and trends
+        steady: the same of cars that do not, against which changes stand out
+        prior: of a car before its first drive
+        changes: that are looked for
+        scatter: of the drives
+        wander: of the cars
+        remarks: on what could not be learnt
+    """
+
+    noise: TrendNoise
+    steady: TrendNoise
+    prior: Prior
+    changes: Changes
+    scatter: DriveScatter
+    wander: Wandering
+    remarks: tuple[str, ...]
+
+    def with_usual(self, usual: np.ndarray, between: float) -> Learnt:
+        """The same for cars whose expected levels are known from their cohorts.
+
+        Args:
+            usual: of each car, (cars,)
+            between: standard deviation of cars about them
+        """
+        mean = np.tile(self.prior.mean, (len(usual), 1))
+        mean[:, 0] = usual
+        covariance = self.prior.covariance.copy()
+        covariance[0, 0] = max(between, 1e-9) ** 2
+        return replace(self, prior=Prior(mean, covariance))
+
+
+def learnt(series: Series) -> Learnt:
+    """Noise and prior of the fault-free majority of a fleet.
+
+    Args:
+        series: of one quantity
+    """
+    drives, remarks = series.drives, []
+    try:
+        scatter = drive_scatter(drives)
+    except InputError as error:
+        stated = drives.deviation[drives.present]
+        scatter = DriveScatter(float(np.median(stated)), 1.0, 0.01, np.zeros(2), 0, False)
+        remarks.append(f"{error}; until then the scatter is assumed as large as the stated deviations")
+    mileage, mileage_deviation = _mileage_effect(series, scatter.effects)
+    # Within a month the mileage hardly grows; its effect is one between cars.
+    effects = np.array([scatter.effects[TEMPERATURE], mileage])
+    wander = wandering(drives, effects)
+    if wander.longest < 60.0:
+        remarks.append("the fleet has been followed for less than two months; its usual wear is not known yet")
+    size = _size(series, scatter)
+    # What cannot be learnt yet is bounded: by a twentieth of the distance to the limit in a year.
+    walk = wander.level_walk if wander.longest else 0.05 * size / np.sqrt(YEAR)
+    slope_deviation = max(wander.slope_deviation, 0.02 * size / YEAR)
+    total = float(np.hypot(scatter.scatter, scatter.scale * np.median(drives.deviation[drives.present])))
+    steady = TrendNoise(walk, 0.0, max(scatter.scatter, 0.05 * total), scatter.scale)
+    centre, spread = _levels(series, effects)
+    temperature_deviation = 0.3 * abs(effects[TEMPERATURE]) + 0.002 * size / 10.0
+    variances = (spread**2, slope_deviation**2, temperature_deviation**2, mileage_deviation**2)
+    return Learnt(
+        replace(steady, slope_walk=size / YEAR / np.sqrt(ONSET)),
+        steady,
+        Prior(np.array([centre, wander.slope, *effects]), np.diag(variances)),
+        Changes(size / 3.0, size / 3.0 / 100.0, clip=clip_for(scatter.wrong_share), side=side_of(series)),
+        scatter,
+        wander,
+        tuple(remarks),
+    )
+
+
+def side_of(series: Series) -> float:
+    """1 where the limit is above the nominal values, or not known; -1 below."""
+    both = np.isfinite(series.limit) & np.isfinite(series.nominal)
+    return -1.0 if both.any() and float(np.median((series.limit - series.nominal)[both])) < 0.0 else 1.0
+
+
+def _size(series: Series, scatter: DriveScatter) -> float:
+    """Distance from nominal to limit [unit]; ten times the scatter of drives where a limit is not known."""
+    distance = np.abs(series.limit - series.nominal)
+    known = distance[np.isfinite(distance) & (distance > 0.0)]
+    if len(known):
+        return float(np.median(known))
+    stated = float(np.median(series.drives.deviation[series.drives.present]))
+    return 10.0 * max(float(np.hypot(scatter.scatter, scatter.scale * stated)), 1e-9)
+
+
+def _levels(series: Series, effects: np.ndarray) -> tuple[float, float]:
+    """Median of the cars' medians, and their standard deviation about it."""
+    middle = np.nanmedian(_corrected(series.drives, effects), axis=1)
+    centre = float(np.median(middle))
+    spread = float(np.median(np.abs(middle - centre))) / 0.6745
+    known = series.nominal[np.isfinite(series.nominal)]
+    if len(middle) < MANY and len(known):
+        # Few cars do not show how cars differ: no less than a tenth of the nominal value.
+        spread = max(spread, 0.1 * abs(float(np.median(known))))
+    return centre, max(spread, 1e-3 * abs(centre), 1e-9)
+
+
+def _mileage_effect(series: Series, effects: np.ndarray) -> tuple[float, float]:
+    """Change per 10 000 km between cars, and its standard deviation; zeros where mileages are too alike."""
+    known = np.isfinite(series.mileage)
+    if known.sum() < MANY or float(np.std(series.mileage[known])) < APART:
+        return 0.0, 0.0
+    middle = np.nanmedian(_corrected(series.drives, np.array([effects[TEMPERATURE], 0.0])), axis=1)[known]
+    along = series.mileage[known] + np.nanmedian(series.drives.effects[known, :, MILEAGE], axis=1)
+    design = np.stack((np.ones(len(along)), along), axis=1)
+    weight, found, size = np.ones(len(along)), np.zeros(2), 1.0
+    for _ in range(20):
+        found = np.linalg.lstsq(design * np.sqrt(weight)[:, None], middle * np.sqrt(weight), rcond=None)[0]
+        rest = middle - design @ found
+        size = max(float(np.median(np.abs(rest))) / 0.6745, 1e-12)
+        weight = 1.0 / np.maximum(1.0, np.abs(rest) / (1.5 * size))
+    inverse = np.linalg.inv(design.T @ (weight[:, None] * design))
+    return float(found[1]), float(size * np.sqrt(inverse[1, 1]))
+
+
+def _corrected(drives: Drives, effects: np.ndarray) -> np.ndarray:
+    """Estimates at the reference of the regressors, NaN where there is none."""
+    return np.asarray(np.where(drives.present, drives.estimate - drives.effects @ effects, np.nan))

@@ -1,0 +1,189 @@
+"""From the findings of a fleet to series over months: one per monitor and thing judged, a row per car."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from tierod.methods.trends.drives import Drives, gathered
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+REFERENCE_TEMPERATURE = 288.15
+"""Levels are stated at this ambient temperature [K]: 15 °C."""
+
+MILEAGE_UNIT = 1e7
+"""Mileage counts in these [m], 10 000 km, so that its coefficient is a number one can read."""
+
+DAY = 86_400_000_000
+"""Microseconds."""
+
+LEAST_DRIVES = 2
+"""Drives of a quantity in the whole fleet below which it has no series."""
+
+
+class Watched(NamedTuple):
+    """What a series is of.
+
+    Args:
+        monitor, judged: who judged, and the thing; "" for what the monitor watches as a whole
+        quantity, unit: of the estimate
+    """
+
+    monitor: str
+    judged: str
+    quantity: str
+    unit: str
+
+    @property
+    def title(self) -> str:
+        """In words."""
+        about = f" of {self.judged}" if self.judged else ""
+        return f"{self.quantity}{about} ({self.monitor})"
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One quantity of all cars.
+
+    Args:
+        watched: what it is
+        vehicles: names of the cars, in the order of the rows
+        drives: days since 1970, estimates, deviations; regressors: temperature [K] less the reference, mileage since
+            the first drive of the car [10 000 km]
+        mileage: at the first drive of each car [10 000 km], (cars,); NaN where it is not known
+        row: of each drive in the findings, (cars, drives); -1 where there is none
+        nominal, limit: of each car, (cars,); NaN where not known
+        labels: kind of cohort -> name of each car's cohort
+    """
+
+    watched: Watched
+    vehicles: tuple[str, ...]
+    drives: Drives
+    mileage: np.ndarray
+    row: np.ndarray
+    nominal: np.ndarray
+    limit: np.ndarray
+    labels: Mapping[str, tuple[str, ...]]
+
+
+def series_of(findings: pa.Table, until: float | None = None) -> tuple[list[Series], list[str]]:
+    """Every series of a fleet, that of most drives first, and remarks on what was left out.
+
+    Args:
+        findings: as `tierod.fleet.results.findings_of` gives them
+        until: day since 1970 after which a date cannot be right; None for no such day
+
+    Drives without a date have no place in a trend, nor have those without an estimate; they count in the table of
+    standings.
+    """
+    code, names = _coded(findings, ("monitor", "judged", "quantity", "unit"))
+    car, vehicles = _coded(findings, ("vehicle",))
+    day = days(findings)
+    numbers = {name: numeric(findings, name) for name in ("estimate", "deviation")}
+    estimated = np.isfinite(numbers["estimate"])
+    future = estimated & (day > (np.inf if until is None else until))
+    usable = estimated & np.isfinite(day) & ~future & np.isfinite(numbers["deviation"])
+    remarks = []
+    if undated := int((estimated & ~np.isfinite(day)).sum()):
+        remarks.append(f"{undated} findings have no date and stand in no trend; give the recordings their time")
+    if late := int(future.sum()):
+        remarks.append(f"{late} findings have a date in the future and stand in no trend; set the clock of the logger")
+    labels = labels_of(findings, car, len(vehicles))
+    found = []
+    for number in np.argsort(-np.bincount(code[usable], minlength=len(names)), kind="stable"):
+        rows = np.flatnonzero(usable & (code == number))
+        if len(rows) >= LEAST_DRIVES:
+            found.append(_series(Watched(*names[number]), findings, rows, car, day, vehicles, labels))
+    return found, remarks
+
+
+def _series(
+    watched: Watched,
+    findings: pa.Table,
+    rows: np.ndarray,
+    car: np.ndarray,
+    day: np.ndarray,
+    vehicles: Sequence[tuple[str, ...]],
+    labels: Mapping[str, Sequence[str]],
+) -> Series:
+    part = findings.take(rows)
+    of, place_of = np.unique(car[rows], return_inverse=True)
+    mileage = numeric(part, "mileage_m") / MILEAGE_UNIT
+    first = np.full(len(of), np.inf)
+    np.minimum.at(first, place_of, np.where(np.isfinite(mileage), mileage, np.inf))
+    first[~np.isfinite(first)] = np.nan
+    moved = np.stack((numeric(part, "temperature_K") - REFERENCE_TEMPERATURE, mileage - first[place_of]), axis=1)
+    table, place = gathered(place_of, day[rows], numeric(part, "estimate"), numeric(part, "deviation"), moved)
+    row = np.full(table.day.shape, -1)
+    row[place[:, 0], place[:, 1]] = rows
+    return Series(
+        watched,
+        tuple(vehicles[number][0] for number in of),
+        table,
+        first,
+        row,
+        _last(numeric(part, "nominal"), place_of, len(of)),
+        _last(numeric(part, "limit"), place_of, len(of)),
+        {kind: tuple(names[number] for number in of) for kind, names in labels.items()},
+    )
+
+
+def _last(values: np.ndarray, car: np.ndarray, cars: int) -> np.ndarray:
+    """The last finite value of each car, in the order of the rows."""
+    found = np.full(cars, np.nan)
+    known = np.isfinite(values)
+    found[car[known]] = values[known]
+    return found
+
+
+def numeric(findings: pa.Table, name: str) -> np.ndarray:
+    """A column of numbers; NaN where it is null.
+
+    Args:
+        findings: any table
+        name: of the column
+    """
+    values: np.ndarray = findings[name].to_numpy().astype(float)
+    return values
+
+
+def days(findings: pa.Table) -> np.ndarray:
+    """Days since 1970 at which the drives began; NaN where there is no date."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    column = findings["start"]
+    known: np.ndarray = pc.is_valid(column).to_numpy()
+    microseconds: np.ndarray = pc.fill_null(column.cast(pa.timestamp("us", tz="UTC")).cast(pa.int64()), 0).to_numpy()
+    return np.where(known, microseconds / DAY, np.nan)
+
+
+def _coded(findings: pa.Table, columns: Sequence[str]) -> tuple[np.ndarray, list[tuple[str, ...]]]:
+    """Number of the combination of columns in each row, and the combinations."""
+    codes, names = [], []
+    for column in columns:
+        encoded = findings[column].combine_chunks().fill_null("").dictionary_encode()
+        codes.append(encoded.indices.to_numpy().astype(np.int64))
+        names.append([str(each) for each in encoded.dictionary.to_pylist()])
+    if not len(findings):
+        return np.zeros(0, np.int64), []
+    unique, inverse = np.unique(np.stack(codes), axis=1, return_inverse=True)
+    return inverse.ravel(), [tuple(names[i][code] for i, code in enumerate(column)) for column in unique.T]
+
+
+def labels_of(findings: pa.Table, car: np.ndarray, cars: int) -> dict[str, list[str]]:
+    """Kind of cohort -> name of each car's cohort, as its last finding has it; "" where it is not known."""
+    kinds: dict[str, list[str]] = {}
+    last = np.full(cars, -1)
+    last[car] = np.arange(len(car))
+    known = last[last >= 0]
+    rows: list[Any] = findings["cohort"].take(known).to_pylist()
+    for number, row in zip(np.flatnonzero(last >= 0), rows, strict=True):
+        for kind, name in row or ():
+            kinds.setdefault(kind, [""] * cars)[number] = name or ""
+    return dict(sorted(kinds.items()))

@@ -1,0 +1,91 @@
+"""How the friction of a virtual car ages: steadily, at once, or after every winter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tierod.core.errors import ParameterError
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
+
+SECONDS_PER_DAY = 86400.0
+YEAR = 365.25
+THAW = 75.0
+"""Day of the year on which the salt is off the roads and corrosion begins to swell (16 March)."""
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A steady rise, such as wear of a gear or loss of grease.
+
+    Args:
+        rate: rise per second [N*m/s]; "1 N*m" over "100 d" is "0.01 N*m/d"
+    """
+
+    rate: Annotated[float, "N*m/s"]
+
+    def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
+        """Friction added [N*m] at days since 1970, having begun at a day; the shapes fit each other."""
+        return np.asarray(self.rate * SECONDS_PER_DAY * np.maximum(day - begin, 0.0))
+
+
+@dataclass(frozen=True)
+class Sudden:
+    """A jump, such as a bent rack or a bearing that breaks.
+
+    Args:
+        size: of the jump [N*m]
+    """
+
+    size: Annotated[float, "N*m"]
+
+    def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
+        """As of `Linear`."""
+        return np.asarray(np.where(day >= begin, self.size, 0.0))
+
+
+@dataclass(frozen=True)
+class Corrosion:
+    """Rust behind a torn boot: after every winter from the beginning on it grows towards a further share.
+
+    Args:
+        size: that each winter adds in the end [N*m]
+        time: constant of its growth [s]
+    """
+
+    size: Annotated[float, "N*m", NOT_NEGATIVE]
+    time: Annotated[float, "s", POSITIVE] = 60.0 * SECONDS_PER_DAY
+
+    def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
+        """As of `Linear`."""
+        first = THAW + YEAR * np.ceil((begin - THAW) / YEAR)
+        grown = np.zeros(np.broadcast_shapes(np.shape(day), np.shape(begin)))
+        for winter in range(int(np.ceil(np.nanmax(day - begin, initial=0.0) / YEAR)) + 1):
+            since = np.maximum(day - first - YEAR * winter, 0.0)
+            grown += -np.expm1(-since * SECONDS_PER_DAY / self.time)
+        return np.asarray(self.size * grown)
+
+
+@dataclass(frozen=True)
+class Ageing:
+    """An ageing of some cars.
+
+    Args:
+        name: of the ageing
+        law: how it goes on
+        share: of the cars that get it
+        begin: first and last time after the start at which it may begin, each equally likely [s]
+    """
+
+    name: str
+    law: Linear | Sudden | Corrosion
+    share: Annotated[float, "", NOT_NEGATIVE]
+    begin: tuple[Annotated[float, "s", NOT_NEGATIVE], Annotated[float, "s", NOT_NEGATIVE]] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if self.share > 1.0:
+            raise ParameterError(f"'share' of the ageing '{self.name}' is {self.share}; expected 1 or less")
+        if self.begin[1] < self.begin[0]:
+            raise ParameterError(f"the ageing '{self.name}' begins between {self.begin}; give the earlier time first")

@@ -1,0 +1,174 @@
+"""Drives at estimate level: what a monitor would have estimated, drawn from its measured errors.
+
+A year of a thousand cars is 52 000 drives; where a study needs ten thousand vehicle-years, drives are not driven.
+Their estimates are drawn from how far the monitor was off on virtual drives that were, and every table says so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+
+from tierod.fleet.virtual import VirtualCars
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+WRONG = 5.0
+"""Error of outlier drives over that of the others."""
+
+LEAST = 4
+"""Drives of a car that its offset, gain and tyres need, and one more."""
+
+
+@dataclass(frozen=True)
+class ErrorLaw:
+    """Errors of a friction monitor over virtual cars and drives, as `tierod study fleet` measures them.
+
+    estimate = friction + offset of the car + gain of the car * (friction - at) + tyres of the car in winter + error of
+    the drive
+
+    Args:
+        at: friction at which offset and gain are independent [N*m]
+        offset, offset_deviation: of the cars [N*m]
+        gain, gain_deviation: of the cars, less 1 [-]: their torque sensors, mostly
+        winter, winter_deviation: what winter tyres add [N*m]
+        drive_deviation: from drive to drive of a car on the same tyres [N*m]
+        stated: deviation that a drive states [N*m]: mean of its logarithm's exponential
+        stated_spread: standard deviation of that logarithm [-]
+        judged_share: of drives that gave an estimate [-]
+        drives, cars: that it rests on
+    """
+
+    at: Annotated[float, "N*m"]
+    offset: Annotated[float, "N*m"]
+    offset_deviation: Annotated[float, "N*m"]
+    gain: Annotated[float, ""]
+    gain_deviation: Annotated[float, ""]
+    winter: Annotated[float, "N*m"]
+    winter_deviation: Annotated[float, "N*m"]
+    drive_deviation: Annotated[float, "N*m"]
+    stated: Annotated[float, "N*m"]
+    stated_spread: Annotated[float, ""]
+    judged_share: Annotated[float, ""]
+    drives: int
+    cars: int
+
+
+def estimates(cars: VirtualCars, law: ErrorLaw, seed: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """(estimate, stated deviation) of every drive [N*m], (cars, drives); NaN where a drive gave none.
+
+    Args:
+        cars: with their true friction
+        law: of the errors
+        seed: of all chance
+    """
+    chance = np.random.default_rng(list(seed))
+    shape, count = cars.day.shape, (len(cars.names), 1)
+    gain = law.gain + law.gain_deviation * chance.standard_normal(count)
+    offset = law.offset + law.offset_deviation * chance.standard_normal(count)
+    winter = law.winter + law.winter_deviation * chance.standard_normal(count)
+    error = law.drive_deviation * chance.standard_normal(shape)
+    error *= np.where(chance.random(shape) < cars.file.wrong_share, WRONG, 1.0)
+    stated = law.stated * np.exp(law.stated_spread * chance.standard_normal(shape))
+    value = cars.friction + offset + gain * (cars.friction - law.at) + np.where(cars.winter, winter, 0.0) + error
+    there = chance.random(shape) < law.judged_share
+    return np.where(there, value, np.nan), np.where(there, stated, np.nan)
+
+
+def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> pa.Table:
+    """Estimates as the findings of a fleet, which `tierod fleet report` reads; the version says how they came about.
+
+    Args:
+        cars: drives
+        estimate, deviation: of every drive [N*m], (cars, drives)
+    """
+    import pyarrow as pa
+
+    from tierod.fleet.schema import findings
+    from tierod.vehicles import load
+
+    limits = load(cars.file.vehicle)
+    nominal, rising, limit = (float(limits[name]) for name in ("nominal_friction", "rising_friction", "fault_friction"))
+    number, drive = (each.ravel() for each in np.indices(estimate.shape))
+    order = np.lexsort((cars.day.ravel(), number))
+    number, drive = number[order], drive[order]
+    value, spread = estimate[number, drive], deviation[number, drive]
+    known = np.isfinite(value)
+    status = np.where(~known, "not identifiable", np.where(value >= limit, "fault", np.where(value >= rising, "rising",
+                      "healthy")))  # fmt: skip
+    labels = [[(kind, names[car]) for kind, names in cars.labels.items()] for car in range(len(cars.names))]
+    constants: dict[str, Any] = {
+        "monitor": "friction", "variant": "drawn from measured errors", "judged": "", "role": "",
+        "quantity": "friction torque at the steering wheel axis", "unit": "N*m", "kind": "", "cause": "",
+        "action": "", "span": 0, "nominal": nominal, "limit": limit, "start_s": 0.0,
+        "duration_s": cars.file.duration, "judged_s": cars.file.duration, "version": "estimate level",
+    }  # fmt: skip
+    micro = (cars.day[number, drive] * 86_400_000_000).astype(np.int64)
+    columns: dict[str, Any] = {
+        "vehicle": pa.array(np.array(cars.names)[number].tolist()),
+        "cohort": pa.array([labels[car] for car in number], pa.map_(pa.string(), pa.string())),
+        "recording_name": pa.array([f"{cars.names[c]}/drive-{d + 1:04d}" for c, d in zip(number, drive, strict=True)]),
+        "start": pa.array(micro, pa.timestamp("us", tz="UTC")),
+        "mileage_m": pa.array(cars.mileage[number, drive]),
+        "temperature_K": pa.array(cars.temperature[number, drive]),
+        "status": pa.array(status.tolist()),
+        "estimate": pa.array(value, from_pandas=True),
+        "deviation": pa.array(spread, from_pandas=True),
+    }
+    schema, rows = findings(), len(number)
+    made = []
+    for each in schema:
+        if each.name in columns:
+            made.append(columns[each.name].cast(each.type))
+        elif each.name in constants:
+            made.append(pa.array([constants[each.name]] * rows, each.type))
+        else:
+            made.append(pa.nulls(rows, each.type))
+    return pa.table(made, schema=schema)
+
+
+def error_law(
+    car: np.ndarray, winter: np.ndarray, friction: np.ndarray, estimate: np.ndarray, stated: np.ndarray
+) -> ErrorLaw:
+    """The law that fits measured drives, by moments of analysis of variance.
+
+    Args:
+        car: number of the car of each drive, (n,)
+        winter: whether on winter tyres, (n,)
+        friction: true [N*m], (n,)
+        estimate, stated: [N*m], (n,); NaN where a drive gave none
+    """
+    there = np.isfinite(estimate)
+    at = float(friction[there].mean())
+    parts = [there & (car == number) for number in np.unique(car)]
+    fits = [_fit(winter[of], friction[of] - at, (estimate - friction)[of]) for of in parts if of.sum() > LEAST]
+    values, errors, freedom = (np.array(each) for each in zip(*fits, strict=True))
+    mean, spread, logs = values.mean(axis=0), values.std(axis=0, ddof=1), np.log(stated[there])
+    return ErrorLaw(
+        at=at,
+        offset=float(mean[0]),
+        offset_deviation=float(spread[0]),
+        gain=float(mean[1]),
+        gain_deviation=float(spread[1]),
+        winter=float(mean[2]),
+        winter_deviation=float(spread[2]),
+        drive_deviation=math.sqrt(float(errors.sum() / freedom.sum())),
+        stated=float(np.exp(logs.mean())),
+        stated_spread=float(logs.std(ddof=1)),
+        judged_share=float(there.mean()),
+        drives=len(car),
+        cars=len(fits),
+    )
+
+
+def _fit(winter: np.ndarray, friction: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, float, int]:
+    """(offset, gain, winter) of one car, the sum of squares left, and its degrees of freedom."""
+    design = np.stack((np.ones(len(friction)), friction, winter.astype(float)), axis=1)
+    values = np.linalg.lstsq(design, error, rcond=None)[0]
+    rest = error - design @ values
+    return values, float(rest @ rest), len(friction) - 3

@@ -1,0 +1,197 @@
+"""Evidence for a change in each car's level, drive by drive, with every look counted.
+
+A change that begins before drive j adds a times a signature to the drives from j on: 1 for a step, the time since the
+drive before for a ramp. Seen through the filter of a car that does not change, the signature is known, so that the
+likelihood ratio of a change of size a against none is exp(a d - a^2 c / 2), with d and c summed over the drives. Over a
+half-normal size it has a closed form, and its sum over all beginnings, each weighted with the days in which it may have
+begun, is the Shiryaev-Roberts statistic in days: without a change its mean is the time that has passed. A car therefore
+reaches A days by chance after A days on average or later, however many drives were looked at.
+
+Sources: A. S. Willsky, H. L. Jones, 1976, doi 10.1109/TAC.1976.1101146 (signatures); A. N. Shiryaev, 1963, doi
+10.1137/1108002; M. Pollak, 1987, doi 10.1214/aos/1176350373 (mean time between false alarms).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tierod.core.errors import ParameterError
+from tierod.methods.trends.drive_filter import LEVEL, SLOPE, Filtered, observed
+from tierod.methods.trends.drive_scatter import WRONG
+from tierod.methods.trends.drives import Drives
+
+STEP, RAMP = 0, 1
+"""Kinds of change."""
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Which changes are looked for.
+
+    Args:
+        step: standard deviation of the sizes of steps [unit]; the size of a step worth finding
+        ramp: the same of ramps [unit/d]
+        beginnings: how many drives back a change may have begun
+        clip: innovation, in its own deviations, beyond which it counts no more than at it [-], see `clip_for`
+        side: 1 for rising levels, -1 for falling ones
+    """
+
+    step: Annotated[float, "unit of the quantity"]
+    ramp: Annotated[float, "unit of the quantity/d"]
+    beginnings: int = 26
+    clip: Annotated[float, ""] = 3.5
+    side: Annotated[float, ""] = 1.0
+
+    def __post_init__(self) -> None:
+        if not (self.step > 0.0 and self.ramp > 0.0 and self.clip > 0.0 and self.beginnings >= 1):
+            raise ParameterError(f"{self}: step, ramp and clip must be positive, beginnings at least 1")
+        if abs(self.side) != 1.0:
+            raise ParameterError(f"side is {self.side}; expected 1 for rising or -1 for falling levels")
+
+
+def clip_for(wrong_share: float) -> float:
+    """Clip at which a drive says no more than the ratio of a right drive's density to that of a wrong one, [2.5 to 4].
+
+    Args:
+        wrong_share: of drives with errors `WRONG` times as large; 1 % gives 3.5
+
+    exp(clip^2 / 2) = WRONG / share. Source: P. J. Huber, 1965, doi 10.1214/aoms/1177699803 (bounded likelihood ratios).
+    """
+    return float(np.clip(np.sqrt(2.0 * np.log(WRONG / max(wrong_share, 1e-9))), 2.5, 4.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What each drive adds up to.
+
+    Args:
+        logarithm: of the statistic in days after each drive, (cars, drives); that of the drive before where none is
+        kind: of the likeliest change then, `STEP` or `RAMP`, (cars, drives)
+        began: drive from which on the likeliest change acts, (cars, drives)
+        size: of the likeliest change [unit] or [unit/d], with its standard deviation, (cars, drives) each
+        earliest, latest: drives between which it began with 90 % posterior probability, (cars, drives)
+    """
+
+    logarithm: np.ndarray
+    kind: np.ndarray
+    began: np.ndarray
+    size: np.ndarray
+    size_deviation: np.ndarray
+    earliest: np.ndarray
+    latest: np.ndarray
+
+
+def evidence(drives: Drives, found: Filtered, changes: Changes) -> Evidence:
+    """The statistic of every car after each drive, and the change that explains it best.
+
+    Args:
+        drives: of all cars
+        found: by the filter of cars that do not change
+        changes: that are looked for
+    """
+    cars, count = drives.day.shape
+    rows = observed(drives)
+    search = _Search(cars, min(changes.beginnings, count), rows.shape[2], changes)
+    shape = (cars, count)
+    result = Evidence(
+        np.full(shape, -np.inf), *(np.zeros(shape, int) for _ in range(2)), *(np.zeros(shape) for _ in range(2)),
+        *(np.zeros(shape, int) for _ in range(2)),
+    )  # fmt: skip
+    present = drives.present
+    for k in range(count):
+        there = present[:, k]
+        score = np.clip(found.innovation[:, k] / np.sqrt(found.variance[:, k]), -changes.clip, changes.clip)
+        search.step(k, rows[:, k], found.gap[:, k], there, score, found.variance[:, k], found.gain[:, k])
+        search.conclude(k, there, result)
+    return result
+
+
+class _Search:
+    """Running sums of all beginnings that are held, steps first, then ramps; the oldest makes room for the newest."""
+
+    def __init__(self, cars: int, beginnings: int, order: int, changes: Changes):
+        self.changes, self.beginnings = changes, beginnings
+        self.kinds = np.repeat((STEP, RAMP), beginnings)
+        self.deviation = np.where(self.kinds == STEP, changes.step, changes.ramp)
+        self.score = np.zeros((cars, 2 * beginnings))
+        self.information = np.zeros_like(self.score)
+        self.signature = np.zeros_like(self.score)
+        self.response = np.zeros((cars, 2 * beginnings, order))
+        self.days = np.zeros_like(self.score)
+        self.begun = np.zeros(2 * beginnings, int)
+
+    def step(
+        self,
+        k: int,
+        row: np.ndarray,
+        gap: np.ndarray,
+        there: np.ndarray,
+        score: np.ndarray,
+        variance: np.ndarray,
+        gain: np.ndarray,
+    ) -> None:
+        """One drive of every car on; cars without one keep what they have."""
+        ramps = slice(self.beginnings, None)
+        self.response[:, :, LEVEL] += gap[:, None] * self.response[:, :, SLOPE]
+        self.signature[:, ramps] += np.where(self.days[:, ramps] > 0.0, gap[:, None], 0.0)
+        for kind in (STEP, RAMP):
+            self._begin(kind * self.beginnings + k % self.beginnings, k, gap, kind)
+        expected = np.einsum("cmi,ci->cm", self.response, row)
+        unexplained = np.where(there[:, None], self.signature - expected, 0.0)
+        scale = np.sqrt(np.where(there, variance, 1.0))[:, None]
+        normal = unexplained / scale
+        self.score += self.changes.side * normal * np.where(there, score, 0.0)[:, None]
+        self.information += normal**2
+        self.response += unexplained[:, :, None] * gain[:, None, :]
+
+    def _begin(self, slot: int, k: int, gap: np.ndarray, kind: int) -> None:
+        for each in (self.score, self.information, self.signature):
+            each[:, slot] = 0.0
+        self.response[:, slot] = 0.0
+        self.days[:, slot] = gap  # no change can have begun before the first drive, nor where there is none
+        self.signature[:, slot] = np.where(gap > 0.0, 1.0 if kind == STEP else gap, 0.0)
+        self.begun[slot] = k
+
+    def logarithms(self) -> np.ndarray:
+        """Logarithm of each beginning's part of the statistic; minus infinity where nothing can have begun."""
+        with np.errstate(divide="ignore"):
+            weight = np.log(0.5 * self.days)
+        return np.asarray(weight + half_normal_ratio(self.score, self.information, self.deviation))
+
+    def conclude(self, k: int, there: np.ndarray, result: Evidence) -> None:
+        """Write what is known after drive k."""
+        parts = self.logarithms()
+        top = parts.max(axis=1)
+        sane = np.isfinite(top)
+        shares = np.exp(parts - np.where(sane, top, 0.0)[:, None])
+        whole = shares.sum(axis=1)
+        with np.errstate(divide="ignore"):
+            now = np.where(sane, top + np.log(whole), -np.inf)
+        best, line = parts.argmax(axis=1), np.arange(len(parts))
+        precise = self.information[line, best] + 1.0 / self.deviation[best] ** 2
+        result.logarithm[:, k] = np.where(there, now, result.logarithm[:, k - 1] if k else now)
+        result.kind[:, k], result.began[:, k] = self.kinds[best], self.begun[best]
+        result.size[:, k] = self.changes.side * self.score[line, best] / precise
+        result.size_deviation[:, k] = 1.0 / np.sqrt(precise)
+        order = np.argsort(self.begun, kind="stable")
+        summed = np.cumsum(shares[:, order], axis=1) / np.where(whole > 0.0, whole, 1.0)[:, None]
+        last = len(order) - 1
+        result.earliest[:, k] = self.begun[order][np.minimum((summed < 0.05).sum(axis=1), last)]
+        result.latest[:, k] = self.begun[order][np.minimum((summed < 0.95).sum(axis=1), last)]
+
+
+def half_normal_ratio(score: np.ndarray, information: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """Logarithm of the mean of exp(a d - a^2 c / 2) over a positive, half-normal size a.
+
+    Args:
+        score, information: d and c
+        deviation: of the size
+    """
+    from scipy.special import log_ndtr
+
+    precise = information + 1.0 / deviation**2
+    normal = score / np.sqrt(precise)
+    return np.asarray(np.log(2.0) + log_ndtr(normal) + 0.5 * normal**2 - 0.5 * np.log1p(information * deviation**2))

@@ -1,0 +1,129 @@
+"""How far drives of the same car are from each other, learnt from a fleet beside what each drive states of itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.methods.trends.drives import Drives
+
+LEAST = 30
+"""Pairs of drives without which nothing is learnt: they give a deviation to 13 %."""
+
+NEAR = 30.0
+"""Longest time between two drives of a pair [d], so that wear hardly counts."""
+
+WRONG = 5.0
+"""Deviation of outlier drives over that of the others."""
+
+
+@dataclass(frozen=True)
+class DriveScatter:
+    """What was learnt.
+
+    Args:
+        scatter: standard deviation from drive to drive that the drives do not state [unit]
+        scale: true error over the stated one [-]; 1 where the stated deviations are too alike to separate both
+        wrong_share: of drives with an error `WRONG` times as large
+        effects: change of the estimate per unit of each regressor, (regressors,)
+        pairs: of drives that it rests on
+        separated: whether scale and scatter could be separated
+    """
+
+    scatter: float
+    scale: float
+    wrong_share: float
+    effects: np.ndarray
+    pairs: int
+    separated: bool
+
+
+def drive_scatter(drives: Drives) -> DriveScatter:
+    """Scatter and scale that make the differences between neighbouring drives of one car likeliest.
+
+    Args:
+        drives: of all cars
+
+    Differences are free of the level of the car, and nearly so of its wear. Their likelihood is that of Gaussian errors
+    with a share of outliers, so that a few wrong drives do not widen it; it is composite, since neighbouring
+    differences share a drive, which leaves the estimates consistent. Source: C. Varin et al., 2011, Statistica Sinica
+    21, 5-42; outliers after J. W. Tukey, 1960.
+
+    Raises:
+        InputError: fewer than `LEAST` pairs
+    """
+    from scipy.optimize import minimize
+
+    change, first, second, moved = _pairs(drives)
+    if len(change) < LEAST:
+        raise InputError(
+            f"{len(change)} pairs of drives of the same car within {NEAR:g} days; the scatter between drives is learnt "
+            f"from {LEAST} or more: give more drives, or state the scatter"
+        )
+    effects = _robust_slopes(change, moved)
+    rest = change - moved @ effects
+    stated = first**2 + second**2
+    level = np.median(np.abs(rest)) / 0.6745
+    low, high = np.quantile(stated, (0.1, 0.9))
+    separated = bool(high > 2.0 * low)
+    begin = [np.log(max(level, 1e-9) / np.sqrt(2.0)), np.log(0.5) if separated else -np.inf, np.log(0.03 / 0.97)]
+
+    def unlikely(values: np.ndarray) -> float:
+        scatter, share = np.exp(values[0]), 1.0 / (1.0 + np.exp(-values[1]))
+        scale = np.exp(values[2]) if separated else 0.0
+        variance = scale**2 * stated + 2.0 * scatter**2
+        return -float(np.sum(_mixture(rest**2 / variance, variance, share)))
+
+    start = np.array([begin[0], begin[2], begin[1]] if separated else [begin[0], begin[2]])
+    best = minimize(unlikely, start, method="Nelder-Mead", options={"maxiter": 2000, "fatol": 1e-3, "xatol": 1e-4}).x
+    scatter, share = float(np.exp(best[0])), float(1.0 / (1.0 + np.exp(-best[1])))
+    scale = float(np.exp(best[2])) if separated else _rest_scale(scatter, stated)
+    scatter = scatter if separated else _rest_scatter(scatter, stated)
+    return DriveScatter(scatter, scale, share, effects, len(change), separated)
+
+
+def _rest_scale(whole: float, stated: np.ndarray) -> float:
+    """1, or less where drives agree better than they state."""
+    return float(min(1.0, whole / np.sqrt(0.5 * np.median(stated))))
+
+
+def _rest_scatter(whole: float, stated: np.ndarray) -> float:
+    return float(np.sqrt(max(whole**2 - 0.5 * float(np.median(stated)), 0.0)))
+
+
+def _mixture(square: np.ndarray, variance: np.ndarray, share: float) -> np.ndarray:
+    usual = np.log1p(-share) - 0.5 * square
+    wrong = np.log(max(share, 1e-12) / WRONG) - 0.5 * square / WRONG**2
+    return np.asarray(np.logaddexp(usual, wrong) - 0.5 * np.log(variance))
+
+
+def _pairs(drives: Drives) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Change between neighbouring drives, both stated deviations, and the change of the regressors."""
+    both = drives.present[:, 1:] & drives.present[:, :-1]
+    with np.errstate(invalid="ignore"):
+        near = both & (np.diff(drives.day, axis=1) <= NEAR)
+    return (
+        np.diff(drives.estimate, axis=1)[near],
+        drives.deviation[:, :-1][near],
+        drives.deviation[:, 1:][near],
+        np.diff(drives.effects, axis=1)[near],
+    )
+
+
+def _robust_slopes(change: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """Least squares with Huber's weights; regressors that hardly move within pairs keep a coefficient near zero."""
+    weight = np.ones(len(change))
+    count = moved.shape[1]
+    if not count:
+        return np.zeros(0)
+    ridge = 1e-6 * np.eye(count)
+    slopes = np.zeros(count)
+    for _ in range(20):
+        normal = moved.T @ (weight[:, None] * moved)
+        slopes = np.linalg.solve(normal + ridge * max(np.trace(normal), 1e-12), moved.T @ (weight * change))
+        rest = change - moved @ slopes
+        size = max(float(np.median(np.abs(rest))) / 0.6745, 1e-12)
+        weight = 1.0 / np.maximum(1.0, np.abs(rest) / (1.5 * size))
+    return slopes

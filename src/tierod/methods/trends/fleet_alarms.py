@@ -1,0 +1,87 @@
+"""Alarms of a whole fleet from evidence that counts every look: a bound for each car, and a list of bounded error.
+
+The statistic in days of `change_evidence` divided by a horizon is an e-value of the car, whenever one looks: its mean
+without a change is at most 1. The e-BH rule therefore bounds the share of wrong cars in a list that may be drawn up
+anew after every drive, whatever the dependence between cars (a heat wave acts on all of them).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tierod.core.errors import ParameterError
+
+DAYS_PER_YEAR = 365.25
+
+
+def alarm_level(vehicle_years: float) -> float:
+    """Logarithm of the statistic in days at which a car alarms.
+
+    Args:
+        vehicle_years: between false alarms, at least, for fault-free cars [a]
+
+    Raises:
+        ParameterError: a time that is not positive
+    """
+    if not 0.0 < vehicle_years < math.inf:
+        raise ParameterError(f"{vehicle_years} vehicle-years between false alarms; expected a positive number")
+    return math.log(DAYS_PER_YEAR * vehicle_years)
+
+
+def log_e_values(logarithm: np.ndarray, watched: np.ndarray, horizon: float) -> np.ndarray:
+    """Logarithm of the e-value of every car now.
+
+    Args:
+        logarithm: of the statistic in days, (cars,)
+        watched: time since the first drive of the car [d], (cars,)
+        horizon: over which a change is equally likely to begin [d], such as the life of a car
+
+    The change may begin later with the share of the horizon that is left. Beyond the horizon the statistic is divided
+    by the time watched.
+    """
+    left = np.maximum(1.0 - watched / horizon, 0.0)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.logaddexp(logarithm - np.log(np.maximum(watched, horizon)), np.log(left)))
+
+
+def selected(log_e: np.ndarray, share: float) -> np.ndarray:
+    """The cars of a list of which on average at most a share is wrong.
+
+    Args:
+        log_e: logarithms of e-values, (cars,)
+        share: false-discovery rate, 0 to 1
+
+    Source: R. Wang, A. Ramdas, 2022, doi 10.1111/rssb.12489: the k largest, with the largest k for which the k-th is at
+    least cars / (share k).
+    """
+    _check(share)
+    order = np.argsort(-log_e, kind="stable")
+    ranks = np.arange(1, len(log_e) + 1)
+    enough = np.flatnonzero(log_e[order] >= math.log(max(len(log_e), 1) / share) - np.log(ranks))
+    chosen = np.zeros(len(log_e), bool)
+    if len(enough):
+        chosen[order[: enough[-1] + 1]] = True
+    return chosen
+
+
+def adjusted(p_values: np.ndarray) -> np.ndarray:
+    """Smallest false-discovery rate at which each of several tests is in the list, for one look at tests whose results
+    are independent or rise together.
+
+    Args:
+        p_values: (n,)
+
+    Source: Y. Benjamini, Y. Hochberg, 1995, doi 10.1111/j.2517-6161.1995.tb02031.x.
+    """
+    order = np.argsort(-p_values, kind="stable")
+    ranks = np.arange(len(p_values), 0, -1)
+    values = np.empty(len(p_values))
+    values[order] = np.minimum(np.minimum.accumulate(p_values[order] * len(p_values) / ranks), 1.0)
+    return values
+
+
+def _check(share: float) -> None:
+    if not 0.0 < share < 1.0:
+        raise ParameterError(f"the false-discovery rate is {share}; expected more than 0 and less than 1")

@@ -1,0 +1,52 @@
+"""When a level that moves along a straight trend reaches a limit, as an interval."""
+
+from __future__ import annotations
+
+import numpy as np
+
+HORIZON = 3652.5
+"""Longest time that is looked ahead [d]: ten years. What is later counts as never."""
+
+_STEPS = 60
+
+
+def chance_by(level: np.ndarray, covariance: np.ndarray, limit: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """Chance that the level has reached the limit at a time ahead.
+
+    Args:
+        level: mean of level and slope now, (cars, 2)
+        covariance: of both, (cars, 2, 2)
+        limit: above the level, in its unit, (cars,)
+        ahead: time [d], (cars,)
+    """
+    from scipy.special import ndtr
+
+    mean = level[:, 0] + ahead * level[:, 1]
+    variance = covariance[:, 0, 0] + 2.0 * ahead * covariance[:, 0, 1] + ahead**2 * covariance[:, 1, 1]
+    return np.asarray(ndtr((mean - limit) / np.sqrt(np.maximum(variance, 1e-30))))
+
+
+def time_to_limit(level: np.ndarray, covariance: np.ndarray, limit: np.ndarray, share: float) -> np.ndarray:
+    """Time after which a share of all trends that fit have reached the limit [d]; infinite beyond `HORIZON`.
+
+    Args:
+        level, covariance: of level and slope, see `chance_by`
+        limit: (cars,)
+        share: 0.05 for the earliest time, 0.5 for the likely one
+
+    The chance is looked for on times that grow by a twelfth, then bisected: it need not rise for ever where the slope
+    falls, and its first passage counts. No walk beyond now is added: a trend that goes on as it is.
+    """
+    times = np.concatenate(([0.0], np.geomspace(1.0, HORIZON, 104)))
+    low, high = np.zeros(len(level)), np.full(len(level), np.inf)
+    for before, after in zip(np.concatenate(([0.0], times[:-1])), times, strict=True):
+        reached = chance_by(level, covariance, limit, np.full(len(level), after)) >= share
+        new = reached & np.isinf(high)
+        low[new], high[new] = before, after
+    known = np.isfinite(high)
+    top = np.where(known, high, 1.0)
+    for _ in range(_STEPS):
+        middle = 0.5 * (low + top)
+        reached = chance_by(level, covariance, limit, middle) >= share
+        low, top = np.where(reached, low, middle), np.where(reached, middle, top)
+    return np.where(known, top, np.inf)

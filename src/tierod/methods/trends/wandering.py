@@ -1,0 +1,68 @@
+"""How the levels of fault-free cars wander and drift, learnt from a fleet in which most cars are fault-free."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tierod.methods.trends.drives import Drives
+
+LEAST = 50
+"""Pairs of drives at a distance without which the distance is left out."""
+
+
+@dataclass(frozen=True)
+class Wandering:
+    """What was learnt.
+
+    Args:
+        level_walk: random walk of the level [unit/sqrt(d)]
+        slope: of the usual car [unit/d]
+        slope_deviation: from car to car [unit/d]
+        longest: distance in time that it rests on [d]; 0 where nothing was learnt
+    """
+
+    level_walk: float
+    slope: float
+    slope_deviation: float
+    longest: float
+
+
+def wandering(drives: Drives, effects: np.ndarray) -> Wandering:
+    """Walk and slopes from how far drives of one car are apart, over how far they are apart in time.
+
+    Args:
+        drives: of all cars
+        effects: of the regressors on the estimate, (regressors,)
+
+    The variance of the difference of two drives is 2 s^2 + w^2 T + v^2 T^2 over their distance T, for drive scatter s,
+    walk w and slopes of deviation v. Medians make it that of the majority of cars. Least squares, not negative: the
+    variogram of N. Cressie, Statistics for Spatial Data, 1993, 2.4, in its robust form.
+    """
+    from scipy.optimize import nnls
+
+    value = drives.estimate - drives.effects @ effects
+    distance, spread, drift = [], [], []
+    for offset in 2 ** np.arange(12):
+        if offset >= value.shape[1]:
+            break
+        both = drives.present[:, offset:] & drives.present[:, :-offset]
+        if both.sum() < LEAST:
+            break
+        apart = (drives.day[:, offset:] - drives.day[:, :-offset])[both]
+        change = (value[:, offset:] - value[:, :-offset])[both]
+        usual = float(np.median(apart))
+        near = (apart > 0.5 * usual) & (apart < 2.0 * usual)
+        if near.sum() < LEAST or usual <= 0.0:
+            continue
+        middle = float(np.median(change[near]))
+        distance.append(usual)
+        drift.append(middle / usual)
+        spread.append((float(np.median(np.abs(change[near] - middle))) / 0.6745) ** 2)
+    if len(distance) < 3:
+        return Wandering(0.0, 0.0, 0.0, 0.0)
+    apart, variance = np.array(distance), np.array(spread)
+    terms = np.stack((np.ones(len(apart)), apart, apart**2), axis=1) / variance[:, None]
+    found, _ = nnls(terms, np.ones(len(apart)))
+    return Wandering(float(np.sqrt(found[1])), float(drift[-1]), float(np.sqrt(found[2])), float(apart[-1]))

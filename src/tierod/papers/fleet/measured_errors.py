@@ -1,0 +1,75 @@
+"""The errors of the default friction monitor over virtual cars and drives, from which drives at estimate level come."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tierod.core.content import Table
+from tierod.experiments.effort import Effort
+from tierod.experiments.fingerprint import work_code
+from tierod.fleet.virtual_drives import VirtualDrive
+from tierod.fleet.virtual_estimates import ErrorLaw, error_law
+from tierod.monitors.diagnose import diagnose
+
+CARS, QUICK_CARS = 32, 3
+FRICTIONS = (4.0, 4.0, 4.0, 4.5, 5.0, 6.0)
+"""Of the drives of each car on each set of tyres [N*m]."""
+
+SECONDS = 300.0
+"""Of a drive: a few minutes a week."""
+
+VEHICLE = "midsize-eps"
+
+
+def seed() -> int:
+    """Of all drives: it follows from the code that drives and judges, so that no tuning can have seen them."""
+    return int(work_code(__name__)[:7], 16)
+
+
+def measured(effort: Effort) -> ErrorLaw:
+    """The law of the errors.
+
+    Args:
+        effort: how many cars are driven
+    """
+    cars = range(QUICK_CARS if effort.quick else CARS)
+    first = seed()
+    tasks = [
+        VirtualDrive(first + car, first + 1000 * (car + 1) + 100 * winter + number, friction, SECONDS, bool(winter))
+        for car in cars
+        for winter in (0, 1)
+        for number, friction in enumerate(FRICTIONS)
+    ]
+    found = np.array(effort.made(estimated, tasks))
+    car = np.array([task.car for task in tasks])
+    winter = np.array([task.winter for task in tasks])
+    friction = np.array([task.friction for task in tasks])
+    return error_law(car, winter, friction, found[:, 0], found[:, 1])
+
+
+def estimated(task: VirtualDrive) -> tuple[float, float]:
+    """(estimate, stated deviation) of the default monitor [N*m]; NaN where it gave none."""
+    estimate = diagnose(task.recording(), VEHICLE, monitor="friction").findings[0].estimate
+    return (math.nan, math.nan) if estimate is None else (estimate.value, estimate.standard_deviation)
+
+
+def table(law: ErrorLaw) -> Table:
+    """The law as the study shows it."""
+    rows = (
+        ("drives, cars", f"{law.drives}, {law.cars}", ""),
+        ("offset of a car", f"{law.offset:+.3f}", f"{law.offset_deviation:.3f}"),
+        ("gain of a car, less 1", f"{law.gain:+.3f}", f"{law.gain_deviation:.3f}"),
+        ("winter tyres", f"{law.winter:+.3f}", f"{law.winter_deviation:.3f}"),
+        ("from drive to drive", "", f"{law.drive_deviation:.3f}"),
+        ("stated by the drive", "", f"{law.stated:.3f}"),
+        ("share of drives with an estimate", f"{law.judged_share:.3f}", ""),
+    )
+    return Table(
+        "Errors of the friction monitor over 5 minutes, N*m",
+        ("part", "mean", "standard deviation"),
+        rows,
+        "Virtual cars and drives with seeds from the code that is judged; load, tyres, pressure and zeros differ from "
+        "drive to drive. Drives at estimate level are drawn from these figures.",
+    )
