@@ -16,7 +16,7 @@ ROOT = Path(tierod.__file__).parent
 LAYERS = (
     {"cli"},
     {"papers"},
-    {"report"},
+    {"export", "report"},
     {"experiments"},
     {"monitors"},
     {"monitors.harness"},
@@ -173,6 +173,8 @@ def test_every_package_has_its_place():
         ("monitors.harness", "monitors", False),
         ("monitors", "papers", False),
         ("report", "papers", False),
+        ("export", "monitors", True),
+        ("export", GROUND, False),
         ("experiments", "papers", False),
         (GROUND, "papers", False),
         ("models", "core", True),

@@ -12,6 +12,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "tierod diagnose monday.mf4 tuesday.mf4 --vehicle car.toml -o week.html",
         "tierod diagnose drive.mf4 --vehicle car.toml --monitor sideslip --from 60 --to 180",
     ),
+    "export": ("tierod export c friction --vehicle car.toml -o ecu/",),
     "identify": (
         "tierod identify column bench.parquet --vehicle column-bench -o mine.toml",
         "tierod identify thresholds monday.mf4 tuesday.mf4 --vehicle car.toml --in-place",
