@@ -17,6 +17,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "tierod fleet s3://bucket/2026-11/ --vehicle car.toml --scheduler tcp://host:8786 -o s3://bucket/results",
         "tierod fleet report results/",
     ),
+    "export": ("tierod export c friction --vehicle car.toml -o ecu/",),
     "identify": (
         "tierod identify column bench.parquet --vehicle column-bench -o mine.toml",
         "tierod identify thresholds monday.mf4 tuesday.mf4 --vehicle car.toml --in-place",

@@ -1,0 +1,102 @@
+"""Export a monitor as C for a control unit, with its evidence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tierod.core.errors import ParameterError, nearest
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from tierod.export.interface import Interface
+    from tierod.export.subject import Subject
+    from tierod.vehicles import Vehicle
+
+KINDS = ("c",)
+PRECISIONS = ("single", "double")
+
+DRIVES = {
+    "friction": "mixed-drive-friction-step",
+    "driver-torque": "hands-off",
+    "sideslip": "slalom-winter-tyres",
+    "condition": "demonstrator-lap",
+    "motor-angle": "motor-bench-sweep",
+}
+"""Shipped scenario whose drive a monitor is compared by where no other is named."""
+
+
+def export(
+    kind: Annotated[str, typer.Argument(help="c: C99 for a control unit.")],
+    monitor: Annotated[str, typer.Argument(help="Name of the monitor, see 'tierod monitors'.")],
+    vehicle: Annotated[str, typer.Option(help="Vehicle file, or the name of a shipped vehicle.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder that takes the files.")],
+    variant: Annotated[str | None, typer.Option(help="Variant of the monitor; its default where not given.")] = None,
+    precision: Annotated[str, typer.Option(help="single or double.")] = "single",
+    validity: Annotated[
+        bool, typer.Option("--validity", help="A mask says which inputs are valid, in place of NaN.")
+    ] = False,
+    drive: Annotated[
+        str | None,
+        typer.Option(help="Recording or scenario that the test vectors come from; a shipped one where not given."),
+    ] = None,
+) -> None:
+    """Write a monitor as C: header, source, parameters, test vectors and what compares them."""
+    from tierod.cli.terminal import output as console
+    from tierod.core.files import require_folder
+    from tierod.export.interface import Interface, Options
+    from tierod.export.subject import subject_of
+    from tierod.vehicles import load
+
+    if kind not in KINDS:
+        raise ParameterError(f"there is no export '{kind}'{nearest(kind, KINDS)}")
+    if precision not in PRECISIONS:
+        raise ParameterError(f"--precision is '{precision}'{nearest(precision, PRECISIONS)}")
+    require_folder(output)
+    car = load(vehicle)
+    subject = subject_of(monitor, car, variant)
+    chosen: Options = Options("single" if precision == "single" else "double", validity)
+    written = _write_c(Interface(subject, chosen), car, drive, output)
+    console().print(
+        f"{subject.title} for {car.name}, {precision} precision, parameters {subject.digest:08x}: "
+        f"{len(written)} files in {output}\nbuild and compare with: make -C {output}",
+        soft_wrap=True, markup=False, highlight=False,
+    )  # fmt: skip
+
+
+def _write_c(face: Interface, car: Vehicle, drive: str | None, output: Path) -> list[str]:
+    """Write the files of an export, and give their names."""
+    from tierod.export.c_export import files, write_folder
+    from tierod.export.vectors import STEPS, vectors_of
+
+    inputs, source = inputs_of(face.subject, car, drive, STEPS)
+    texts = files(face, vectors_of(face.subject, inputs, source))
+    write_folder(texts, output)
+    return list(texts)
+
+
+def inputs_of(subject: Subject, car: Vehicle, drive: str | None, steps: int) -> tuple[np.ndarray, str]:
+    """Inputs of a monitor, at least so many steps where there are, and where they come from in words.
+
+    Args:
+        subject: that takes them
+        car: whose channel map reads a recording
+        drive: path of a recording or name of a scenario; a shipped scenario where None, else random
+        steps: that are wanted
+    """
+    from tierod.export.drives import inputs_from
+    from tierod.export.stimuli import SEED, random_inputs
+    from tierod.proving_ground.scenarios import load
+
+    name = drive or DRIVES.get(subject.monitor)
+    if name is None:
+        return random_inputs(subject, steps), f"drawn at random (seed {SEED})"
+    if drive is not None and Path(drive).suffix not in ("", ".toml"):
+        return inputs_from(subject, car, drive), f"the recording {Path(drive).name}"
+    scenario = load(name)
+    scenario = scenario.with_run(min(scenario.duration, steps / subject.rate), None)
+    recording = scenario.run(lambda share: None).recording
+    return inputs_from(subject, car, recording), f"the simulated drive {scenario.name} (seed {scenario.seed})"

@@ -1,0 +1,65 @@
+"""An export as a folder: header, source, parameters, test vectors, a comparison, Makefile and README."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Mapping
+from pathlib import Path
+
+from tierod.core.errors import OutputError
+from tierod.core.files import expanded, require_folder, write_text
+from tierod.export.c_header import header
+from tierod.export.c_parameters import parameters
+from tierod.export.c_source import source
+from tierod.export.c_test import comparing_program
+from tierod.export.c_texts import makefile, readme
+from tierod.export.interface import Interface
+from tierod.export.vectors import ROWS_BEYOND, Vectors, input_table, output_table, tolerances
+
+
+def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:
+    """All files of an export: path in its folder -> text. The same export gives the same bytes.
+
+    Args:
+        face: of the export
+        vectors: that it is compared by
+    """
+    prefix, subject = face.prefix, face.subject
+    beyond = ROWS_BEYOND[face.options.precision]
+    return {
+        f"{prefix}.h": header(face),
+        f"{prefix}.c": source(face),
+        f"{prefix}_parameters.c": parameters(face),
+        "Makefile": makefile(face),
+        "README.md": readme(face, vectors),
+        "test/compare.c": comparing_program(face, tolerances(face, vectors), beyond),
+        "test/inputs.csv": input_table(subject, vectors),
+        "test/expected.csv": output_table(subject, vectors),
+    }
+
+
+def write_folder(texts: Mapping[str, str], folder: str | Path) -> Path:
+    """Write files into a folder, which is made if there is none; each appears whole or not at all.
+
+    Args:
+        texts: path in the folder -> text
+        folder: its parent must exist
+
+    Raises:
+        OutputError: it cannot be made or written, or is a file
+    """
+    place = expanded(folder)
+    require_folder(place)
+    for path in {place, *((place / name).parent for name in texts)}:
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            what = (
+                "there is a file of that name"
+                if error.errno == errno.EEXIST
+                else (error.strerror or str(error)).lower()
+            )
+            raise OutputError(f"{path} cannot be made: {what}; name another folder with --output") from None
+    for name, text in texts.items():
+        write_text(place / name, text)
+    return place

@@ -1,0 +1,98 @@
+"""States that count time: in single precision they are whole numbers of steps, so that no clock drifts or stops.
+
+A clock that adds 0.01 s in single precision loses 0.75 s in an hour and stands still from 262 144 s on. A state is a
+clock where it begins at zero, and every next value is its own plus one and the same step, itself, or zero.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from tierod.core.graph.operations import NEXT_STATE, STATE, Operation, Program
+
+
+class Clock(NamedTuple):
+    """A state that counts steps.
+
+    Args:
+        position: of the state
+        step: number of the value that it adds, worked out from the tuning alone
+        next: number of the value that it takes
+    """
+
+    position: int
+    step: int
+    next: int
+
+
+class Added(NamedTuple):
+    """What a value adds to a state.
+
+    Args:
+        step: number of the value that is added
+        condition: number of the value under which it is; None for always
+    """
+
+    step: int
+    condition: int | None
+
+
+def clocks(program: Program, initial: Program) -> dict[int, Clock]:
+    """The clocks of a program, by the position of their state.
+
+    Args:
+        program: of the step
+        initial: of the first state; a clock begins at zero
+    """
+    found = {}
+    for (group, position), value in sorted(program.outputs.items()):
+        if group == NEXT_STATE and _is_zero(initial, initial.outputs[group, position]):
+            steps: set[int] = set()
+            if _counts(program, position, value, steps) and len(steps) == 1:
+                found[position] = Clock(position, steps.pop(), value)
+    return found
+
+
+def is_own(program: Program, index: int, position: int) -> bool:
+    """Whether a value is a state as it was."""
+    operation = program.operations[index]
+    return operation.name == "input" and operation.constant == (STATE, position)
+
+
+def added(program: Program, index: int, position: int) -> Added | None:
+    """What a value adds to a state; None where it does something else."""
+    operation = program.operations[index]
+    if operation.name != "add":
+        return None
+    first, second = operation.arguments
+    if is_own(program, second, position):
+        first, second = second, first
+    if not is_own(program, first, position):
+        return None
+    if second in program.invariant:
+        return Added(second, None)
+    more = program.operations[second]
+    return Added(more.arguments[1], more.arguments[0]) if _adds_at_times(program, more) else None
+
+
+def _adds_at_times(program: Program, more: Operation) -> bool:
+    return more.name == "if" and more.arguments[1] in program.invariant
+
+
+def _is_zero(program: Program, index: int) -> bool:
+    operation = program.operations[index]
+    return operation.name == "constant" and operation.constant == 0.0
+
+
+def _counts(program: Program, position: int, index: int, steps: set[int]) -> bool:
+    """Whether a value is a clock's next one; the steps that it adds are collected."""
+    operation = program.operations[index]
+    if operation.name == "select":
+        return all(_counts(program, position, each, steps) for each in operation.arguments[1:])
+    if operation.name == "if":
+        return _counts(program, position, operation.arguments[1], steps)
+    more = added(program, index, position)
+    if more is not None:
+        steps.add(more.step)
+        return True
+    return is_own(program, index, position) or _is_zero(program, index)

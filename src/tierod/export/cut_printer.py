@@ -1,0 +1,257 @@
+"""Print a program as functions of bounded length that pass values through a scratch array."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from tierod.core.graph.branches import branches
+from tierod.core.graph.branching_printer import BranchingPrinter
+from tierod.core.graph.line_printer import COMPARE, Places
+from tierod.core.graph.operations import NEXT_STATE, TUNING, Operation, Program
+from tierod.core.graph.trace import Graph
+from tierod.export.clocks import Clock, added, is_own
+from tierod.export.segments import LONGEST, Layout, Segment, layout
+from tierod.export.spelling import Spelling
+
+Group = tuple[int, int]
+"""(group, position) of an input or output."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """C of what a program takes and gives.
+
+    Args:
+        taken: of an input, by group and position
+        given: of an output
+        carried: of a value that depends on tuning alone, by its place
+        notes: what an output is, for a comment
+        types: C type of an output that is not a plain number
+    """
+
+    taken: Callable[[Group], str]
+    given: Callable[[Group], str]
+    carried: Callable[[int], str]
+    notes: Mapping[Group, str]
+    types: Mapping[Group, str]
+
+
+class CutPrinter(BranchingPrinter):
+    """One program as several functions; the operations are those of the kernels, in the same order.
+
+    Args:
+        graph: of the block
+        operations: its program
+        spelling: of names and numbers
+        reach: C of inputs and outputs
+        clocks: states that are kept as whole numbers of steps
+        longest: operations of one function
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        operations: Program,
+        spelling: Spelling,
+        reach: Reach,
+        clocks: Mapping[int, Clock],
+        longest: int = LONGEST,
+    ):
+        super().__init__(graph, operations)
+        if not any(_is_tuning(each) for each in operations.operations):
+            # What is worked out once, of constants alone too, is worked out here and nowhere else.
+            self.program, self.carried = replace(self.program, invariant=frozenset()), {}
+        self.spelling, self.reach, self.clocks = spelling, reach, clocks
+        needs = {target: self._needed(target) for target in self.program.outputs}
+        self.layout: Layout = layout(self.program, needs, branches(self.program), self._whole, longest)
+        self._needs = needs
+        self._longest = longest
+
+    # -- functions -----------------------------------------------------------------------------------------------
+
+    def functions(self, name: str, arguments: Mapping[str, str]) -> str:
+        """All functions and the one that calls them, which alone is no static one.
+
+        Args:
+            name: of the one that calls the others
+            arguments: C of the declaration of each argument, by its name
+        """
+        texts, calls = [], []
+        given = {**arguments, **self._scratch_arguments()}
+        for number, group in enumerate(self._grouped()):
+            body = "".join(self._segment(segment) for segment in group)
+            used = [word for word in given if re.search(rf"\b{word}\b", body)]
+            part = f"{name}_{number:02d}"
+            texts.append(f"static void {part}({', '.join(given[word] for word in used)})\n{{\n{body}}}\n\n")
+            calls.append(f"    {part}({', '.join(used)});\n")
+        numbers, truths = self.layout.sizes
+        scratch = f"    {self.spelling.real} w[{numbers}];\n" if numbers else ""
+        scratch += f"    bool b[{truths}];\n" if truths else ""
+        whole = "".join(calls)
+        unused = "".join(f"    (void){word};\n" for word in arguments if not re.search(rf"\b{word}\b", whole))
+        declared = ", ".join(arguments.values())
+        return f"{''.join(texts)}void {name}({declared})\n{{\n{scratch}{unused}{whole}}}\n"
+
+    def _scratch_arguments(self) -> dict[str, str]:
+        numbers, truths = self.layout.sizes
+        return ({"w": f"{self.spelling.real} w[{numbers}]"} if numbers else {}) | (
+            {"b": f"bool b[{truths}]"} if truths else {}
+        )
+
+    def _grouped(self) -> list[list[Segment]]:
+        """Segments that share a function: together no longer than one may be."""
+        groups: list[list[Segment]] = []
+        size = self._longest
+        for segment in self.layout.segments:
+            own = len(segment.operations) + len(segment.stores)
+            if size + own > self._longest:
+                groups.append([])
+                size = 0
+            groups[-1].append(segment)
+            size += own
+        return groups
+
+    def _segment(self, segment: Segment) -> str:
+        own, program = set(segment.operations), self.program
+        named = self._names(own)
+        indent = "        " if segment.condition or len(segment.operations) else "    "
+        taken = {argument for index in segment.operations for argument in self._arguments(index)}
+        taken = taken.union(*(self._needs[target] for target in segment.stores))
+        read = sorted(i for i in taken if program.operations[i].name == "input" and i not in program.invariant)
+        places, notes = self._places(), self.notes()
+        lines = [self.statement(index, named, places, notes, indent) for index in (*read, *segment.operations)]
+        lines += [self._kept(index, indent) for index in segment.operations if index in self.layout.slots]
+        lines += [self._stored(target, named, indent) for target in segment.stores]
+        text = "".join(map(self.spelling.spelt, lines))
+        if segment.condition is None:
+            return f"    {{\n{text}    }}\n" if own else text
+        asked = self.spelling.spelt(self._truth(segment.condition.value, self._outside(segment.condition.value)))
+        return f"    if ({asked if segment.condition.holds else f'!{asked}'}) {{\n{text}    }}\n"
+
+    def _arguments(self, index: int) -> tuple[int, ...]:
+        return self.program.operations[index].arguments
+
+    def _names(self, own: set[int]) -> dict[int, str]:
+        crossing = {
+            index: f"{'b' if index in self._whole else 'w'}[{slot}]"
+            for index, slot in self.layout.slots.items()
+            if index not in own
+        }
+        return self.names(self._places()) | crossing
+
+    def _outside(self, index: int) -> dict[int, str]:
+        """Names of values where no input has been read."""
+        operation = self.program.operations[index]
+        own = {index: self.reach.taken(operation.constant)} if operation.name == "input" else {}
+        return self._names(set()) | own
+
+    def _kept(self, index: int, indent: str) -> str:
+        array = "b" if index in self._whole else "w"
+        return f"{indent}{array}[{self.layout.slots[index]}] = v{index};\n"
+
+    # -- inputs and outputs --------------------------------------------------------------------------------------
+
+    def _places(self) -> Places:
+        def refused(_: int) -> str:
+            raise AssertionError("inputs are reached by their group")
+
+        return Places(refused, refused, refused, refused, self.reach.carried)
+
+    def notes(self) -> dict[int, str]:
+        """What a value is, by its number."""
+        found: dict[int, str] = {}
+        for target, value in sorted(self.program.outputs.items()):
+            if target in self.reach.notes and target[0] != NEXT_STATE:
+                found[value] = "; ".join(filter(None, [found.get(value), self.reach.notes[target]]))
+        return found
+
+    def _stored(self, target: Group, named: dict[int, str], indent: str) -> str:
+        value = self.program.outputs[target]
+        place = self.reach.given(target)
+        if self._is_clock(target):
+            return f"{indent}{place} = {self._count(value, target[1], named)};\n"
+        text = self._real(value, named)
+        if target in self.reach.types:
+            text = f"({self.reach.types[target]})(int32_t){text}"
+        return f"{indent}{place} = {text};\n"
+
+    # -- clocks --------------------------------------------------------------------------------------------------
+
+    def _is_clock(self, target: Group) -> bool:
+        return target[0] == NEXT_STATE and target[1] in self.clocks
+
+    def _count(self, index: int, position: int, named: dict[int, str]) -> str:
+        """The next number of steps of a clock."""
+        operation, own = self.program.operations[index], self.reach.given((NEXT_STATE, position))
+        if operation.name in ("select", "if"):
+            first = self._count(operation.arguments[1], position, named)
+            other = self._count(operation.arguments[2], position, named) if operation.name == "select" else "0U"
+            return f"({self._truth(operation.arguments[0], named)} ? {first} : {other})"
+        more = added(self.program, index, position)
+        if more is not None:
+            asked = "" if more.condition is None else f"{self._truth(more.condition, named)} && "
+            return f"(({asked}({own} < UINT32_MAX)) ? ({own} + 1U) : {own})"
+        return own if is_own(self.program, index, position) else "0U"
+
+    def _needed(self, target: Group) -> set[int]:
+        """Values that the storing of an output takes: of a clock the conditions on which its next number depends."""
+
+        def conditions(index: int) -> set[int]:
+            operation = self.program.operations[index]
+            more = added(self.program, index, target[1])
+            if more is not None and more.condition is not None:
+                return {more.condition}
+            if operation.name not in ("select", "if"):
+                return set()
+            return {operation.arguments[0]}.union(*map(conditions, operation.arguments[1:]))
+
+        value = self.program.outputs[target]
+        return conditions(value) if self._is_clock(target) else {value}
+
+    # -- single operations ---------------------------------------------------------------------------------------
+
+    def statement(self, index: int, named: dict[int, str], places: Places, notes: dict[int, str], indent: str) -> str:
+        """The lines that work out one value."""
+        operation = self.program.operations[index]
+        if operation.name == "input":
+            return f"{indent}const real v{index} = {self.reach.taken(operation.constant)};\n"
+        return super().statement(index, named, places, notes, indent).replace("const int v", "const bool v", 1)
+
+    def constant(self, index: int) -> str | None:
+        """A constant as C writes it; None for what is none."""
+        operation = self.program.operations[index]
+        return self.spelling.number(float(operation.constant)) if operation.name == "constant" else None
+
+    def expression(self, operation: Operation, named: dict[int, str]) -> str:
+        """An operation as C writes it, with brackets where checkers of C ask for them."""
+        name, arguments = operation.name, operation.arguments
+        if name in COMPARE:
+            return f"({super().expression(operation, named)})"
+        if name in ("and", "or"):
+            return f" {'&&' if name == 'and' else '||'} ".join(self._truth(each, named) for each in arguments)
+        if name == "not":
+            return f"!{self._truth(arguments[0], named)}"
+        reals = {each: self._real(each, named) for each in arguments if each in self._whole and name != "select"}
+        if name in ("select", "if"):
+            condition, _, rest = super().expression(operation, named).partition(" ? ")
+            return f"({condition}) ? {rest}" if " " in condition else f"{condition} ? {rest}"
+        return super(BranchingPrinter, self).expression(operation, named | reals)
+
+    def _real(self, index: int, named: dict[int, str]) -> str:
+        """A value as a number."""
+        text = self.constant(index) or named.get(index, f"v{index}")
+        return f"({text} ? R(1.0) : R(0.0))" if index in self._whole else text
+
+    def _truth(self, index: int, named: dict[int, str]) -> str:
+        """A value as a truth."""
+        operation = self.program.operations[index]
+        if operation.name == "constant":
+            return "true" if operation.constant != 0.0 else "false"
+        text = named.get(index, f"v{index}")
+        return text if index in self._whole else f"({text} != R(0.0))"
+
+
+def _is_tuning(operation: Operation) -> bool:
+    return operation.name == "input" and operation.constant[0] == TUNING

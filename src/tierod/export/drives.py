@@ -1,0 +1,50 @@
+"""Inputs of a monitor from recordings, on its own grid."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.recording import Recording
+from tierod.export.subject import Subject
+from tierod.io.derive import complete
+from tierod.io.readers import read
+from tierod.monitors.diagnose import find
+from tierod.vehicles import Vehicle
+
+
+def inputs_from(subject: Subject, vehicle: Vehicle, source: Recording | str | Path) -> np.ndarray:
+    """Samples (n, inputs) of a recording; NaN where nothing was measured.
+
+    Args:
+        subject: whose inputs they are
+        vehicle: whose databases and channel map read the file
+        source: a recording, or the path of one
+
+    Raises:
+        InputError: the recording cannot be read, is empty, or has none of the inputs
+    """
+    monitor, variant = find(subject.monitor, subject.variant)
+    whole = source if isinstance(source, Recording) else _read(source, vehicle)
+    names = subject.graph.sample
+    filled = complete(whole, [*monitor.needing(variant).required, *monitor.optional, *names])
+    known = [name for name in names if name in filled]
+    if not known:
+        raise InputError(
+            f"the recording has none of the inputs of the monitor '{subject.monitor}' ({', '.join(names)}); give "
+            "another one, or a channel map in the vehicle file"
+        )
+    aligned = filled.align(known, subject.rate, maximum_age=monitor.maximum_age)
+    values = np.full((len(aligned.time), len(names)), np.nan)
+    for name in known:
+        values[:, names.index(name)] = aligned.values[:, aligned.names.index(name)]
+    if not len(values):
+        raise InputError("the recording holds no samples; give a longer one")
+    return values
+
+
+def _read(path: str | Path, vehicle: Vehicle) -> Recording:
+    databases = [vehicle.database] if vehicle.database else None
+    return read(path, dbc=databases, channel_map=vehicle.channel_map)

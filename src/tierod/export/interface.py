@@ -1,0 +1,174 @@
+"""The structs of an export: how C reaches every number of sample, state, parameters, constants and output."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from tierod.core.graph.initial import initial_program
+from tierod.core.graph.operations import NEXT_STATE, OUTPUT, RING, SAMPLE, TUNING, Program, program
+from tierod.export.clocks import Clock, clocks
+from tierod.export.described import Described
+from tierod.export.members import Member, elements, identifier, members
+from tierod.export.spelling import Precision, Spelling
+from tierod.export.subject import Subject
+
+STATUS = "status"
+
+PARAMETER = 4
+"""Group of the parameters in what is worked out once: there they are inputs like others."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Of an export.
+
+    Args:
+        precision: of all numbers
+        validity: whether a mask says which inputs are valid, in place of NaN
+        libm: whether functions of the C library are called, or own ones
+    """
+
+    precision: Precision = "single"
+    validity: bool = False
+    libm: bool = True
+
+
+@dataclass(frozen=True)
+class Interface:
+    """What the C of a subject looks like from outside.
+
+    Args:
+        subject: that is exported
+        options: of the export
+    """
+
+    subject: Subject
+    options: Options = field(default_factory=Options)
+
+    @cached_property
+    def spelling(self) -> Spelling:
+        """Of names and numbers."""
+        return Spelling(f"tierod_{self.subject.name}", self.options.precision)
+
+    @property
+    def prefix(self) -> str:
+        """Of all names."""
+        return self.spelling.prefix
+
+    @cached_property
+    def program(self) -> Program:
+        """Of one step."""
+        return program(self.subject.graph.function)
+
+    @cached_property
+    def initial(self) -> Program:
+        """Of the first state."""
+        return initial_program(self.subject.block)
+
+    @cached_property
+    def clocks(self) -> dict[int, Clock]:
+        """States kept as whole numbers of steps; none in double precision, which loses 1 ms in 100 hours at most."""
+        return clocks(self.program, self.initial) if self.options.precision == "single" else {}
+
+    # -- members -------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def sample(self) -> tuple[Member, ...]:
+        """Of one sample."""
+        return members(self.subject.graph.sample)
+
+    @cached_property
+    def output(self) -> tuple[Member, ...]:
+        """Of one output."""
+        return members(self.subject.graph.output)
+
+    @cached_property
+    def parameters(self) -> tuple[Member, ...]:
+        """Of the parameters."""
+        return members(self.subject.graph.tuning)
+
+    @cached_property
+    def plain(self) -> tuple[tuple[int, ...], tuple[Member, ...]]:
+        """Positions of the states that are no clocks, and their members."""
+        positions = tuple(k for k in range(len(self.subject.graph.state)) if k not in self.clocks)
+        return positions, members([self.subject.graph.state[k] for k in positions])
+
+    @cached_property
+    def counted(self) -> dict[int, str]:
+        """Names of the clocks by their position."""
+        return {k: f"{identifier(self.subject.graph.state[k])}_steps" for k in self.clocks}
+
+    @cached_property
+    def rings(self) -> tuple[tuple[str, int], ...]:
+        """(name, size) of every delay line."""
+        return tuple((identifier(path), size) for path, size in self.subject.graph.rings)
+
+    @property
+    def statuses(self) -> tuple[int, ...]:
+        """Positions of the outputs that are codes of a status."""
+        return tuple(k for k, each in enumerate(self.subject.output) if is_status(each))
+
+    # -- C of every number ---------------------------------------------------------------------------------------
+
+    @cached_property
+    def _state(self) -> dict[int, str]:
+        positions, found = self.plain
+        named = dict(zip(positions, elements(found), strict=True))
+        return {k: f"x->{text}" for k, text in {**named, **self.counted}.items()}
+
+    @cached_property
+    def _named(self) -> dict[tuple[str, int], str]:
+        groups = {"u": self.sample, "y": self.output, "p": self.parameters}
+        return {(word, k): f"{word}->{text}" for word, all_ in groups.items() for k, text in enumerate(elements(all_))}
+
+    def ring(self, position: int) -> str:
+        """The place of a delay line that is read and written next."""
+        name, _ = self.rings[position]
+        return f"x->{name}[x->{name}_head]"
+
+    def given(self, target: tuple[int, int]) -> str:
+        """C of an output of the program."""
+        group, position = target
+        if group == OUTPUT:
+            return self._named["y", position]
+        return self._state[position] if group == NEXT_STATE else self.ring(position)
+
+    def taken(self, source: tuple[int, int]) -> str:
+        """C of an input of the program, as a number."""
+        group, position = source
+        if group in (TUNING, PARAMETER):
+            return self._named["p", position]
+        if group == RING:
+            return self.ring(position)
+        if group == SAMPLE:
+            return self._sampled(position)
+        if position in self.clocks:
+            return f"(real){self._state[position]} * {self._step(self.clocks[position])}"
+        return self._state[position]
+
+    def _sampled(self, position: int) -> str:
+        text = self._named["u", position]
+        if not self.options.validity:
+            return text
+        return f"((u->valid & {self.prefix.upper()}_VALID_{self.bit(position)}) != 0U) ? {text} : (real)NAN"
+
+    def bit(self, position: int) -> str:
+        """Name of the bit of an input in the mask of valid ones."""
+        return identifier(self.subject.graph.sample[position]).upper()
+
+    def _step(self, clock: Clock) -> str:
+        operation = self.program.operations[clock.step]
+        if operation.name == "constant":
+            return self.spelling.number(float(operation.constant))
+        return self.carried(self.program.carried().index(clock.step))
+
+    @staticmethod
+    def carried(slot: int) -> str:
+        """C of a value that depends on the parameters alone."""
+        return f"c->value[{slot}]"
+
+
+def is_status(each: Described) -> bool:
+    """Whether a number is the code of a status."""
+    return each.path.rpartition(".")[2] == STATUS and each.holder == "Statement"

@@ -1,0 +1,71 @@
+"""Inputs to compare by: drawn at random within the plausible range of every signal, with values that are missing."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import numpy as np
+
+from tierod.core.signals import SIGNALS
+from tierod.export.subject import Subject
+
+SEED = 20261123
+SHARE: Annotated[float, ""] = 0.3
+"""Of the plausible range that a signal usually stays in."""
+UNBOUNDED: Annotated[float, ""] = 10.0
+"""Half range of a signal for which the catalogue names none, in its unit."""
+STEPS_BETWEEN_GAPS = 400
+LONGEST_GAP = 120
+"""Samples: longer than signals are held for, so that whatever waits for a signal to return is reached too."""
+
+
+def random_inputs(subject: Subject, count: int, seed: int = SEED) -> np.ndarray:
+    """Samples (count, inputs): slow courses with noise, steps, spikes, values that repeat, and gaps of NaN.
+
+    Args:
+        subject: whose inputs they are
+        count: of samples
+        seed: of all chance
+    """
+    generator = np.random.default_rng(seed)
+    columns = [_course(generator, _range(name), count) for name in subject.graph.sample]
+    return np.column_stack(columns) if columns else np.zeros((count, 0))
+
+
+def _range(name: str) -> tuple[float, float]:
+    low, high = SIGNALS[name].plausible if name in SIGNALS else (-math.inf, math.inf)
+    return max(low, -UNBOUNDED), min(high, UNBOUNDED) if math.isinf(high) else high
+
+
+def _course(generator: np.random.Generator, limits: tuple[float, float], count: int) -> np.ndarray:
+    low, high = limits
+    middle, half = 0.0 if low < 0.0 < high else 0.5 * (low + high), 0.5 * (high - low)
+    time = np.arange(count)
+    values = np.full(count, middle)
+    for period in generator.uniform(30.0, 3000.0, 4):
+        size = SHARE * half * generator.uniform(0.05, 0.5)
+        values += size * np.sin(2.0 * math.pi * (time / period + generator.uniform()))
+    values += half * 0.003 * generator.standard_normal(count)
+    for start, stop in _stretches(generator, count, 8):
+        kind = generator.integers(4)
+        if kind == 0:
+            values[start:stop] = values[start]
+        elif kind == 1:
+            values[start:stop] += half * generator.uniform(-1.0, 1.0)
+        elif kind == 2:
+            values[start] = generator.uniform(low, high)
+        else:
+            values[start:stop] = 0.0
+    values = np.clip(values, low, high)
+    for start, stop in _stretches(generator, count, 4):
+        values[start:stop] = np.nan
+    return np.asarray(values)
+
+
+def _stretches(generator: np.random.Generator, count: int, often: int) -> list[tuple[int, int]]:
+    """Beginnings and ends of stretches, as many as `often` for every few gaps."""
+    number = 1 + count * often // (8 * STEPS_BETWEEN_GAPS)
+    starts = generator.integers(0, count, number)
+    lengths = generator.integers(1, LONGEST_GAP, number)
+    return [(int(start), int(min(start + length, count))) for start, length in zip(starts, lengths, strict=True)]

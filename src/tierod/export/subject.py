@@ -1,0 +1,142 @@
+"""What is exported: a monitor as a block for one vehicle, and what is known of its inputs, outputs and parameters."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tierod import __version__
+from tierod.core.block import Ring, Tree, leaves, tuning
+from tierod.core.errors import ParameterError
+from tierod.core.graph import Graph, trace
+from tierod.core.graph.bank_graph import BankGraph
+from tierod.core.graph.memory_layout import flat_memory
+from tierod.export.described import Described, described, of_signals
+from tierod.export.members import identifier
+from tierod.monitors.diagnose import find, usual_monitor
+from tierod.monitors.harness.session import opened
+from tierod.vehicles import Vehicle, load
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A monitor for one vehicle.
+
+    Args:
+        name: identifier of C that all names begin with, without "tierod_"
+        title: for people
+        monitor, variant: names
+        vehicle: name of the one whose parameters it has
+        rate: of the samples [Hz]
+        block: that runs
+        graph: of the block
+        sample, state, output, tuning: what is known of every number, in the order of the graph
+        values: of the tuning
+        memory: state before the first sample, flat
+    """
+
+    name: str
+    title: str
+    monitor: str
+    variant: str
+    vehicle: str
+    rate: float
+    block: Any
+    graph: Graph
+    sample: tuple[Described, ...]
+    state: tuple[Described, ...]
+    output: tuple[Described, ...]
+    tuning: tuple[Described, ...]
+    values: tuple[float, ...]
+    memory: np.ndarray
+
+    @property
+    def sample_time(self) -> float:
+        """Between two samples [s]."""
+        return 1.0 / self.rate
+
+    @property
+    def version(self) -> str:
+        """Of tierod, with monitor and variant."""
+        return f"tierod {__version__}, {self.monitor}, {self.variant}"
+
+    @property
+    def digest(self) -> int:
+        """32 bits that stand for names and values of all parameters."""
+        text = "\n".join(f"{each.path} {value!r}" for each, value in zip(self.tuning, self.values, strict=True))
+        return int.from_bytes(hashlib.sha256(f"{self.version}\n{text}".encode()).digest()[:4], "big")
+
+
+def subject_of(monitor: str | None, vehicle: Vehicle | str, variant: str | None = None) -> Subject:
+    """The monitor of a vehicle, ready to be printed.
+
+    Args:
+        monitor: name; the vehicle's own where None
+        vehicle: parameter set, its name, or the path of its file
+        variant: name; the monitor's default where None
+
+    Raises:
+        ParameterError: no such monitor, variant or vehicle, a parameter that the vehicle lacks, or a monitor that
+            judges recordings as a whole
+    """
+    car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
+    definition, chosen = find(monitor or usual_monitor(car), variant)
+    session = opened(definition, chosen, car)
+    block = getattr(session, "block", None)
+    if block is None:
+        raise ParameterError(
+            f"the monitor '{definition.name}', variant '{chosen.name}', judges a recording as a whole and is no block "
+            "that steps from sample to sample; export one that is, for example friction"
+        )
+    graph: Any = trace(block)
+    if isinstance(graph, BankGraph):
+        raise ParameterError(
+            f"the monitor '{definition.name}', variant '{chosen.name}', is a bank of {graph.count} filters, of which "
+            "no C for control units is printed yet; export its variant with rules (--variant rules)"
+        )
+    stem = definition.name if chosen.name == definition.default else f"{definition.name}_{chosen.name}"
+    names = (definition.title, definition.name, chosen.name, car.name)
+    return subject_of_block(identifier(stem), block, definition.rate, *names)
+
+
+def subject_of_block(
+    name: str, block: Any, rate: float, title: str = "", monitor: str = "", variant: str = "", vehicle: str = ""
+) -> Subject:
+    """A block, ready to be printed.
+
+    Args:
+        name: identifier of C that all names begin with, without "tierod_"
+        block: whose graph is a straight line
+        rate: of the samples [Hz]
+        title: for people
+        monitor, variant, vehicle: names, "" where there is none
+
+    Raises:
+        TraceError: the block cannot be traced
+    """
+    graph, initial = trace(block), block.init()
+    pairs = list(tuning(block))
+    known = {each.path: each for each in described(block)}
+    return Subject(
+        name=name,
+        title=title or name,
+        monitor=monitor,
+        variant=variant,
+        vehicle=vehicle,
+        rate=rate,
+        block=block,
+        graph=graph,
+        sample=of_signals(graph.sample, graph.sample_tree),
+        state=tuple(each for each, leaf in _with_leaves(initial) if not isinstance(leaf, Ring)),
+        output=tuple(described(graph.output_tree)),
+        tuning=tuple(known.get(path, Described(path)) for path, _ in pairs),
+        values=tuple(value for _, value in pairs),
+        memory=flat_memory(initial),
+    )
+
+
+def _with_leaves(tree: Tree) -> list[tuple[Described, Any]]:
+    return list(zip(described(tree), (leaf for _, leaf in leaves(tree)), strict=True))
