@@ -42,13 +42,18 @@ HEAVY = {
     "can",
     "cantools",
     "casadi",
+    "h5py",
     "jinja2",
+    "mcap",
     "pandas",
     "pint",
     "plotly",
     "pyarrow",
     "rich",
+    "rosbags",
+    "textual",
     "typer",
+    "websockets",
 }
 HEAVY_PARTS = {"scipy.signal", "scipy.optimize"}
 
