@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from tierod.core.graph.c_library import PRELUDE
+from tierod.core.graph.c_functions import prelude
 from tierod.core.graph.line_printer import LinePrinter, Places
 from tierod.core.graph.operations import Program, program
 from tierod.core.graph.trace import Graph, Interface
@@ -66,7 +66,7 @@ class _Printer(LinePrinter):
         """For one vehicle."""
         in_locals = len(self.graph.state) <= STATE_IN_LOCALS
         return "".join(
-            [PRELUDE, legend(self.graph), self._prepare(), self._step(), push(self.name), self._scan(in_locals)]
+            [self._head(), legend(self.graph), self._prepare(), self._step(), push(self.name), self._scan(in_locals)]
         )
 
     def lanes(self, own_tuning: bool) -> str:
@@ -100,7 +100,9 @@ class _Printer(LinePrinter):
             + f"#pragma GCC ivdep\n        for (int l = 0; l < {LANES}; l++) {{\n{body}        }}\n    }}\n}}\n"
         )
         declaration = f"void {self.name}_lanes{signature};\n"
-        return "".join([PRELUDE, legend(self.graph), self._prepare(), declaration, loop, self._batch()])
+        return "".join(
+            [self._head(in_lanes=True), legend(self.graph), self._prepare(), declaration, loop, self._batch()]
+        )
 
     def _batch(self) -> str:
         """Lanes over arrays of their own, moved into tiles that stay in the cache and back."""
@@ -127,6 +129,9 @@ class _Printer(LinePrinter):
         )
 
     # -- functions -----------------------------------------------------------------------------------------------
+
+    def _head(self, in_lanes: bool = False) -> str:
+        return prelude((operation.name for operation in self.program.operations), in_lanes)
 
     def _prepare(self) -> str:
         signature = f"void {self.name}_prepare(const real *restrict p, real *restrict c)"
