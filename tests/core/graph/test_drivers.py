@@ -11,7 +11,7 @@ import pytest
 from blocks_of_graph import Everything, Pair
 from tierod.core.block import Ring, leaves, rebuild, tuning
 from tierod.core.errors import InputError, ParameterError
-from tierod.core.graph import Memory, Stream, batch, maths, scan, trace
+from tierod.core.graph import Memory, Scanner, Stream, batch, maths, scan, trace
 from tierod.core.graph.lanes import FEWEST
 from tierod.core.recording import Aligned
 
@@ -70,6 +70,18 @@ def test_lanes_equal_scans_to_the_last_bit(samples):
         alone = scan(block, samples[:length])
         np.testing.assert_array_equal(result.values, alone.values)
         np.testing.assert_array_equal(result.state.values, alone.state.values)
+
+
+@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
+def test_a_scanner_goes_on_from_piece_to_piece(samples, engine):
+    block = Everything(gain=0.21)
+    whole, scanner = scan(block, samples, engine=engine), Scanner(block, engine)
+    first = scanner.scan(samples[:701])
+    second = scanner.scan(samples[701:], first.state)
+    np.testing.assert_array_equal(np.vstack([first.values, second.values]), whole.values)
+    assert second.state.count == len(samples)
+    with pytest.raises(InputError, match="remembers"):
+        scanner.scan(samples, Memory(np.zeros(2), 5))
 
 
 def test_a_few_vehicles_run_one_by_one_to_the_same_bits(samples):

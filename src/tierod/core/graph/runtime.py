@@ -36,13 +36,32 @@ def scan(
         InputError: the samples do not have the block's signals
         TraceError: the block cannot be traced
     """
-    runner = kernel(block, engine)
-    memory = memory_of(block, state)
-    values = np.ascontiguousarray(columns_of(runner.graph, samples))
-    outputs = np.empty((len(values), len(runner.graph.output)))
-    flat = memory.values.copy()
-    runner.scan(flat, values, outputs, memory.count)
-    return Result(runner.graph.output, outputs, Memory(flat, memory.count + len(values)), runner.graph.output_tree)
+    return Scanner(block, engine).scan(samples, state)
+
+
+class Scanner(Generic[State, Given, Output]):
+    """A block made ready once to be run over many pieces of a recording.
+
+    Args:
+        block: estimator, detector, monitor, plant
+        engine: "compiled", "virtual machine" or "auto"
+
+    Raises:
+        TraceError: the block cannot be traced
+    """
+
+    def __init__(self, block: Block[State, Given, Output], engine: Engine = "auto"):
+        self.block, self._kernel = block, kernel(block, engine)
+
+    def scan(self, samples: Samples, state: Memory | State | None = None) -> Result[Output]:
+        """Run the block over a piece; arguments and result as of `scan`."""
+        graph = self._kernel.graph
+        memory = memory_of(self.block, state, graph)
+        values = np.ascontiguousarray(columns_of(graph, samples))
+        outputs = np.empty((len(values), len(graph.output)))
+        flat = memory.values.copy()
+        self._kernel.scan(flat, values, outputs, memory.count)
+        return Result(graph.output, outputs, Memory(flat, memory.count + len(values)), graph.output_tree)
 
 
 class Stream(Generic[State, Given, Output]):
