@@ -15,6 +15,7 @@ from benchmarks import (
     diagnose_hour,
     fault_memory,
     filters,
+    monitors,
     motor_observers,
     observers,
     on_board,
@@ -22,6 +23,7 @@ from benchmarks import (
 )
 
 MODULES = (
+    monitors,
     filters,
     bank,
     on_board,

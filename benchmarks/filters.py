@@ -61,7 +61,7 @@ def run() -> list[dict]:
     """Rows of the bench: name, value, unit, peer, value of the peer, ratio (peer over ours)."""
     monitor = printed(load("midsize-eps").parameters_for(FrictionParameters))
     block = EnabledFilter(monitor.filter, monitor.gate)
-    peer = nanoseconds_per_step(_samples(20_000), matrices(block))
+    peer = nanoseconds_per_step(_samples(20_000), matrices(block), REPEATS)
     lower = floor(trace(block))
     values = {
         "filter-single": _single(block),

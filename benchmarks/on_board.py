@@ -1,14 +1,12 @@
 """The block of the condition monitor that `diagnose` runs, in times real time.
 
-Others load the machine: what counts is the least processor time of several runs, of ours and of the peer's alike, taken
-for each second of driving by itself and added up. What the fastest run took as a whole is printed beside it.
+Others load the machine: what counts is the least processor time of several whole runs, of ours and of the peer's alike.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,8 +34,7 @@ def run() -> list[dict]:
     healthy, faulty = _samples(healthy_drives(1.0)[0]), _samples(sensor_tests(1)[0])
     lost = _samples(actuator_tests(1)[0])
     whole = condition_monitor(load("smartload"))
-    took = _took(whole, healthy)
-    value = took.times_real_time
+    value = _times_real_time(whole, healthy)
     peer = PEER_STEPS / RATE / _least(_numpy_bank)
     return [
         {
@@ -47,25 +44,11 @@ def run() -> list[dict]:
             "peer": f"NumPy, {LANES} filters' covariances alone",
             "peer_value": peer,
             "ratio": value / peer,
-            "fastest_whole_run": took.whole,
-            "sensor_lost": _took(whole, faulty).times_real_time,
-            "motor_lost": _took(whole, lost).times_real_time,
-            "decision_alone": _took(Bank(whole.lanes, whole.judge.decision), healthy).times_real_time,
+            "sensor_lost": _times_real_time(whole, faulty),
+            "motor_lost": _times_real_time(whole, lost),
+            "decision_alone": _times_real_time(Bank(whole.lanes, whole.judge.decision), healthy),
         }
     ]
-
-
-@dataclass(frozen=True)
-class Took:
-    """How fast a recording was judged.
-
-    Args:
-        times_real_time: by the least time of every second of driving
-        whole: by the fastest run as a whole
-    """
-
-    times_real_time: float
-    whole: float
 
 
 def _samples(drive: Drive) -> np.ndarray:
@@ -74,20 +57,11 @@ def _samples(drive: Drive) -> np.ndarray:
     return np.ascontiguousarray(np.column_stack(columns)[:STEPS])
 
 
-def _took(block: Bank, samples: np.ndarray) -> Took:
-    """Judge a recording several times, second by second."""
-    runner, second = kernel(block), int(RATE)
-    runs = np.empty((REPEATS, len(samples) // second))
-    outputs = np.empty((second, len(runner.graph.output)))
-    for run in runs:
-        memory = initial_memory(block)
-        for piece in range(len(run)):
-            start = piece * second
-            begin = time.process_time()
-            runner.scan(memory, samples[start : start + second], outputs, start)
-            run[piece] = time.process_time() - begin
-    driven = float(runs.shape[1])
-    return Took(driven / float(runs.min(axis=0).sum()), driven / float(runs.sum(axis=1).min()))
+def _times_real_time(block: Bank, samples: np.ndarray) -> float:
+    """Seconds of driving in one second of processor time, by the fastest whole run."""
+    runner = kernel(block)
+    outputs = np.empty((len(samples), len(runner.graph.output)))
+    return len(samples) / RATE / _least(lambda: runner.scan(initial_memory(block), samples, outputs, 0))
 
 
 def _least(work: Callable[[], object]) -> float:

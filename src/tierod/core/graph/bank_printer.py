@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 from tierod.core.graph.bank_graph import BankGraph
 from tierod.core.graph.branching_printer import BranchingPrinter
-from tierod.core.graph.c_library import PRELUDE
+from tierod.core.graph.c_functions import prelude
 from tierod.core.graph.line_printer import LinePrinter, Places
 from tierod.core.graph.memory_layout import GROUP
-from tierod.core.graph.operations import SAMPLE, Program, program
-from tierod.core.graph.phases import Phase, phases
+from tierod.core.graph.operations import SAMPLE, program
 from tierod.core.graph.printer import legend, prefix, push
 
 ALIGNED = """\
@@ -43,7 +42,9 @@ class _BankPrinter:
         self.carried = graph.groups * len(self.lane.carried) * GROUP
 
     def text(self) -> str:
-        parts = [PRELUDE, ALIGNED, legend(self.graph), self._prepare(), self._lanes(), self._judge(), self._adopt()]
+        used = (*self.lane.program.operations, *self.judge.program.operations)
+        head = prelude((operation.name for operation in used), in_lanes=True)
+        parts = [head, ALIGNED, legend(self.graph), self._prepare(), self._lanes(), self._judge(), self._adopt()]
         return "".join([*parts, self._sample(), push(self.name), self._scan()])
 
     def _prepare(self) -> str:
@@ -64,9 +65,7 @@ class _BankPrinter:
     # -- lanes ---------------------------------------------------------------------------------------------------
 
     def _lanes(self) -> str:
-        """One step of a group of eight lanes: loops over them, cut at the calls of the library."""
-        steps = phases(self.lane.program)
-        slots = _slots(self.lane.program, steps)
+        """One step of a group of eight lanes: a loop over them."""
         inputs = sorted(
             operation.constant[1]
             for operation in self.lane.program.operations
@@ -75,46 +74,13 @@ class _BankPrinter:
         taken = len(self.graph.sample)
         # GCC vectorises no loop that loads what does not change in it.
         shared = [f"    const real u{i} = {f'u[{i}]' if i < taken else f'f[{i - taken}]'};\n" for i in inputs]
-        scratch = f"    TIEROD_ALIGNED real t[{len(slots) * GROUP}];\n" if slots else ""
-        loops = "".join(self._values(step, slots) + self._calls(step, slots) for step in steps)
+        body = self.lane.body(self._places(), "        ")
         unused = "".join(f"    (void){name};\n" for name in "xufoc")
         return (
             f"static void {self.name}_lanes(real *restrict x, const real *restrict u, const real *restrict f, "
-            f"real *restrict o, const real *restrict c) {{\n{scratch}{''.join(shared)}{loops}{unused}}}\n"
+            f"real *restrict o, const real *restrict c) {{\n{''.join(shared)}"
+            f"#pragma GCC ivdep\n    for (int l = 0; l < {GROUP}; l++) {{\n{body}    }}\n{unused}}}\n"
         )
-
-    def _values(self, step: Phase, slots: dict[int, int]) -> str:
-        places, operations = self._places(), self.lane.program.operations
-        own, indent = set(step.values), "        "
-        named = self._named(places, slots, own)
-        notes = self.lane.notes()
-        wanted = {argument for index in step.values for argument in operations[index].arguments}
-        wanted |= {self.lane.program.outputs[target] for target in step.stores}
-        read = sorted(i for i in wanted if operations[i].name == "input" and i not in self.lane.program.invariant)
-        lines = [self.lane.statement(index, named, places, notes, indent) for index in (*read, *step.values)]
-        lines += [f"{indent}t[{slots[i] * GROUP} + l] = v{i};\n" for i in step.values if i in slots]
-        lines += [self.lane.store(t, self.lane.program.outputs[t], named, places, indent) for t in step.stores]
-        return self._loop("".join(lines))
-
-    def _calls(self, step: Phase, slots: dict[int, int]) -> str:
-        places, operations = self._places(), self.lane.program.operations
-        named = self._named(places, slots, set())
-        lines = []
-        for index in step.calls:
-            operation = operations[index]
-            for argument in operation.arguments:
-                if operations[argument].name == "input" and argument not in self.lane.program.invariant:
-                    lines.append(self.lane.statement(argument, named, places, {}, "        "))
-            lines.append(f"        t[{slots[index] * GROUP} + l] = {self.lane.expression(operation, named)};\n")
-        return self._loop("".join(dict.fromkeys(lines)))
-
-    def _loop(self, body: str) -> str:
-        return f"#pragma GCC ivdep\n    for (int l = 0; l < {GROUP}; l++) {{\n{body}    }}\n" if body else ""
-
-    def _named(self, places: Places, slots: dict[int, int], own: set[int]) -> dict[int, str]:
-        return self.lane.names(places) | {
-            index: f"t[{slot * GROUP} + l]" for index, slot in slots.items() if index not in own
-        }
 
     def _places(self) -> Places:
         def refused(_: int) -> str:
@@ -216,20 +182,3 @@ class _BankPrinter:
             f"        {self.name}_sample(x, &u[i * {len(self.graph.sample)}], &y[i * {len(self.graph.output)}], c, "
             "k0 + i);\n}\n"
         )
-
-
-def _slots(lane: Program, steps: list[Phase]) -> dict[int, int]:
-    """Value -> its place in the scratch memory, for all that is used outside the loop where it is worked out."""
-    crossing: set[int] = set()
-    for step in steps:
-        crossing |= set(step.calls)
-        used = {argument for index in step.values for argument in lane.operations[index].arguments}
-        used |= {lane.outputs[target] for target in step.stores}
-        crossing |= used - set(step.values)
-        crossing |= {argument for index in step.calls for argument in lane.operations[index].arguments}
-    kept = [i for i in sorted(crossing) if i not in lane.invariant and not _at_hand(lane, i)]
-    return {index: slot for slot, index in enumerate(kept)}
-
-
-def _at_hand(lane: Program, index: int) -> bool:
-    return lane.operations[index].name in ("input", "constant")

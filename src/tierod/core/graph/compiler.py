@@ -21,19 +21,17 @@ from tierod.core.errors import CompileError, KernelWarning, OutputError
 from tierod.core.graph.kernel_cache import KernelCache, NoCache
 from tierod.core.graph.shared_library import loaded
 
-_LIBRARY_FUNCTIONS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log1p pow hypot"
-
-FLAGS = (
-    *("-std=c99", "-O3", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off"),
-    *(f"-fno-builtin-{name}" for name in _LIBRARY_FUNCTIONS.split()),
-)
-"""Never -ffast-math: it breaks NaN and, once loaded, flushes denormals in the whole process. Nor may the compiler work
-out a library function itself: GCC rounds constants differently, and makes 0 of cos(atan(NaN))."""
+FLAGS = ("-std=c99", "-O3", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off")
+"""Never -ffast-math: it breaks NaN and, once loaded, flushes denormals in the whole process."""
 
 NATIVE = ("-march=native", "-mprefer-vector-width=512")
 
-SCHEDULED = ("-fschedule-insns", "-fsched-pressure", "-fira-loop-pressure")
-"""GCC's order of instructions for long straight lines in vector registers: about 6 % of a lane's time."""
+TUNED = (
+    *("-fschedule-insns", "-fsched-pressure", "-fira-loop-pressure"),
+    "--param=max-tree-if-conversion-phi-args=1000",
+)
+"""GCC's order of instructions for long straight lines in vector registers, about 6 % of a lane's time. And selections
+of any number of values without a branch: without it a loop over lanes that decides much does not vectorise."""
 
 
 LONGEST: Annotated[float, "s"] = 600.0
@@ -97,7 +95,7 @@ def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
         source: printed C
         name: of the block, the first part of the name
     """
-    parts = [*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *SCHEDULED, source]
+    parts = [*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *TUNED, source]
     key = hashlib.sha256("\0".join(parts).encode())
     return f"{name}-{key.hexdigest()[:24]}"
 
@@ -171,7 +169,7 @@ def _compiled(command: tuple[str, ...], source: str, folder: Path) -> bytes:
     """
     code, built = folder / "kernel.c", folder / "kernel.so"
     code.write_text(source, encoding="utf-8")
-    for native in (NATIVE + SCHEDULED, NATIVE, NATIVE[:1], ()):
+    for native in (NATIVE + TUNED, NATIVE, NATIVE[:1], ()):
         run = _run([*command, *FLAGS, *native, str(code), "-o", str(built), "-lm"], folder)
         if run.returncode == 0:
             if not built.is_file() or not built.stat().st_size:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tierod.core.graph.c_library import FUSED, OWN
+from tierod.core.graph.c_functions import FUSED, OWN
 from tierod.core.graph.operations import LOGICAL, NEXT_STATE, OUTPUT, PUSH, RING, SAMPLE, STATE, Operation, Program
 from tierod.core.graph.trace import Graph
 

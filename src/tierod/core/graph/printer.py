@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from tierod.core.graph.c_library import PRELUDE
+from tierod.core.graph.branching_printer import BranchingPrinter
+from tierod.core.graph.c_functions import prelude
 from tierod.core.graph.line_printer import LinePrinter, Places
 from tierod.core.graph.operations import Program, program
 from tierod.core.graph.trace import Graph, Interface
@@ -40,7 +41,7 @@ def push(name: str) -> str:
 
 def print_scalar(graph: Graph) -> str:
     """C99 for one vehicle: `prepare`, `push` (one step on bound buffers) and `scan` (a loop over a recording)."""
-    return _Printer(graph, program(graph.function)).scalar()
+    return _ScalarPrinter(graph, program(graph.function)).text()
 
 
 def print_lanes(graph: Graph, own_tuning: bool) -> str:
@@ -50,88 +51,33 @@ def print_lanes(graph: Graph, own_tuning: bool) -> str:
         graph: of the block
         own_tuning: each lane brings its own calibration; otherwise all share one
     """
-    return _Printer(graph, program(graph.function)).lanes(own_tuning)
+    return _LanesPrinter(graph, program(graph.function)).text(own_tuning)
 
 
-class _Printer(LinePrinter):
-    """One graph's C; holds what all its functions share."""
+def _prepare(printer: LinePrinter) -> str:
+    """C that works out what depends on the tuning alone, and its size."""
+    name = prefix(printer.graph)
+    signature = f"void {name}_prepare(const real *restrict p, real *restrict c)"
+    size = f"extern const long {name}_carried;\nconst long {name}_carried = {len(printer.carried)};\n"
+    return f"{size}{signature};\n{signature} {{\n{printer.prepared(1)}}}\n"
+
+
+def _head(printer: LinePrinter, in_lanes: bool = False) -> str:
+    """What stands before the functions."""
+    return prelude((operation.name for operation in printer.program.operations), in_lanes) + legend(printer.graph)
+
+
+class _ScalarPrinter(BranchingPrinter):
+    """For one vehicle: nothing has to vectorise, so what only one choice needs is left out where another is made."""
 
     def __init__(self, graph: Graph, operations: Program):
         super().__init__(graph, operations)
         self.name = prefix(graph)
 
-    # -- whole files ---------------------------------------------------------------------------------------------
-
-    def scalar(self) -> str:
-        """For one vehicle."""
+    def text(self) -> str:
+        """The whole file."""
         in_locals = len(self.graph.state) <= STATE_IN_LOCALS
-        return "".join(
-            [PRELUDE, legend(self.graph), self._prepare(), self._step(), push(self.name), self._scan(in_locals)]
-        )
-
-    def lanes(self, own_tuning: bool) -> str:
-        """For 64 vehicles."""
-        places = Places(
-            state=lambda i: f"x[{i * LANES} + l]",
-            ring=lambda i: f"r{i}[l]",
-            sample=lambda i: f"uk[{i * LANES} + l]",
-            output=lambda i: f"yk[{i * LANES} + l]",
-            carried=lambda i: f"c[{i * LANES} + l]" if own_tuning else f"c{i}",
-        )
-        body = self.body(places, "            ")
-        rings = [
-            f"        real *restrict r{i} = &x[({self.ring_start[i]} + (k0 + k) % {size}) * {LANES}];\n"
-            for i, (_, size) in enumerate(self.graph.rings)
-        ]
-        unused = "" if rings else "    (void)k0;\n"
-        # GCC vectorises no loop that loads what does not change in it.
-        shared = [] if own_tuning else [f"    const real c{i} = c[{i}];\n" for i in range(len(self.carried))]
-        constants = "".join(shared) + ("" if self.carried else "    (void)c;\n")
-        n_sample, n_output = len(self.graph.sample), len(self.graph.output)
-        signature = (
-            "(long n, real *restrict x, const real *restrict u, real *restrict y, const real *restrict c, long k0)"
-        )
-        loop = (
-            f"void {self.name}_lanes{signature} {{\n{unused}{constants}"
-            "    for (long k = 0; k < n; k++) {\n"
-            f"        const real *restrict uk = &u[k * {n_sample * LANES}];\n"
-            f"        real *restrict yk = &y[k * {n_output * LANES}];\n"
-            + "".join(rings)
-            + f"#pragma GCC ivdep\n        for (int l = 0; l < {LANES}; l++) {{\n{body}        }}\n    }}\n}}\n"
-        )
-        declaration = f"void {self.name}_lanes{signature};\n"
-        return "".join([PRELUDE, legend(self.graph), self._prepare(), declaration, loop, self._batch()])
-
-    def _batch(self) -> str:
-        """Lanes over arrays of their own, moved into tiles that stay in the cache and back."""
-        signature = (
-            f"void {self.name}_batch(long n, real *restrict x, const real *const *u, real *const *y, "
-            "const real *restrict c, long k0, real *restrict tile_u, real *restrict tile_y)"
-        )
-
-        def moved(width: int, line: str) -> str:
-            return (
-                f"        for (long i = 0; i < m * {width}; i++)\n"
-                f"            for (int l = 0; l < {LANES}; l++)\n                {line}\n"
-            )
-
-        n_sample, n_output = len(self.graph.sample), len(self.graph.output)
-        return (
-            f"{signature};\n{signature} {{\n"
-            f"    for (long k = 0; k < n; k += {TILE_STEPS}) {{\n"
-            f"        const long m = n - k < {TILE_STEPS} ? n - k : {TILE_STEPS};\n"
-            + moved(n_sample, f"tile_u[i * {LANES} + l] = u[l][k * {n_sample} + i];")
-            + f"        {self.name}_lanes(m, x, tile_u, tile_y, c, k0 + k);\n"
-            + moved(n_output, f"y[l][k * {n_output} + i] = tile_y[i * {LANES} + l];")
-            + "    }\n}\n"
-        )
-
-    # -- functions -----------------------------------------------------------------------------------------------
-
-    def _prepare(self) -> str:
-        signature = f"void {self.name}_prepare(const real *restrict p, real *restrict c)"
-        size = f"extern const long {self.name}_carried;\nconst long {self.name}_carried = {len(self.carried)};\n"
-        return f"{size}{signature};\n{signature} {{\n{self.prepared(1)}}}\n"
+        return "".join([_head(self), _prepare(self), self._step(), push(self.name), self._scan(in_locals)])
 
     def _step(self) -> str:
         places = Places(
@@ -173,4 +119,69 @@ class _Printer(LinePrinter):
             f"        real *restrict yi = &y[i * {len(self.graph.output)}];\n{step}{body}    }}\n"
             + "".join(f"    x[{i}] = s{i};\n" for i in count)
             + "    (void)k0;\n}\n"
+        )
+
+
+class _LanesPrinter(LinePrinter):
+    """For 64 vehicles at once: every decision is a selection, so that the loop over them vectorises."""
+
+    def __init__(self, graph: Graph, operations: Program):
+        super().__init__(graph, operations)
+        self.name = prefix(graph)
+
+    def text(self, own_tuning: bool) -> str:
+        """The whole file."""
+        places = Places(
+            state=lambda i: f"x[{i * LANES} + l]",
+            ring=lambda i: f"r{i}[l]",
+            sample=lambda i: f"uk[{i * LANES} + l]",
+            output=lambda i: f"yk[{i * LANES} + l]",
+            carried=lambda i: f"c[{i * LANES} + l]" if own_tuning else f"c{i}",
+        )
+        body = self.body(places, "            ")
+        rings = [
+            f"        real *restrict r{i} = &x[({self.ring_start[i]} + (k0 + k) % {size}) * {LANES}];\n"
+            for i, (_, size) in enumerate(self.graph.rings)
+        ]
+        unused = "" if rings else "    (void)k0;\n"
+        # GCC vectorises no loop that loads what does not change in it.
+        shared = [] if own_tuning else [f"    const real c{i} = c[{i}];\n" for i in range(len(self.carried))]
+        constants = "".join(shared) + ("" if self.carried else "    (void)c;\n")
+        n_sample, n_output = len(self.graph.sample), len(self.graph.output)
+        signature = (
+            "(long n, real *restrict x, const real *restrict u, real *restrict y, const real *restrict c, long k0)"
+        )
+        loop = (
+            f"void {self.name}_lanes{signature} {{\n{unused}{constants}"
+            "    for (long k = 0; k < n; k++) {\n"
+            f"        const real *restrict uk = &u[k * {n_sample * LANES}];\n"
+            f"        real *restrict yk = &y[k * {n_output * LANES}];\n"
+            + "".join(rings)
+            + f"#pragma GCC ivdep\n        for (int l = 0; l < {LANES}; l++) {{\n{body}        }}\n    }}\n}}\n"
+        )
+        declaration = f"void {self.name}_lanes{signature};\n"
+        return "".join([_head(self, in_lanes=True), _prepare(self), declaration, loop, self._batch()])
+
+    def _batch(self) -> str:
+        """Lanes over arrays of their own, moved into tiles that stay in the cache and back."""
+        signature = (
+            f"void {self.name}_batch(long n, real *restrict x, const real *const *u, real *const *y, "
+            "const real *restrict c, long k0, real *restrict tile_u, real *restrict tile_y)"
+        )
+
+        def moved(width: int, line: str) -> str:
+            return (
+                f"        for (long i = 0; i < m * {width}; i++)\n"
+                f"            for (int l = 0; l < {LANES}; l++)\n                {line}\n"
+            )
+
+        n_sample, n_output = len(self.graph.sample), len(self.graph.output)
+        return (
+            f"{signature};\n{signature} {{\n"
+            f"    for (long k = 0; k < n; k += {TILE_STEPS}) {{\n"
+            f"        const long m = n - k < {TILE_STEPS} ? n - k : {TILE_STEPS};\n"
+            + moved(n_sample, f"tile_u[i * {LANES} + l] = u[l][k * {n_sample} + i];")
+            + f"        {self.name}_lanes(m, x, tile_u, tile_y, c, k0 + k);\n"
+            + moved(n_output, f"y[l][k * {n_output} + i] = tile_y[i * {LANES} + l];")
+            + "    }\n}\n"
         )

@@ -36,43 +36,32 @@ def scan(
         InputError: the samples do not have the block's signals
         TraceError: the block cannot be traced
     """
-    return Scanner(block, engine)(samples, memory_of(block, state))
+    return Scanner(block, engine).scan(samples, state)
 
 
 class Scanner(Generic[State, Given, Output]):
-    """Runs a block over one piece after the other; looks up its kernel once, which costs a millisecond.
+    """A block made ready once to be run over many pieces of a recording.
 
     Args:
         block: estimator, detector, monitor, plant
-        engine: as of `scan`
+        engine: "compiled", "virtual machine" or "auto"
 
     Raises:
         TraceError: the block cannot be traced
     """
 
     def __init__(self, block: Block[State, Given, Output], engine: Engine = "auto"):
-        self.block = block
-        self._runner = kernel(block, engine)
-        self._initial = memory_of(block, None)
+        self.block, self._kernel = block, kernel(block, engine)
 
-    def __call__(self, samples: Samples, memory: Memory | None = None) -> Result[Output]:
-        """Run over one piece.
-
-        Args:
-            samples: as of `scan`
-            memory: the `state` of the result before; the block's own initial state if None
-
-        Raises:
-            InputError: the samples do not have the block's signals, or the memory is of another block
-        """
-        runner, memory = self._runner, memory or self._initial
-        if memory.values.shape != self._initial.values.shape:
-            memory = memory_of(self.block, memory)
-        values = np.ascontiguousarray(columns_of(runner.graph, samples))
-        outputs = np.empty((len(values), len(runner.graph.output)))
+    def scan(self, samples: Samples, state: Memory | State | None = None) -> Result[Output]:
+        """Run the block over a piece; arguments and result as of `scan`."""
+        graph = self._kernel.graph
+        memory = memory_of(self.block, state, graph)
+        values = np.ascontiguousarray(columns_of(graph, samples))
+        outputs = np.empty((len(values), len(graph.output)))
         flat = memory.values.copy()
-        runner.scan(flat, values, outputs, memory.count)
-        return Result(runner.graph.output, outputs, Memory(flat, memory.count + len(values)), runner.graph.output_tree)
+        self._kernel.scan(flat, values, outputs, memory.count)
+        return Result(graph.output, outputs, Memory(flat, memory.count + len(values)), graph.output_tree)
 
 
 class Stream(Generic[State, Given, Output]):

@@ -62,8 +62,15 @@ class Result(Generic[Output]):
 Samples = Aligned | np.ndarray | Sequence[Sequence[float]]
 
 
-def memory_of(block: Block[State, Given, Output], state: Memory | State | None) -> Memory:
+def memory_of(
+    block: Block[State, Given, Output], state: Memory | State | None, traced: Interface | None = None
+) -> Memory:
     """What a run starts from, of the size that the block's kernel reads and writes.
+
+    Args:
+        block: that is run
+        state: to go on from; the block's own initial state if None
+        traced: the block's graph, where it is at hand
 
     Raises:
         InputError: a state of a block of another structure
@@ -71,7 +78,7 @@ def memory_of(block: Block[State, Given, Output], state: Memory | State | None) 
     if state is None:
         return Memory(initial_memory(block), 0)
     memory = state if isinstance(state, Memory) else Memory(flat_memory(state), 0)
-    values, needed = np.array(memory.values, dtype=float), trace(block).memory
+    values, needed = np.array(memory.values, dtype=float), (traced or trace(block)).memory
     if values.shape != (needed,) or memory.count < 0:
         raise InputError(
             f"the state has the shape {values.shape} after {memory.count} samples, but {type(block).__name__} "

@@ -195,7 +195,7 @@ class ConditionSession:
         moving = ~((np.abs(wheels) < STANDING) | np.isnan(wheels)).all(axis=1) | np.isnan(wheels).all(axis=1)
         if judged:
             self._scanner = self._scanner or Scanner(self.block)
-            result = self._scanner(aligned, self._memory)
+            result = self._scanner.scan(aligned, self._memory)
             self._memory = result.state
             stated = StatementCourse.of(result).where_available(available, moving)
             states = np.select([stated.status == code for code in TRACED], list(TRACED.values()), NOT_TESTABLE)

@@ -107,17 +107,9 @@ class BlockSession(ABC):
         self.traces: Mapping[str, str] = dict(traces.values())
         self._outputs = {name: output for output, (name, _) in traces.items()}
         self._running = running
-        self._memory: Memory | None = None
-        self._scanner: Scanner[Any, Any, Any] | None = None
-
-    @property
-    def memory(self) -> Memory | None:
+        self.memory: Memory | None = None
         """The state of the block after the last piece, to be stored or to go on from; None before the first."""
-        return self._memory
-
-    @memory.setter
-    def memory(self, memory: Memory | None) -> None:
-        self._memory = memory
+        self._scanner: Scanner[Any, Any, Any] | None = None
 
     def refuse(self, aligned: Aligned) -> None:  # noqa: B027  # most blocks judge whatever has their signals
         """Refuse a recording that it cannot judge, from its first piece."""
@@ -126,8 +118,8 @@ class BlockSession(ABC):
         """Take in one more piece and give the traces over it, (n,) each."""
         if self._scanner is None or self._scanner.block is not self.block:
             self._scanner = Scanner(self.block)
-        result = self._scanner(aligned, self._memory)
-        self._memory = result.state
+        result = self._scanner.scan(aligned, self.memory)
+        self.memory = result.state
         if self._running is not None:
             self._follow(aligned.time, result[self._running[0]], self._running[1])
         self.collect(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), result)

@@ -124,7 +124,7 @@ class StuckOverDrive:
             self._block.all_names, self._rate, maximum_age=MAXIMUM_AGE, start=float(kept[0]), stop=stop
         )
         assert self._scanner is not None
-        result = self._scanner(seen, self._memory)
+        result = self._scanner.scan(seen, self._memory)
         self._memory = result.state
         flags = result.values > 0.0
         before = np.vstack([self._flags, flags[:-1]])

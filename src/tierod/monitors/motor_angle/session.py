@@ -114,8 +114,8 @@ class MotorAngleSession(BlockSession):
     def _slice(self, aligned: Aligned, start: int) -> dict[str, np.ndarray]:
         """The traces of one slice; differences are shown where they count."""
         time, values = aligned.time[start : start + SLICE], aligned.values[start : start + SLICE]
-        result = scan(self.block, Aligned(time, values, aligned.names), self._memory)
-        self._memory = result.state
+        result = scan(self.block, Aligned(time, values, aligned.names), self.memory)
+        self.memory = result.state
         signals = dict(zip(aligned.names, values.T, strict=True))
         self.collect(time, signals, result)
         shown = {name: result[output] for name, output in self._outputs.items()}
