@@ -6,7 +6,9 @@ import math
 import pytest
 
 from tierod.vehicles import QUANTITIES, load, shipped
-from tierod.vehicles.uncertain import WatchedParameters, in_words, may_move, moved, with_spread
+from tierod.vehicles.beginning import begun
+from tierod.vehicles.classes import Known
+from tierod.vehicles.uncertain import WatchedParameters, bound_distance, in_words, may_move, moved, with_spread
 
 
 def car(**deviations):
@@ -40,6 +42,33 @@ def test_a_spread_of_three_hundred_per_cent_stays_within_what_a_car_can_be(by):
     for name, each in other.parameters.items():
         low, high = QUANTITIES[name].plausible
         assert low <= each.value <= high, name
+
+
+def with_wheelbase(**deviations):
+    _, parameters = begun({"mass": Known(1500.0), "wheelbase": Known(2.7)}, "midsize")
+    known = {each.name: each for each in parameters}
+    for name, deviation in deviations.items():
+        known[name] = dataclasses.replace(known[name], standard_deviation=deviation)
+    return dataclasses.replace(load("midsize-eps"), parameters=known)
+
+
+@pytest.mark.parametrize("by", [-2.0, 1.0])
+def test_a_wheelbase_that_is_known_binds_the_distances_of_the_axles(by):
+    vehicle = with_wheelbase()
+    assert bound_distance(vehicle)
+    other = moved(vehicle, {"rear_distance": by})
+    assert other["rear_distance"] - vehicle["rear_distance"] == pytest.approx(
+        by * vehicle.parameters["rear_distance"].standard_deviation
+    )
+    assert other["rear_distance"] + other["front_distance"] == pytest.approx(2.7)
+
+
+def test_a_wheelbase_that_is_no_better_known_binds_nothing_and_no_axle_passes_the_centre():
+    assert not bound_distance(with_wheelbase(wheelbase=0.2))
+    assert not bound_distance(car(rear_distance=0.1, front_distance=0.1))
+    other = moved(with_wheelbase(rear_distance=3.0, front_distance=3.0), {"rear_distance": 2.0})
+    assert other["front_distance"] >= QUANTITIES["front_distance"].plausible[0]
+    assert other["rear_distance"] + other["front_distance"] == pytest.approx(2.7)
 
 
 def test_limits_and_noises_are_not_moved():

@@ -25,7 +25,7 @@ LIMITS = frozenset(
 
 
 FREE, BOUND = "rear_distance", "front_distance"
-"""Where the wheelbase is known better than where the centre of gravity lies, the first is moved and the second follows."""
+"""Where the wheelbase is known better than the centre of gravity, the first is moved and the second follows."""
 
 SURER = 3.0
 """Ratio of their standard deviations from which that holds."""
@@ -75,9 +75,10 @@ def moved(vehicle: Vehicle, by: Mapping[str, float]) -> Vehicle:
         for name, each in vehicle.parameters.items()
     }
     if by.get(FREE) and bound_distance(vehicle):
-        before = vehicle.parameters[BOUND]
-        follows = before.value + vehicle.parameters[FREE].value - parameters[FREE].value
-        parameters[BOUND] = dataclasses.replace(before, value=follows)
+        whole = vehicle[FREE] + vehicle[BOUND]
+        free = min(parameters[FREE].value, whole - QUANTITIES[BOUND].plausible[0])
+        parameters[FREE] = dataclasses.replace(parameters[FREE], value=free)
+        parameters[BOUND] = dataclasses.replace(parameters[BOUND], value=whole - free)
     return dataclasses.replace(vehicle, parameters=parameters)
 
 

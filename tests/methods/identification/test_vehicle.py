@@ -95,6 +95,27 @@ def test_what_a_drive_does_not_show_stays_and_says_what_to_drive(recording, gues
     assert "weigh the car" in kinds["mass"].text
 
 
+def test_a_drive_at_the_limit_of_grip_is_refused(recording, guess):
+    """The same drive on tyres of a fifth of the friction would be one."""
+    tyres = Parameter("tyre_friction", 0.2, "", 0.0, "assumed")
+    icy = dataclasses.replace(guess, parameters={**guess.parameters, "tyre_friction": tyres})
+    result = identify_vehicle({"drive": recording}, icy)
+    assert result.doubt.startswith("drive is driven at the limit of grip")
+    assert "identify from ordinary drives" in result.doubt
+
+
+def test_with_a_wheelbase_both_distances_are_found_together(recording):
+    known = known_but(load("midsize-eps"), "rear_distance", "front_distance", "rear_cornering_stiffness")
+    known = changed(known, rear_distance=(1.55, 0.15), front_distance=(1.28, 0.15))
+    whole = Parameter("wheelbase", 2.83, "m", 0.01, "brochure")
+    known = dataclasses.replace(known, parameters={**known.parameters, "wheelbase": whole})
+    result = identify_vehicle({"drive": recording}, known)
+    assert [each.name for each in result.judged if "distance" in each.name] == ["rear_distance"]
+    found = {each.name: each for each in result.found}
+    assert found["rear_distance"].value + found["front_distance"].value == pytest.approx(2.83)
+    assert abs(found["rear_distance"].value - 1.69) < 0.7 * abs(1.55 - 1.69)
+
+
 def test_a_drive_that_teaches_nothing_is_said(recording, guess):
     result = identify_vehicle({"drive": recording}, guess, ("relaxation_length",))
     assert "teach nothing" in result.doubt

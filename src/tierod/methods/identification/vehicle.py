@@ -317,8 +317,8 @@ def _at_limit(vehicle: Vehicle, drives: tuple[Drive, ...]) -> str:
         share = float(np.mean(across > limit)) if len(across) else 0.0
         if share > AT_LIMIT:
             return (
-                f"{each.name} is driven at the limit of grip: {share:.0%} of it is above {limit:.1f} m/s² across, where "
-                "tyres differ from any model and the values found would be wrong; identify from ordinary drives"
+                f"{each.name} is driven at the limit of grip: {share:.0%} of it is above {limit:.1f} m/s² across, "
+                "where tyres differ from any model and the values found would be wrong; identify from ordinary drives"
             )
     return ""
 
