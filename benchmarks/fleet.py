@@ -132,16 +132,26 @@ def size_of(folder):
     return sum(path.stat().st_size for path in Path(folder).rglob("*") if path.is_file())
 
 
+class Shown(dict):
+    """Figures that are shown as they are found: a measurement that is ended has not been in vain."""
+
+    def __setitem__(self, name, value):
+        print(f"{name}: {value}", file=sys.stderr, flush=True)
+        super().__setitem__(name, value)
+
+
 def measured(seconds, count, with_dask):
     with tempfile.TemporaryDirectory(prefix="tierod-bench-") as top:
         top = Path(top)
         (top / "drives").mkdir()
         paths = recordings(top / "drives", count, seconds)
         per_hour = 3600.0 / seconds
-        figures = {"machine": platform.processor() or platform.machine(), "cores": cores(), "load": os.getloadavg()[0]}
+        figures = Shown(
+            {"machine": platform.processor() or platform.machine(), "cores": cores(), "load": os.getloadavg()[0]}
+        )
         figures |= {"recordings": count, "seconds": seconds, "recording_bytes": paths[0].stat().st_size}
         for name, chosen in (("friction", FRICTION), ("all", usual())):
-            figures[f"{name}_alone_ms_per_hour"] = 1e3 * per_hour * alone(paths[0], chosen, 5)
+            figures[f"{name}_alone_ms_per_hour"] = 1e3 * per_hour * alone(paths[0], chosen, 3)
             _, found = judged(paths, top / name, workers_of(1), chosen)
             figures[f"{name}_fleet_ms_per_hour"] = 1e3 * found.processor / found.hours
             figures[f"{name}_memory_MB"] = found.memory / 1e6
@@ -150,11 +160,12 @@ def measured(seconds, count, with_dask):
         two, both_found = judged(paths, top / "two", workers_of(2), FRICTION)
         figures["one_to_two_workers"] = one / two
         figures["processor_growth"] = both_found.processor / alone_found.processor - 1.0
-        figures["engine_overhead"] = min(engine(paths, top / "e", workers_of(1), FRICTION) for _ in range(3))
+        figures["engine_overhead"] = min(engine(paths, top / "e", workers_of(1), FRICTION) for _ in range(2))
         if with_dask:
             figures["dask_overhead"] = min(dask(paths, top / "d") for _ in range(2))
         names = ("written_s", "compacted_s", "read_s")
-        figures |= {f"results_{name}": each for name, each in zip(names, keeping(paths[0], top / "k"), strict=True)}
+        for name, each in zip(names, keeping(paths[0], top / "k"), strict=True):
+            figures[f"results_{name}"] = each
         return figures
 
 
