@@ -107,7 +107,7 @@ def keeping(path, folder):
             key = f"{number:064x}"[::-1]
             place.write(part_of(key), _stream(found, key, key, "", about))
             row = {"outcome": schema.JUDGED, "reason": "", "lasting": True, "recording": key, "key": key} | about
-            row |= {"vehicle": f"car-{number % 1000}", "cohort": {"batch": "A"}}
+            row |= {"vehicle": f"car-{number % 1000}", "cohort": {"batch": "A"}, "mileage_m": None}
             ledger.add(Found(f"drive-{number}.parquet", 1, ""), "", row)
         written = time.perf_counter() - began
         fresh = {row["key"]: place.read(part_of(row["key"])) for row in ledger.rows.values()}
@@ -146,9 +146,7 @@ def measured(seconds, count, with_dask):
         (top / "drives").mkdir()
         paths = recordings(top / "drives", count, seconds)
         per_hour = 3600.0 / seconds
-        figures = Shown(
-            {"machine": platform.processor() or platform.machine(), "cores": cores(), "load": os.getloadavg()[0]}
-        )
+        figures = Shown(machine=platform.machine(), cores=cores(), load=os.getloadavg()[0])
         figures |= {"recordings": count, "seconds": seconds, "recording_bytes": paths[0].stat().st_size}
         for name, chosen in (("friction", FRICTION), ("all", usual())):
             figures[f"{name}_alone_ms_per_hour"] = 1e3 * per_hour * alone(paths[0], chosen, 3)

@@ -29,11 +29,12 @@ def plan(measured):
         core_hours = hours * per_hour / 3600.0
         stored = hours * measured[f"{name}_result_bytes_per_hour"] / 1e9
         requests = recordings * (PUTS * PUT + GETS * GET)
+        rented = core_hours / 24.0 / USED
         rows[name] = {
             "processor time per hour of driving [s]": f"{per_hour:.2f}",
             "core-hours a day": f"{core_hours:,.0f}",
-            "cores, 70 % used": f"{core_hours / 24.0 / USED:,.0f}",
-            "memory, one worker per core [GB]": f"{core_hours / 24.0 / USED * measured[f'{name}_memory_MB'] / 1e3:,.0f}",
+            "cores, 70 % used": f"{rented:,.0f}",
+            "memory, one worker per core [GB]": f"{rented * measured[f'{name}_memory_MB'] / 1e3:,.0f}",
             "recordings read a day [TB]": f"{recordings * measured['recording_bytes'] / 1e12:,.1f}",
             "results with levels, a day [GB]": f"{stored:,.0f}",
             "results kept for a year [TB]": f"{365.0 * stored / 1e3:,.1f}",
