@@ -12,6 +12,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "tierod diagnose monday.mf4 tuesday.mf4 --vehicle car.toml -o week.html",
         "tierod diagnose drive.mf4 --vehicle car.toml --monitor sideslip --from 60 --to 180",
     ),
+    "fleet": (
+        "tierod fleet 'drives/**/*.parquet' --vehicles fleet.toml -o results/",
+        "tierod fleet s3://bucket/2026-11/ --vehicle car.toml --scheduler tcp://host:8786 -o s3://bucket/results",
+        "tierod fleet report results/",
+    ),
     "identify": (
         "tierod identify column bench.parquet --vehicle column-bench -o mine.toml",
         "tierod identify thresholds monday.mf4 tuesday.mf4 --vehicle car.toml --in-place",

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from tierod.core.errors import CompileError, KernelWarning, MissingExtra, OutputError, ParameterError, TierodError
 
@@ -68,6 +68,20 @@ def run(
     """
     with Executor(workers) as executor:
         yield from executor.run(work, tasks)
+
+
+class Workers(Protocol):
+    """Whatever works on tasks: processes of this machine, or a cluster; a context."""
+
+    def __enter__(self) -> Workers: ...
+
+    def __exit__(self, *_: object) -> None: ...
+
+    def start(self, work: Work, count: int) -> None:
+        """Let the workers for so many tasks get ready while other things are done."""
+
+    def run(self, work: Callable[[Given], Result], tasks: Sequence[Given]) -> Iterator[tuple[int, Result | Failure]]:
+        """(number of the task, result or Failure) of every task, as `Executor.run` gives it."""
 
 
 class Executor:

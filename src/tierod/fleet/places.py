@@ -67,7 +67,7 @@ class Place:
             found = (path.relative_to(top).as_posix() for path in (top / folder).rglob(f"*{ending}"))
         else:
             base = _bare(self.root)
-            with self._answering():
+            with answering(self.root):
                 names = self.storage.find(posixpath.join(base, folder))
             found = (name[len(base) + 1 :] for name in names if name.endswith(ending))
         return sorted(path for path in found if not posixpath.basename(path).startswith("."))
@@ -80,7 +80,7 @@ class Place:
         """
         if self.local:
             return os.path.exists(os.path.join(self.root, path))
-        with self._answering():
+        with answering(self.root):
             return bool(self.storage.exists(posixpath.join(_bare(self.root), path)))
 
     @contextmanager
@@ -123,7 +123,7 @@ class Place:
             else:
                 self.storage.pipe_file(posixpath.join(_bare(self.root), path), content)
         except Exception as error:
-            if not isinstance(error, OSError) and not _of_storage(error):
+            if not isinstance(error, OSError) and not of_storage(error):
                 raise
             raise OutputError(
                 f"{self.shown(path)} cannot be written ({reason_of(error)}); make room, or see that the place can be "
@@ -138,17 +138,25 @@ class Place:
             else:
                 self.storage.rm_file(posixpath.join(_bare(self.root), path))
 
-    @contextmanager
-    def _answering(self) -> Iterator[None]:
-        """Say in one sentence that a storage does not answer."""
-        try:
-            yield
-        except Exception as error:
-            if not isinstance(error, OSError) and not _of_storage(error):
-                raise
-            raise InputError(
-                f"{self.root} cannot be read ({reason_of(error)}); check the address, the access rights and the network"
-            ) from None
+
+@contextmanager
+def answering(address: str) -> Iterator[None]:
+    """Say in one sentence that a storage does not answer.
+
+    Args:
+        address: that is asked
+
+    Raises:
+        InputError: it does not
+    """
+    try:
+        yield
+    except Exception as error:
+        if not isinstance(error, OSError) and not of_storage(error):
+            raise
+        raise InputError(
+            f"{address} cannot be read ({reason_of(error)}); check the address, the access rights and the network"
+        ) from None
 
 
 def place_of(root: str | Path) -> Place:
@@ -193,7 +201,7 @@ def reason_of(error: BaseException) -> str:
     return " ".join(text.split())[:200]
 
 
-def _of_storage(error: BaseException) -> bool:
+def of_storage(error: BaseException) -> bool:
     """Whether an error comes from the library of a storage, which has classes of its own for what goes wrong there."""
     return type(error).__module__.split(".")[0] in ("aiohttp", "botocore", "aiobotocore", "s3fs", "fsspec")
 

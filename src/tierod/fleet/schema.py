@@ -9,8 +9,10 @@ All numbers are SI. A column is null where nothing is known. A later version onl
 
 from __future__ import annotations
 
+import datetime as dt
+from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -112,7 +114,8 @@ def ledger() -> pa.Schema:
     recording_name, bytes, modified
                             path or address, size, and the storage's mark of its state (time of change, or ETag)
     recording               SHA-256 of the content; null where it could not be read
-    vehicle                 name of the single vehicle; null where none is known
+    vehicle, cohort, mileage_m
+                            as in the findings; vehicle is null where none is known
     outcome                 judged, skipped or failed
     reason                  why it was skipped or failed, or "" for one that was judged
     lasting                 whether the same would come out again; what is not lasting is tried again by the next run
@@ -137,6 +140,8 @@ def ledger() -> pa.Schema:
             ("modified", pa.string()),
             ("recording", pa.string()),
             ("vehicle", pa.string()),
+            ("cohort", pa.map_(pa.string(), pa.string())),
+            ("mileage_m", pa.float64()),
             ("outcome", pa.string()),
             ("reason", pa.string()),
             ("lasting", pa.bool_()),
@@ -195,3 +200,38 @@ def version_in(schema: pa.Schema, table: str) -> int | None:
     """
     name, _, version = (schema.metadata or {}).get(NAME, b"").decode("utf-8", "replace").partition("/")
     return int(version) if name == table and version.isdigit() else None
+
+
+def table_of(table: str, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
+    """Rows as a table; what a row does not have is null.
+
+    Args:
+        table: "findings", "ledger" or "levels"
+        rows: by the names of the columns; times as seconds since 1970, maps as dictionaries
+    """
+    import pyarrow as pa
+
+    whole = {"findings": findings, "ledger": ledger, "levels": levels}[table]()
+    columns = []
+    for field in whole:
+        values = [row.get(field.name) for row in rows]
+        if pa.types.is_timestamp(field.type):
+            values = [None if each is None else round(1e6 * each) for each in values]
+            columns.append(pa.array(values, pa.int64()).cast(field.type))
+        elif pa.types.is_map(field.type):
+            columns.append(pa.array([None if each is None else list(each.items()) for each in values], field.type))
+        else:
+            columns.append(pa.array(values, field.type))
+    return pa.table(columns, schema=whole)
+
+
+def shown_time(seconds: float) -> str:
+    """A time as people read it.
+
+    Args:
+        seconds: since 1970, UTC
+    """
+    try:
+        return dt.datetime.fromtimestamp(seconds, dt.UTC).strftime("%Y-%m-%d %H:%M UTC")
+    except (OverflowError, OSError, ValueError):
+        return f"{seconds:.3g} s after 1970"

@@ -71,7 +71,7 @@ def diagnose(
     run = Run(definition, chosen, car, known, memory, kept, uncertain=True)
     for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
         if place == 0:
-            suited, picked = _suited(definition, chosen if asked else None, piece)
+            suited, picked = suited_to(definition, chosen if asked else None, piece)
             if (suited, picked) != (definition, None):
                 run = Run(suited, picked or chosen, car, known, memory, kept, uncertain=True)
         run.add(piece)
@@ -102,8 +102,14 @@ def _kept(run: Run, path: str | Path, known: Baseline | None, diagnosis: Diagnos
     return f"{path} was not written: {reason}"
 
 
-def _suited(definition: Monitor, asked: Variant | None, piece: Recording) -> tuple[Monitor, Variant | None]:
-    """The monitor on the grid of a recording, and the variant other than the default that this has signals for."""
+def suited_to(definition: Monitor, asked: Variant | None, piece: Recording) -> tuple[Monitor, Variant | None]:
+    """The monitor on the grid of a recording, and the variant other than the default that this has signals for.
+
+    Args:
+        definition: with the needs of the variant, as `find` gives it
+        asked: the variant, where the user chose it; None where it may be another one than the default
+        piece: the first one of the recording
+    """
     picked = None
     if asked is None:
         picked = definition.variant_for(complete(piece, [*definition.required, *definition.optional]))

@@ -1,0 +1,228 @@
+"""Judge the recordings of many vehicles, on all cores or on a cluster; report which vehicle to inspect first."""
+
+from __future__ import annotations
+
+import importlib
+import shlex
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from tierod.fleet.fleet_file import Fleet
+    from tierod.fleet.running import Progress, Summary
+    from tierod.monitors.together import Chosen
+
+QUIET_SECONDS = 10.0
+"""Without a terminal one line at the most in this time, beside those of recordings that failed."""
+
+REPORT = "report"
+"""Word in the place of recordings that asks for the report of a results folder."""
+
+Recordings = Annotated[
+    list[str],
+    typer.Argument(
+        help="Files, folders, patterns in quotes ('drives/**/*.mf4') or addresses (s3://bucket/2026-11/); or: report "
+        "and a results folder."
+    ),
+]
+VehicleName = Annotated[
+    str | None, typer.Option(help="One vehicle for all: a name (see 'tierod vehicles') or the path of a TOML file.")
+]
+FleetPath = Annotated[
+    Path | None, typer.Option("--vehicles", help="Fleet file: which recording is of which vehicle and cohort.")
+]
+Output = Annotated[
+    str | None, typer.Option("--output", "-o", help="Results folder or its address; what is there is gone on with.")
+]
+Monitors = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--monitor", help="What to watch, as NAME or NAME:VARIANT; may be given more than once. All that run."
+    ),
+]
+WorkerCount = Annotated[int | None, typer.Option(min=1, help="Processes; one per core where not given.")]
+Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler, as tcp://host:8786.")]
+Span = Annotated[
+    float | None, typer.Option(min=1.0, help="Keep a verdict every so many minutes of a long recording as well.")
+]
+Shortest = Annotated[float, typer.Option(min=0.0, help="Recordings that are shorter are skipped [s].")]
+
+
+def fleet(
+    recordings: Recordings,
+    vehicle: VehicleName = None,
+    vehicles: FleetPath = None,
+    output: Output = None,
+    monitor: Monitors = None,
+    workers: WorkerCount = None,
+    scheduler: Scheduler = None,
+    span: Span = None,
+    shortest: Shortest = 30.0,
+    again: Annotated[bool, typer.Option("--again", help="Try recordings again that failed.")] = False,
+    levels: Annotated[bool, typer.Option(help="Keep estimates over time, decimated in levels.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
+) -> int:
+    """Judge the recordings of a fleet: done (0), nothing could be judged (2), bad input (3); again resumes it."""
+    from tierod.core.errors import ParameterError
+
+    if recordings[0] == REPORT:
+        return _report(recordings[1:], output, as_json)
+    if output is None:
+        raise ParameterError("--output is missing; name the folder or address that takes the results")
+    cars = _fleet(vehicle, vehicles)
+    chosen = _chosen(monitor or ())
+    from tierod.experiments.doors import workers_of
+    from tierod.fleet.judging import Asked
+    from tierod.fleet.running import document, run
+
+    asked = Asked(chosen, float("inf") if span is None else 60.0 * span, shortest)
+    with _stopped_by_sigterm(), _shown_progress() as progress:
+        try:
+            found = run(
+                recordings, cars, output, asked, workers_of(workers, scheduler), again=again, with_levels=levels,
+                progress=progress,
+            )  # fmt: skip
+        except BaseException:
+            progress.say_what_is_kept(output)
+            raise
+    if as_json:
+        from tierod.cli.terminal import print_json
+
+        print_json(document(found))
+    else:
+        _show(found)
+    return found.exit_code
+
+
+def _report(given: Sequence[str], output: str | None, as_json: bool) -> int:
+    """The report of a results folder, as `tierod fleet report RESULTS` asks for it."""
+    from tierod.core.errors import ParameterError
+
+    if len(given) != 1:
+        raise ParameterError("'tierod fleet report' takes one results folder; name the one that --output named")
+    module = importlib.import_module("tierod.fleet.report_command")
+    code: int = module.report(given[0], None if output is None else Path(output), as_json, _command())
+    return code
+
+
+def _command() -> str:
+    return shlex.join(["tierod", *sys.argv[1:]])
+
+
+def _fleet(vehicle: str | None, vehicles: Path | None) -> Fleet:
+    from tierod.core.errors import ParameterError
+    from tierod.fleet import fleet_file
+    from tierod.vehicles import load
+
+    if (vehicle is None) == (vehicles is None):
+        raise ParameterError("give either --vehicles with a fleet file, or --vehicle with one vehicle for all")
+    if vehicles is not None:
+        return fleet_file.load(vehicles)
+    car = load(vehicle or "")
+    return fleet_file.one_vehicle(str(car.path.absolute()) if (vehicle or "").endswith(".toml") else car.name)
+
+
+def _chosen(names: Sequence[str]) -> tuple[Chosen, ...]:
+    from tierod.core.errors import ParameterError
+    from tierod.monitors.together import Chosen, usual
+
+    chosen = tuple(map(Chosen.parse, names)) or usual()
+    if len({each.monitor for each in chosen}) < len(chosen):
+        raise ParameterError("a monitor is named twice; choose one variant of it")
+    return chosen
+
+
+def _show(found: Summary) -> None:
+    from tierod.cli.terminal import output, rows
+    from tierod.fleet.schema import FAILED, JUDGED, SKIPPED
+
+    console = output()
+    counts = found.outcomes
+    parts = [f"{counts[each]} {each}" for each in (JUDGED, SKIPPED, FAILED) if counts[each]]
+    kept = f", {found.kept} of them before" if found.kept else ""
+    console.print(f"{len(found.recordings)} recordings: {', '.join(parts)}{kept}; {found.hours:.4g} h of driving")
+    cells = [
+        (monitor, status, str(count)) for monitor, each in found.statuses.items() for status, count in each.items()
+    ]
+    if cells:
+        console.print(rows(("monitor", "status", "findings"), cells, right=(2,)))
+    missed = [
+        (name, row["outcome"], row["reason"])
+        for name in found.recordings
+        if (row := found.rows[name])["outcome"] != JUDGED
+    ]
+    if missed:
+        console.print("\n[bold]Not judged[/bold]")
+        console.print(rows(("recording", "outcome", "why"), missed[:20]))
+        if len(missed) > 20:
+            console.print(f"and {len(missed) - 20} more; the ledger names all of them")
+    console.print(f"\nresults: {found.results.root}", soft_wrap=True, markup=False)
+    console.print(f"'tierod fleet report {shlex.quote(found.results.root)}' says which vehicle to inspect first",
+                  soft_wrap=True, markup=False)  # fmt: skip
+
+
+@contextmanager
+def _stopped_by_sigterm() -> Iterator[None]:
+    """SIGTERM ends like Ctrl-C: what is finished is in the ledger, and no process is left behind."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def _shown_progress() -> Iterator[_Shown]:
+    """A bar on a terminal, lines now and then elsewhere; a recording that failed is named at once."""
+    from tierod.cli.terminal import messages
+
+    console = messages()
+    if not sys.stderr.isatty():
+        yield _Shown(console)
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    with Bar(*columns, TimeElapsedColumn(), TimeRemainingColumn(), console=console, transient=True) as bar:
+        task = bar.add_task("judging", total=None)
+        yield _Shown(bar.console, lambda progress: bar.update(task, completed=progress.done, total=progress.total))
+
+
+class _Shown:
+    """Progress for people."""
+
+    def __init__(self, console: Any, bar: Callable[[Progress], None] | None = None):
+        self.console, self.bar, self.last, self.progress = console, bar, -QUIET_SECONDS, (0, 0)
+
+    def __call__(self, progress: Progress) -> None:
+        now = time.monotonic()
+        self.progress = (progress.done, progress.total)
+        if progress.outcome == "failed":
+            self.console.print(f"failed: {progress.name}: {progress.reason}", soft_wrap=True, markup=False)
+        if self.bar is not None:
+            self.bar(progress)
+        elif now - self.last >= QUIET_SECONDS or progress.done == progress.total:
+            self.last = now
+            self.console.print(f"{progress.done} of {progress.total} recordings", soft_wrap=True, markup=False)
+
+    def say_what_is_kept(self, results: str) -> None:
+        """Before a run ends in the middle."""
+        done, total = self.progress
+        if total:
+            self.console.print(
+                f"{done} of {total} recordings are finished and kept in {results}; the same command goes on from there",
+                soft_wrap=True,
+                markup=False,
+            )

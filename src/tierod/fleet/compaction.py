@@ -1,0 +1,173 @@
+"""From one file per result to a partitioned Parquet dataset: findings by the month of the drive.
+
+    results/findings/month=2026-11/findings.parquet
+
+What the fleet file decides (vehicle, cohort, mileage) is joined here, so that a change of it judges nothing again. A
+month in which nothing changed is not written; every other one is replaced as a whole.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from tierod.core.errors import InputError
+from tierod.fleet import schema
+from tierod.fleet.ledger import Ledger
+from tierod.fleet.places import Place
+from tierod.fleet.results import read_table
+from tierod.fleet.task import part_of, table_of
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+FOLDER = "findings"
+
+UNDATED = "unknown"
+"""Month of recordings without a date."""
+
+ROWS = 1 << 16
+"""Rows of a row group: a query of one vehicle reads little."""
+
+
+def mark_doubles(ledger: Ledger) -> None:
+    """Let of several recordings with the same content only the first by name count.
+
+    Raises:
+        OutputError: the folder cannot be written
+    """
+    first: dict[str, str] = {}
+    for name in sorted(ledger.rows):
+        row = ledger.rows[name]
+        if row["outcome"] != schema.JUDGED or not row["recording"]:
+            continue
+        original = first.setdefault(row["recording"], name)
+        if original != name:
+            whose = ledger.rows[original]["vehicle"]
+            other = "" if whose == row["vehicle"] else f", which is given as of the vehicle {whose}"
+            reason = f"it is the same drive as {original}{other}: byte for byte; delete one"
+            # Looked at again by every run, since the other one may go.
+            ledger.put({**row, "outcome": schema.SKIPPED, "reason": reason, "lasting": False})
+
+
+def mark_overlaps(ledger: Ledger) -> None:
+    """Remark drives of one vehicle that overlap in time: two loggers, or a wrong clock, or a wrong vehicle.
+
+    Raises:
+        OutputError: the folder cannot be written
+    """
+    drives: dict[str, list[dict[str, Any]]] = {}
+    for row in ledger.rows.values():
+        if row["outcome"] == schema.JUDGED and row.get("start") is not None:
+            drives.setdefault(row["vehicle"], []).append(row)
+    for rows in drives.values():
+        rows.sort(key=lambda row: (row["start"], row["recording_name"]))
+        end, name = float("-inf"), ""
+        for row in rows:
+            remark = f"it overlaps in time with {name}, of the same vehicle"
+            if row["start"] < end and remark not in row["remarks"]:
+                ledger.put({**row, "remarks": [*row["remarks"], remark]})
+            if row["start"] + row["duration_s"] > end:
+                end, name = row["start"] + row["duration_s"], row["recording_name"]
+
+
+def compact(place: Place, ledger: Ledger, fresh: Mapping[str, bytes]) -> pa.Table:
+    """Write the findings of all recordings that were judged, and return them.
+
+    Args:
+        place: the results folder
+        ledger: of it, with all rows of the run
+        fresh: results of this run by their keys; others are read where they are not in the dataset yet
+
+    Raises:
+        OutputError: the folder cannot be written
+        InputError: a result is damaged
+    """
+    import pyarrow as pa
+
+    wanted = {name: row for name, row in ledger.rows.items() if row["outcome"] == schema.JUDGED}
+    paths = place.files(FOLDER, ".parquet")
+    old = {path: read_table(place, path, "findings") for path in paths}
+    known = _by_key(old.values())
+    tables = []
+    for name in sorted(wanted):
+        key = wanted[name]["key"]
+        tables.append(known[key] if key in known else _read(place, key, fresh))
+    whole = pa.concat_tables([schema.findings().empty_table(), *tables])
+    counts = [(wanted[name], len(table)) for name, table in zip(sorted(wanted), tables, strict=True)]
+    whole = _joined(whole, [row for row, count in counts for _ in range(count)]).combine_chunks()
+    _write(place, whole, old)
+    return whole
+
+
+def _by_key(tables: Iterable[pa.Table]) -> dict[str, pa.Table]:
+    """The rows of each result; where one came twice (two names of one content), those of the first name."""
+    found: dict[str, pa.Table] = {}
+    for table in tables:
+        keys = table["key"].to_pylist()
+        names = table["recording_name"].to_pylist()
+        start = 0
+        for row in range(1, len(keys) + 1):
+            if row == len(keys) or (keys[row], names[row]) != (keys[start], names[start]):
+                found.setdefault(keys[start], table.slice(start, row - start))
+                start = row
+    return found
+
+
+def _read(place: Place, key: str, fresh: Mapping[str, bytes]) -> pa.Table:
+    try:
+        return table_of(fresh[key] if key in fresh else place.read(part_of(key)))
+    except (OSError, InputError):
+        raise InputError(
+            f"{place.shown(part_of(key))} is missing or damaged, though the ledger names it; delete the folder "
+            f"{place.shown('ledger')} and run the same command again: whole results are kept"
+        ) from None
+
+
+def _joined(table: pa.Table, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
+    """Findings with what the fleet file says: rows of the ledger, one for each finding."""
+    import pyarrow as pa
+
+    for name in schema.OF_FLEET:
+        field = table.schema.field(name)
+        values = [list(row[name].items()) if isinstance(row[name], dict) else row[name] for row in rows]
+        table = table.set_column(table.schema.get_field_index(name), field, pa.array(values, field.type))
+    return table
+
+
+def _write(place: Place, whole: pa.Table, old: Mapping[str, pa.Table]) -> None:
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    months = pc.fill_null(pc.strftime(whole["start"], "%Y-%m"), UNDATED)
+    written = set()
+    for month in sorted(months.unique().to_pylist()):
+        path = f"{FOLDER}/month={month}/findings.parquet"
+        part = whole.filter(pc.equal(months, pa.scalar(month)))
+        part = part.sort_by([(name, "ascending") for name in ("vehicle", "start", "recording_name", "span")])
+        written.add(path)
+        if path not in old or _stamp(old[path]) != _stamp(part):
+            place.write(path, _content(part), sync=True)
+    for path in set(old) - written:
+        place.remove(path)
+
+
+def _content(table: pa.Table) -> bytes:
+    import pyarrow.parquet as pq
+
+    buffer = io.BytesIO()
+    pq.write_table(table, buffer, compression="zstd", row_group_size=ROWS)
+    return buffer.getvalue()
+
+
+def _stamp(table: pa.Table) -> str:
+    """A digest of the content of a table, however it is cut into chunks."""
+    import pyarrow as pa
+
+    buffer = io.BytesIO()
+    with pa.ipc.new_stream(buffer, schema.findings()) as out:
+        for batch in pa.table(table.columns, schema=schema.findings()).combine_chunks().to_batches():
+            out.write_batch(batch)
+    return hashlib.sha256(buffer.getvalue()).hexdigest()

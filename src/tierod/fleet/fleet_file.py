@@ -1,0 +1,239 @@
+"""The fleet file: which recording is of which vehicle, with which parameters, of which cohort, at which mileage.
+
+    [[recordings]]
+    pattern = 'recordings/(?P<vehicle>[^/]+)/(?P<climate>cold|warm)_.*[.]parquet'
+    parameters = "midsize-eps"
+    cohort = {supplier = "A"}
+
+    [vehicles.car-17]
+    parameters = "car-17.toml"
+    cohort = {batch = "B7"}
+
+The first entry of `recordings` that fits a recording holds. What `[vehicles.NAME]` says of a vehicle goes before it.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from tierod.core.errors import ParameterError, nearest
+from tierod.core.fields import NOT_NEGATIVE
+from tierod.core.files import expanded
+from tierod.core.toml import Document, build
+from tierod.core.units import scale
+from tierod.fleet.patterns import fits
+
+OWN_GROUPS = ("vehicle", "mileage", "start")
+"""Groups of a pattern that have a meaning of their own; every other one is a label of the cohort."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Some recordings, and how the vehicle of each is known.
+
+    Args:
+        files: wildcard pattern that a recording's path, or its end from some folder on, has to fit; any where empty
+        pattern: regular expression that is searched for in the path; its group `vehicle` names the vehicle, `mileage`
+            is a number, `start` an ISO date and time (UTC where it has no offset), and other groups label the cohort
+        vehicle: name of the vehicle that all of them are of
+        metadata: entry of a recording's metadata that names it
+        column: text column of a Parquet file that names it
+        parameters: vehicle file or shipped name; the vehicle that the recording names where empty
+        cohort: labels of all of them
+        cohort_metadata: entries of a recording's metadata that label the cohort
+        mileage: of the vehicle [m]
+        mileage_metadata: entry of a recording's metadata that holds it
+        mileage_unit: of the number in `mileage_metadata` and in the group `mileage`
+    """
+
+    files: str = ""
+    pattern: str = ""
+    vehicle: str = ""
+    metadata: str = ""
+    column: str = ""
+    parameters: str = ""
+    cohort: Mapping[str, str] = field(default_factory=dict)
+    cohort_metadata: tuple[str, ...] = ()
+    mileage: Annotated[float, "m", NOT_NEGATIVE] | None = None
+    mileage_metadata: str = ""
+    mileage_unit: str = "km"
+
+    def __post_init__(self) -> None:
+        try:
+            groups = set(re.compile(self.pattern).groupindex)
+        except re.error as error:
+            raise ParameterError(f"'pattern' is no regular expression: {error}") from None
+        ways = [self.vehicle, self.metadata, self.column, "vehicle" if "vehicle" in groups else ""]
+        if sum(map(bool, ways)) != 1:
+            raise ParameterError(
+                "an entry of 'recordings' knows the vehicle in one way: give one of 'vehicle', 'metadata', 'column', "
+                "or a 'pattern' with a group (?P<vehicle>...)"
+            )
+        scale(self.mileage_unit, "m")
+
+    @property
+    def looks_inside(self) -> bool:
+        """Whether the recording has to be opened to know its vehicle."""
+        return bool(self.metadata or self.column or self.cohort_metadata or self.mileage_metadata)
+
+
+@dataclass(frozen=True)
+class Single:
+    """What is known of one vehicle.
+
+    Args:
+        parameters: vehicle file or shipped name; that of the entry where empty
+        cohort: labels, beside those of the entry
+        mileage: where neither the entry nor the recording knows it [m]
+    """
+
+    parameters: str = ""
+    cohort: Mapping[str, str] = field(default_factory=dict)
+    mileage: Annotated[float, "m", NOT_NEGATIVE] | None = None
+
+
+@dataclass(frozen=True)
+class Assigned:
+    """A recording's vehicle.
+
+    Args:
+        vehicle: name of the single vehicle
+        parameters: path of its vehicle file, or a shipped name; "" for the one that the recording names
+        cohort: labels
+        mileage: [m]; None where it is not known
+        start: of the recording, where its name says so; seconds since 1970, UTC
+    """
+
+    vehicle: str
+    parameters: str = ""
+    cohort: Mapping[str, str] = field(default_factory=dict)
+    mileage: Annotated[float, "m"] | None = None
+    start: Annotated[float, "s"] | None = None
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """A fleet file.
+
+    Args:
+        recordings: entries; the first that fits holds
+        vehicles: by name
+        source: where it was read from, for messages
+    """
+
+    recordings: tuple[Entry, ...]
+    vehicles: Mapping[str, Single] = field(default_factory=dict)
+    source: str = "the fleet"
+
+    def entry(self, name: str) -> Entry:
+        """The entry that a recording fits.
+
+        Args:
+            name: path or address of the recording
+
+        Raises:
+            ParameterError: none does
+        """
+        for each in self.recordings:
+            if (not each.files or fits(name, each.files)) and re.search(each.pattern, name):
+                return each
+        raise ParameterError(f"no entry of 'recordings' in {self.source} fits it: give it one with its vehicle")
+
+    def assigned(self, name: str, metadata: Mapping[str, Any], column: str | None = None) -> Assigned:
+        """The vehicle of a recording.
+
+        Args:
+            name: path or address of the recording
+            metadata: of the recording; may be empty where its entry does not look inside
+            column: what the column that the entry names holds; None where the recording has no such column
+
+        Raises:
+            ParameterError: no entry fits, or the recording lacks what its entry looks for
+        """
+        entry = self.entry(name)
+        found = re.search(entry.pattern, name)
+        groups = {key: value for key, value in (found.groupdict() if found else {}).items() if value}
+        vehicle = groups.get("vehicle") or entry.vehicle
+        if entry.metadata:
+            vehicle = _text(metadata, entry.metadata)
+        elif entry.column:
+            if not column:
+                raise ParameterError(f"it has no text column '{entry.column}', which would name its vehicle")
+            vehicle = column
+        labels = {key: value for key, value in groups.items() if key not in OWN_GROUPS}
+        labels |= {key: _text(metadata, key) for key in entry.cohort_metadata}
+        single = self.vehicles.get(vehicle, Single())
+        mileage = _mileage(entry, groups, metadata)
+        return Assigned(
+            vehicle,
+            single.parameters or entry.parameters,
+            dict(sorted({**entry.cohort, **labels, **single.cohort}.items())),
+            single.mileage if mileage is None else mileage,
+            _date(groups["start"]) if "start" in groups else None,
+        )
+
+
+def _text(metadata: Mapping[str, Any], key: str) -> str:
+    value = metadata.get(key)
+    if not isinstance(value, str | int) or value == "":
+        raise ParameterError(f"its metadata hold no text '{key}'{nearest(key, map(str, metadata))}")
+    return str(value)
+
+
+def _mileage(entry: Entry, groups: Mapping[str, str], metadata: Mapping[str, Any]) -> float | None:
+    given: Any = groups.get("mileage")
+    if given is None and entry.mileage_metadata:
+        given = metadata.get(entry.mileage_metadata)
+    if given is None:
+        return entry.mileage
+    try:
+        return float(scale(entry.mileage_unit, "m")(float(given)))
+    except (TypeError, ValueError):
+        raise ParameterError(f"its mileage is {str(given)[:40]!r}, which is no number") from None
+
+
+def _date(text: str) -> float:
+    shown = text.replace("_", "T") if "T" not in text else text
+    try:
+        date = dt.datetime.fromisoformat(shown)
+    except ValueError:
+        raise ParameterError(f"its name says that it begins at '{text}', which is no ISO date and time") from None
+    return (date if date.tzinfo else date.replace(tzinfo=dt.UTC)).timestamp()
+
+
+def one_vehicle(parameters: str) -> Fleet:
+    """A fleet without a file: every recording is of the vehicle of one vehicle file.
+
+    Args:
+        parameters: path of the vehicle file, or a shipped name
+    """
+    return Fleet((Entry(vehicle=Path(parameters).stem if "/" in parameters else parameters, parameters=parameters),))
+
+
+def load(path: str | Path) -> Fleet:
+    """A fleet file; relative paths in it count from its own folder.
+
+    Args:
+        path: of the TOML file
+
+    Raises:
+        ParameterError: it cannot be read, or has a slip; the message names the line
+    """
+    document = Document.read(path, "fleet")
+    fleet: Fleet = build(Fleet, {**document.content, "source": str(path)}, document)
+    if not fleet.recordings:
+        raise ParameterError(f"{path}: no [[recordings]]; say which recordings are of which vehicle")
+    folder = expanded(path).absolute().parent
+    entries = tuple(replace(each, parameters=_beside(folder, each.parameters)) for each in fleet.recordings)
+    singles = {k: replace(each, parameters=_beside(folder, each.parameters)) for k, each in fleet.vehicles.items()}
+    return replace(fleet, recordings=entries, vehicles=singles)
+
+
+def _beside(folder: Path, parameters: str) -> str:
+    """A vehicle file beside the fleet file by its whole path; a shipped name as it is."""
+    return str(folder / parameters) if parameters.endswith(".toml") or "/" in parameters else parameters

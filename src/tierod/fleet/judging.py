@@ -1,0 +1,232 @@
+"""One recording judged for the tables of a fleet: rows of findings, and estimates over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from tierod import __version__
+from tierod.core.errors import InputError
+from tierod.core.findings import Element, Episode, Finding, Status, Trace
+from tierod.core.recording import Recording
+from tierod.core.timestamps import CALENDAR
+from tierod.experiments.fingerprint import fingerprint
+from tierod.fleet.schema import WHOLE
+from tierod.io.readers import open_chunks
+from tierod.monitors.together import Chosen, Concluded, Together
+from tierod.vehicles import Vehicle
+
+TEMPERATURE = "ambient_temperature"
+"""Signal whose mean stands beside the findings, where it was recorded."""
+
+Row = dict[str, Any]
+"""Of the findings, without what the fleet file decides."""
+
+
+CHUNK: Annotated[float, "s"] = 120.0
+"""Seconds of a recording in memory at a time: a worker of several has a share of the memory, and no page to make."""
+
+
+EDGE: Annotated[float, "s"] = 0.5
+"""The last sample of a span comes before its end, by one period of the slowest signal at the most."""
+
+
+class TooShort(InputError):
+    """A recording that no monitor can say anything about."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """How recordings are judged.
+
+    Args:
+        monitors: that judge
+        span: of a long recording after which a verdict is kept, the state carried on; infinite for one verdict [s]
+        shortest: recording that is judged [s]
+    """
+
+    monitors: tuple[Chosen, ...]
+    span: Annotated[float, "s"] = float("inf")
+    shortest: Annotated[float, "s"] = 30.0
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What became of a recording.
+
+    Args:
+        rows: of the findings
+        estimates: traces that the monitors made, by monitor and name, with their units
+        refused: by monitor, why it did not run
+        start: seconds since 1970, UTC; None without a date
+        duration: [s]
+    """
+
+    rows: tuple[Row, ...]
+    estimates: Mapping[str, Mapping[str, Trace]]
+    refused: Mapping[str, str]
+    start: Annotated[float, "s"] | None
+    duration: Annotated[float, "s"]
+
+
+def pieces_of(path: Path, car: Vehicle, needs: Sequence[str], seconds: float) -> Iterator[Recording]:
+    """The pieces of a recording, with the channels that are needed and the outside temperature.
+
+    Raises:
+        InputError: it cannot be read
+    """
+    names = dict.fromkeys([*needs, TEMPERATURE])
+    return open_chunks(path, seconds=seconds, names=names, dbc=car.database, channel_map=car.channel_map)
+
+
+def judge(pieces: Iterator[Recording], together: Together, asked: Asked, start: float | None = None) -> Judgement:
+    """Let the monitors judge a recording.
+
+    Args:
+        pieces: of the recording, in the order of time
+        together: the monitors, new
+        asked: how it is judged
+        start: of the recording, where its own clock has no date; seconds since 1970, UTC
+
+    Raises:
+        InputError: the recording cannot be read, or is too short
+    """
+    rows: list[Row] = []
+    heat = _Mean()
+    ended = 0
+    kept: dict[str, Concluded] = {}
+    for piece in pieces:
+        together.add(piece)
+        heat.add(piece)
+        begin, end = together.span or piece.span
+        if end - begin >= (ended + 1) * asked.span - EDGE:
+            rows += _rows(kept := dict(together.concluded()), together.car, ended, heat)
+            ended += 1
+        if not together.running:
+            break
+    begin, end = together.span or (0.0, 0.0)
+    if together.running and end - begin < asked.shortest:
+        raise TooShort(f"it has {end - begin:.3g} s, and less than {asked.shortest:g} s say nothing (--shortest)")
+    if end - begin > ended * asked.span or not ended:
+        rows += _rows(kept := dict(together.concluded()), together.car, ended, heat)
+    date = _date(together.metadata, start)
+    for row in rows:
+        row["start"] = None if date is None else date + row["start_s"] - begin
+    estimates = {
+        name: {trace: each.diagnosis.traces[trace] for trace in each.estimates if trace in each.diagnosis.traces}
+        for name, each in kept.items()
+    }
+    return Judgement(tuple(rows), estimates, dict(together.refused), date, end - begin)
+
+
+def chunk(asked: Asked) -> float:
+    """Length of the pieces in which a recording is read [s]."""
+    return min(CHUNK, asked.span)
+
+
+@dataclass
+class _Mean:
+    """Mean of the outside temperature."""
+
+    total: float = 0.0
+    count: int = 0
+
+    def add(self, piece: Recording) -> None:
+        if TEMPERATURE in piece:
+            values = piece[TEMPERATURE].values
+            seen = values[np.isfinite(values)]
+            self.total, self.count = self.total + float(seen.sum()), self.count + len(seen)
+
+    @property
+    def value(self) -> float | None:
+        return self.total / self.count if self.count else None
+
+
+def _date(metadata: Mapping[str, object], start: float | None) -> float | None:
+    """When the recording began, seconds since 1970; None where nothing says so."""
+    origin = metadata.get("origin")
+    if isinstance(origin, float | int) and origin > CALENDAR:
+        return float(origin)
+    return start
+
+
+def _rows(concluded: Mapping[str, Concluded], car: Vehicle, span: int, heat: _Mean) -> list[Row]:
+    rows = []
+    for name, each in concluded.items():
+        diagnosis = each.diagnosis
+        duration = float(diagnosis.recording["duration_s"])
+        common = {
+            "span": span,
+            "start_s": float(diagnosis.recording["start_s"]),
+            "duration_s": duration,
+            "judged_s": duration * diagnosis.findings[0].evidence.get("signals_complete_share", 1.0),
+            "temperature_K": heat.value,
+            "monitor": name,
+            "variant": each.variant,
+            "tuning": fingerprint(diagnosis.parameters[len(car.parameters) :]),
+            "version": __version__,
+        }
+        rows += [common | _of_finding(finding) for finding in diagnosis.findings]
+        rows += [common | row for element in diagnosis.elements for row in _of_element(element)]
+    return rows
+
+
+def _of_finding(finding: Finding) -> Row:
+    estimate = finding.estimate
+    row: Row = {
+        "judged": WHOLE,
+        "role": "",
+        "status": str(finding.status),
+        "since_s": finding.since,
+        "kind": "",
+        "cause": finding.cause,
+        "action": finding.action,
+    }
+    if estimate is not None:
+        row |= {
+            "quantity": estimate.quantity,
+            "unit": estimate.unit,
+            "estimate": _finite(estimate.value),
+            "deviation": _finite(estimate.standard_deviation),
+            "nominal": _finite(estimate.reference.get("nominal")),
+            "limit": _finite(estimate.reference.get("fault")),
+        }
+    return row
+
+
+def _of_element(element: Element) -> Iterator[Row]:
+    """One row for each episode of a sensor or actuator; one alone where it has none."""
+    episodes: tuple[Episode | None, ...] = element.episodes or (None,)
+    for episode in episodes:
+        row: Row = {
+            "judged": element.name,
+            "role": element.role,
+            "status": str(element.status),
+            "kind": "",
+            "cause": element.cause,
+            "action": "",
+        }
+        if episode is not None:
+            size = episode.magnitude
+            row |= {"since_s": episode.start, "kind": episode.kind or " or ".join(episode.candidates)}
+            if size is not None:
+                row |= {
+                    "magnitude": _finite(size.value),
+                    "magnitude_deviation": _finite(size.standard_deviation),
+                    "magnitude_unit": size.unit,
+                }
+        yield row
+
+
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not np.isfinite(value) else float(value)
+
+
+def worst(statuses: Sequence[str]) -> str:
+    """The status that counts of several: a fault before what could not be judged, that before healthy."""
+    order = {0: 2, 1: 0, 2: 1}
+    return min(statuses, key=lambda each: order[Status(each).exit_code])

@@ -1,0 +1,56 @@
+"""What decides a result beside the recording, as digests: code, and vehicle with the files that it names."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from tierod import __version__
+from tierod.experiments.fingerprint import fingerprint, tower_code
+from tierod.monitors.harness.session import Monitor
+from tierod.monitors.registry import MONITORS
+from tierod.vehicles import Vehicle
+
+OWN = Path(__file__).parent
+
+DECIDING = ("judging.py", "levels.py", "schema.py")
+"""Files of this package that decide what stands in a result."""
+
+
+@cache
+def code() -> str:
+    """Of all code that decides what a result holds: tierod's, and that of monitors of other packages."""
+    own = [_content(OWN / name) for name in DECIDING]
+    others = [_content(path) for name in MONITORS.plugin_names() for path in _sources(MONITORS[name])]
+    return fingerprint(tower_code(), own, others, __version__, np.__version__)
+
+
+def vehicle_digest(car: Vehicle) -> str:
+    """Of a vehicle: its file as read, and the files that say how its bus is read.
+
+    Args:
+        car: loaded
+    """
+    files = [_content(path) for path in (car.channel_map, car.database) if path is not None]
+    return fingerprint(car, files)
+
+
+def _sources(monitor: Monitor) -> list[Path]:
+    """The files in which the variants of a monitor are defined."""
+    found = set()
+    for variant in monitor.variants.values():
+        with suppress(TypeError):
+            found.add(Path(inspect.getfile(inspect.unwrap(variant.open))))
+    return sorted(found)
+
+
+def _content(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return "absent"

@@ -1,0 +1,280 @@
+"""What a worker does with one recording: look for its result, else judge it and put the result into the folder."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import json
+import resource
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path, PurePosixPath
+from typing import IO, TYPE_CHECKING, Any
+
+from tierod.core.errors import InputError, ParameterError, TierodError
+from tierod.experiments.executor import Passing
+from tierod.experiments.fingerprint import fingerprint
+from tierod.fleet import levels, schema
+from tierod.fleet.fleet_file import Assigned, Fleet
+from tierod.fleet.judging import Asked, Judgement, TooShort, chunk, judge, pieces_of
+from tierod.fleet.places import LOCAL, Place, of_storage, protocol_of, reason_of, storage_of
+from tierod.fleet.recordings import Found
+from tierod.fleet.stamps import code, vehicle_digest
+from tierod.monitors.together import Together
+from tierod.vehicles import Vehicle
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+FUTURE = 86400.0
+"""A recording that begins later than so many seconds from now has a wrong clock: time zones differ by less."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is asked of every recording of a run.
+
+    Args:
+        results: the folder of the results
+        asked: how recordings are judged
+        code: digest of the code that judges, as the run began with it
+        with_levels: whether estimates over time are kept
+    """
+
+    results: Place
+    asked: Asked
+    code: str
+    with_levels: bool = True
+
+
+@dataclass(frozen=True)
+class Task:
+    """One recording.
+
+    Args:
+        job: what is asked
+        found: the recording
+        assigned: its vehicle; None where the recording has to be opened to know it
+        fleet: how it is known then
+    """
+
+    job: Job
+    found: Found
+    assigned: Assigned | None
+    fleet: Fleet | None = None
+
+
+@dataclass(frozen=True)
+class Done:
+    """What became of a recording.
+
+    Args:
+        row: of the ledger
+        findings: rows without what the fleet file decides, as an Arrow file; None where there are none
+    """
+
+    row: Mapping[str, Any]
+    findings: bytes | None = None
+
+
+def work(task: Task) -> Done:
+    """Judge a recording.
+
+    Raises:
+        OutputError: the result cannot be written
+        Passing: this process has read other code than the run began with
+    """
+    if task.job.code != code():
+        raise Passing("the code of tierod differs from that of the run; install the same, or run again")
+    _spare_memory()
+    began = time.process_time()
+    row: dict[str, Any] = {"outcome": schema.JUDGED, "reason": "", "lasting": True, "remarks": []}
+    findings = None
+    try:
+        with _fetched(task.found) as path:
+            row["recording"] = _digest(path)
+            assigned = task.assigned or _looked_up(task, path)
+            row |= {"vehicle": assigned.vehicle, "cohort": assigned.cohort, "mileage_m": assigned.mileage}
+            findings = _judged(task.job, path, assigned, row)
+    except (InputError, ParameterError) as error:
+        skipped = isinstance(error, ParameterError | TooShort | _NoMonitor | _Future)
+        row |= _refused(schema.SKIPPED if skipped else schema.FAILED, str(error), not isinstance(error, _Future))
+    except Exception as error:
+        if isinstance(error, TierodError) or not (isinstance(error, OSError) or of_storage(error)):
+            raise
+        row |= _refused(schema.FAILED, f"it cannot be read ({reason_of(error).lower()})", lasting=False)
+    row["processor_s"] = time.process_time() - began
+    row["memory_bytes"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    return Done(row, findings)
+
+
+def _refused(outcome: str, reason: str, lasting: bool) -> dict[str, Any]:
+    return {"outcome": outcome, "reason": " ".join(reason.split()), "lasting": lasting}
+
+
+class _NoMonitor(InputError):
+    """A recording that no monitor can judge."""
+
+
+class _Future(InputError):
+    """A recording whose clock is wrong."""
+
+
+@cache
+def _spare_memory() -> None:
+    """Let Arrow use the memory of the C library: its own keeps 40 MB more per process."""
+    import pyarrow as pa
+
+    pa.set_memory_pool(pa.system_memory_pool())
+
+
+@contextmanager
+def _fetched(found: Found) -> Iterator[Path]:
+    """The recording as a file of this machine; one from elsewhere is removed again."""
+    if protocol_of(found.name) == LOCAL:
+        yield Path(found.name)
+        return
+    with tempfile.TemporaryDirectory(prefix="tierod-fleet-") as folder:
+        path = Path(folder) / PurePosixPath(found.name).name
+        storage_of(found.name).get_file(found.name.partition("://")[2], str(path))
+        try:
+            yield path
+        except (InputError, ParameterError) as error:
+            error.args = (str(error).replace(str(path), found.name),)
+            raise
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _looked_up(task: Task, path: Path) -> Assigned:
+    """The vehicle of a recording that has to be opened to know it."""
+    from tierod.io.readers import open_chunks
+
+    assert task.fleet is not None
+    entry = task.fleet.entry(task.found.name)
+    column = _first_of(path, entry.column) if entry.column else None
+    metadata: Mapping[str, Any] = {}
+    if entry.metadata or entry.cohort_metadata or entry.mileage_metadata:
+        car = _loaded(entry.parameters) if entry.parameters else None
+        dbc, channel_map = (car.database, car.channel_map) if car else (None, None)
+        chunks = open_chunks(path, seconds=1.0, dbc=dbc, channel_map=channel_map)
+        metadata = next(iter(chunks)).metadata
+    return task.fleet.assigned(task.found.name, metadata, column)
+
+
+def _first_of(path: Path, column: str) -> str | None:
+    """The first text in a column of a Parquet file; None where it has none."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        file = pq.ParquetFile(path)
+        if column not in file.schema_arrow.names:
+            return None
+        batch = next(file.iter_batches(64, columns=[column]), None)
+    except pa.ArrowException:
+        return None
+    texts = [] if batch is None else [str(each) for each in batch[column].to_pylist() if each is not None]
+    return texts[0] if texts else None
+
+
+@cache
+def _loaded(parameters: str) -> Vehicle:
+    from tierod.vehicles import load
+
+    return load(parameters)
+
+
+def _judged(job: Job, path: Path, assigned: Assigned, row: dict[str, Any]) -> bytes:
+    """The findings, as they are kept or made now; what the ledger says of them goes into the row."""
+    from tierod.monitors.harness.named_vehicle import vehicle_named_in
+
+    car = _loaded(assigned.parameters or vehicle_named_in(path))
+    digest = vehicle_digest(car)
+    key = fingerprint(row["recording"], digest, job.asked, job.code, assigned.start, job.with_levels)
+    row["key"] = key
+    kept = _kept(job.results, key)
+    if kept is not None:
+        row |= kept[0]
+        return kept[1]
+    together = Together(car, job.asked.monitors)
+    pieces = pieces_of(path, car, together.needs, chunk(job.asked)) if together.running else iter(())
+    found = judge(pieces, together, job.asked, assigned.start)
+    if not found.rows:
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in found.refused.items())
+        raise _NoMonitor(f"no monitor can judge it: {reasons}")
+    if found.start is not None and found.start > time.time() + FUTURE:
+        raise _Future(f"its clock says that it begins at {schema.shown_time(found.start)}, in the future; correct it")
+    about = _about(found)
+    content = _stream(found, row["recording"], key, digest, about)
+    if job.with_levels:
+        job.results.write(levels.path_of(key), levels.content_of(found.estimates))
+    job.results.write(part_of(key), content)
+    row |= about
+    return content
+
+
+def _about(found: Judgement) -> dict[str, Any]:
+    """What the ledger says of a result."""
+    return {
+        "start": found.start,
+        "duration_s": found.duration,
+        "findings": len(found.rows),
+        "remarks": [f"{name} did not run: {reason}" for name, reason in found.refused.items()],
+    }
+
+
+def part_of(key: str) -> str:
+    """Where a result lies in the results folder."""
+    return f"parts/{key[:2]}/{key}.arrow"
+
+
+def _stream(found: Judgement, recording: str, key: str, vehicle: str, about: Mapping[str, Any]) -> bytes:
+    import pyarrow as pa
+
+    common = {"recording": recording, "key": key, "vehicle_digest": vehicle}
+    whole = schema.findings()
+    table = schema.table_of("findings", [row | common for row in found.rows])
+    metadata = {**whole.metadata, b"tierod.about": json.dumps(about).encode()}
+    buffer = io.BytesIO()
+    with pa.ipc.new_file(buffer, whole.with_metadata(metadata)) as out:
+        out.write_table(table)
+    return buffer.getvalue()
+
+
+def _kept(results: Place, key: str) -> tuple[dict[str, Any], bytes] | None:
+    """What the ledger says of a result that is there, and the result; None where there is no whole one."""
+    import pyarrow as pa
+
+    try:
+        content = results.read(part_of(key))
+        with pa.ipc.open_file(io.BytesIO(content)) as file:
+            return json.loads(file.schema.metadata[b"tierod.about"]), content
+    except (OSError, pa.ArrowException, KeyError, ValueError):
+        return None
+
+
+def table_of(content: bytes | IO[bytes]) -> pa.Table:
+    """The findings of a result.
+
+    Args:
+        content: of its file
+
+    Raises:
+        InputError: it is damaged
+    """
+    import pyarrow as pa
+
+    with contextlib.suppress(pa.ArrowException, OSError):
+        source = io.BytesIO(content) if isinstance(content, bytes) else content
+        with pa.ipc.open_file(source) as file:
+            return file.read_all().replace_schema_metadata(schema.findings().metadata)
+    raise InputError("a result is damaged; delete it and run again")

@@ -1,0 +1,153 @@
+"""Several monitors over one recording, which is read once: what fleets and services run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+from tierod.core.block import Block
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.findings import Diagnosis
+from tierod.core.recording import Recording
+from tierod.monitors.diagnose import find, suited_to
+from tierod.monitors.harness.run import Run
+from tierod.monitors.registry import MONITORS
+from tierod.vehicles import Vehicle
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A monitor that is to judge.
+
+    Args:
+        monitor: its name
+        variant: its variant; the default, or what the recording has signals for, where empty
+    """
+
+    monitor: str
+    variant: str = ""
+
+    @classmethod
+    def parse(cls, text: str) -> Chosen:
+        """A choice as typed: "friction", or "hysteresis:hoist" with its variant.
+
+        Raises:
+            ParameterError: no such monitor or variant, or no variant where there is no default
+        """
+        monitor, _, variant = text.partition(":")
+        find(monitor, variant or None)
+        return cls(monitor, variant)
+
+
+def usual() -> tuple[Chosen, ...]:
+    """Every monitor that judges any recording without being asked for."""
+    return tuple(Chosen(name) for name, each in MONITORS.items() if each.default is not None and not each.condition)
+
+
+@dataclass(frozen=True)
+class Concluded:
+    """What a monitor found up to some time of a recording.
+
+    Args:
+        diagnosis: as `diagnose` gives it
+        variant: that judged
+        estimates: names of the traces that the monitor made, beside the signals that it read
+    """
+
+    diagnosis: Diagnosis
+    variant: str
+    estimates: tuple[str, ...]
+
+
+class Together:
+    """Monitors that are fed the same pieces; one that cannot run leaves the others as they are.
+
+    Args:
+        car: as which the recording is judged
+        chosen: the monitors
+
+    `refused` says of each monitor that does not run why; `span` is what was fed [s]; `metadata` is of the recording.
+    """
+
+    def __init__(self, car: Vehicle, chosen: Sequence[Chosen]):
+        self.car = car
+        self.refused: dict[str, str] = {}
+        self.span: Annotated[tuple[float, float], "s"] | None = None
+        self.metadata: Mapping[str, object] = {}
+        self._runs: dict[str, Run] = {}
+        self._asked = {each.monitor: each.variant for each in chosen}
+        for each in chosen:
+            with self._refusing(each.monitor):
+                definition, variant = find(each.monitor, each.variant or None)
+                self._runs[each.monitor] = Run(definition, variant, car, uncertain=True)
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The channels that any of them reads."""
+        return tuple(dict.fromkeys(name for run in self._runs.values() for name in run.needs))
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """The blocks of the monitors that run one, whose kernels are compiled before workers share them."""
+        found = (getattr(run.session, "block", None) for run in self._runs.values())
+        return tuple(block for block in found if block is not None)
+
+    @property
+    def running(self) -> bool:
+        """Whether any monitor is still at work."""
+        return bool(self._runs)
+
+    def add(self, piece: Recording) -> None:
+        """The next piece of the recording.
+
+        Raises:
+            InputError: the piece holds no samples
+        """
+        begin, end = piece.span
+        first = self.span is None
+        self.span = (begin if self.span is None else self.span[0], end)
+        self.metadata = piece.metadata
+        for name in list(self._runs):
+            with self._refusing(name):
+                if first:
+                    self._runs[name] = self._fitted(self._runs[name], name, piece)
+                self._runs[name].add(piece)
+
+    def concluded(self) -> Iterator[tuple[str, Concluded]]:
+        """(monitor, what it found) up to now; a monitor that finds that it cannot judge is refused."""
+        for name in list(self._runs):
+            with self._refusing(name):
+                run = self._runs[name]
+                yield name, Concluded(run.finish(), run.variant.name, tuple(run.session.traces))
+
+    def _fitted(self, run: Run, name: str, piece: Recording) -> Run:
+        """The run on the grid of the recording, and as the variant that it has signals for."""
+        suited, picked = suited_to(run.monitor, run.variant if self._asked[name] else None, piece)
+        if (suited, picked) == (run.monitor, None):
+            return run
+        return Run(suited, picked or run.variant, self.car, uncertain=True)
+
+    def _refusing(self, name: str) -> _Refusing:
+        return _Refusing(self, name)
+
+    def refuse(self, name: str, reason: str) -> None:
+        """Leave a monitor out from now on."""
+        self._runs.pop(name, None)
+        self.refused[name] = reason
+
+
+class _Refusing:
+    """A context in which a monitor may say that it cannot judge the recording."""
+
+    def __init__(self, together: Together, name: str):
+        self._together, self._name = together, name
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, _: object, error: BaseException | None, __: object) -> bool:
+        if not isinstance(error, InputError | ParameterError):
+            return False
+        self._together.refuse(self._name, " ".join(str(error).split()))
+        return True

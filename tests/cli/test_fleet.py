@@ -1,0 +1,93 @@
+"""`tierod fleet`: arguments, what is shown, JSON, exit codes, and an end in the middle."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from experiments.worker_tasks import environment
+from fleet.drives import DAY, NOVEMBER, written
+from tierod.cli import main
+from tierod.fleet.results import findings_of, ledger_of
+
+
+@pytest.fixture
+def drives(tmp_path):
+    for seed in (1, 2):
+        written(tmp_path / f"drives/{seed}.parquet", seed=seed, start=NOVEMBER + seed * DAY)
+    (tmp_path / "drives/torn.parquet").write_bytes(b"PAR1 torn PAR1")
+    return tmp_path
+
+
+def fleet(*arguments):
+    return main(["fleet", *map(str, arguments)])
+
+
+def test_a_folder_is_judged_and_shown(drives, capsys):
+    arguments = (drives / "drives", "--vehicle", "midsize-eps", "-o", drives / "results", "--monitor", "friction")
+    assert fleet(*arguments, "--workers", 2) == 0
+    shown = capsys.readouterr()
+    assert "3 recordings: 2 judged, 1 failed" in shown.out
+    assert "friction  not ready         2" in shown.out
+    assert "torn.parquet" in shown.out
+    assert "3 of 3 recordings" in shown.err
+    assert fleet(*arguments, "--json") == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["recordings"] == {"found": 3, "kept": 3, "judged": 2, "failed": 1}
+    assert document["statuses"] == {"friction": {"not ready": 2}}
+    assert len(findings_of(drives / "results")) == 2
+
+
+def test_nothing_judged_is_exit_code_2(drives):
+    assert fleet(drives / "drives/torn.parquet", "--vehicle", "midsize-eps", "-o", drives / "results") == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["drives", "-o", "r"], "give either --vehicles with a fleet file, or --vehicle"),
+        (["drives", "--vehicle", "midsize-eps"], "--output is missing"),
+        (["drives", "--vehicle", "midsize-esp", "-o", "r"], "midsize-eps"),
+        (["absent", "--vehicle", "midsize-eps", "-o", "r"], "no recording matches absent"),
+        (["drives", "--vehicle", "midsize-eps", "-o", "r", "--monitor", "frction"], "did you mean 'friction'"),
+        (["drives", "--vehicle", "midsize-eps", "-o", "r", "--monitor", "hysteresis"], "no default variant"),
+        (["drives", "--vehicles", "absent.toml", "-o", "r"], "absent.toml cannot be read"),
+        (["drives", "--vehicle", "midsize-eps", "-o", "r", "--scheduler", "tcp://127.0.0.1:1"], "does not answer"),
+        (["drives", "--vehicle", "midsize-eps", "-o", "/proc/results"], "cannot be written"),
+        (["report"], "takes one results folder"),
+    ],
+)
+def test_a_slip_is_one_sentence(drives, capsys, monkeypatch, arguments, words):
+    monkeypatch.chdir(drives)
+    monkeypatch.setattr("tierod.experiments.cluster.PATIENCE", 1.0)
+    assert fleet(*arguments) == 3
+    errors = capsys.readouterr().err
+    assert words in errors
+    assert "Traceback" not in errors
+
+
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_a_run_that_is_stopped_goes_on_where_it_was(tmp_path, how):
+    for number in range(4):
+        written(tmp_path / f"drives/{number}.parquet", seed=1 + number % 2, start=NOVEMBER + number * DAY)
+    command = [sys.executable, "-m", "tierod", "fleet", tmp_path / "drives", "--vehicle", "midsize-eps", "-o",
+               tmp_path / "results", "--monitor", "friction", "--workers", "1"]  # fmt: skip
+    stopped = subprocess.Popen(command, env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    end = time.monotonic() + 60.0
+    while not list((tmp_path / "results").rglob("*.arrow")):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    stopped.send_signal(how)
+    errors = stopped.communicate()[1]
+    assert stopped.returncode == (-9 if how == signal.SIGKILL else 130)
+    assert "Traceback" not in errors
+    if how != signal.SIGKILL:
+        assert "recordings are finished and kept in" in errors
+    kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "results/parts").rglob("*.arrow")}
+    subprocess.run(command, env=environment(), check=True, capture_output=True)
+    assert all(path.stat().st_mtime_ns == before for path, before in kept.items())
+    assert len(findings_of(tmp_path / "results")) == 4
+    assert {row["outcome"] for row in ledger_of(tmp_path / "results").to_pylist()} == {"judged"}
