@@ -9,6 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from tierod.cli import main
 from tierod.core.errors import InputError
 from tierod.fleet import report_words as words
 from tierod.fleet.ranking import Urgency
@@ -22,6 +23,7 @@ from tierod.fleet.trends import Design
 from tierod.fleet.virtual import FleetFile, drawn
 from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, Ageing, Linear
 from tierod.fleet.virtual_writing import shipped_law, write_estimates
+from tierod.vehicles import load
 
 SCHEMA = json.loads(files("tierod.fleet").joinpath("fleet.schema.json").read_text(encoding="utf-8"))
 RAMP = Ageing("ramp", Linear(0.02 / SECONDS_PER_DAY), 0.04, (60.0 * SECONDS_PER_DAY, 80.0 * SECONDS_PER_DAY))
@@ -96,6 +98,19 @@ def test_the_command_writes_both_and_says_what_it_found(results, tmp_path, capsy
     assert (tmp_path / "new/folder/fleet.html").stat().st_size > 100_000
     assert report(str(results), tmp_path, True, "") == 1
     assert json.loads(capsys.readouterr().out)["schema"] == "tierod.fleet/1"
+
+
+def test_a_prior_is_written_for_a_new_car(results, tmp_path, capsys):
+    path = tmp_path / "new.toml"
+    path.write_text(load("midsize-eps").path.read_text(encoding="utf-8"), encoding="utf-8")
+    assert main(["fleet", "report", str(results), "-o", str(tmp_path), "--prior", str(path)]) == 1
+    assert "nominal_friction is" in capsys.readouterr().out
+    assert load(path)["nominal_friction"] != load("midsize-eps")["nominal_friction"]
+    assert "fleet of 50 cars" in load(path).parameters["nominal_friction"].source
+    for cohort, message in (("batch", "expected KIND=NAME"), ("batch=7", "no car of the fleet has batch '7'")):
+        words = ["fleet", "report", str(results), "-o", str(tmp_path), "--prior", str(path), "--cohort", cohort]
+        assert main(words) == 3
+        assert message in capsys.readouterr().err
 
 
 def test_what_is_no_results_folder_is_refused(tmp_path):

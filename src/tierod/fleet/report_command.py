@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tierod.core.errors import InputError, ParameterError
+from tierod.fleet.cohorts import NOMINAL, expected_of, write_prior
 from tierod.fleet.places import LOCAL, protocol_of
 from tierod.fleet.ranking import WORDS
 
@@ -17,7 +20,14 @@ SHOWN = 20
 """Cars that the terminal shows."""
 
 
-def report(results: str, output: Path | None, as_json: bool, command: str) -> int:
+def report(
+    results: str,
+    output: Path | None,
+    as_json: bool,
+    command: str,
+    prior: Path | None = None,
+    cohort: Sequence[str] = (),
+) -> int:
     """Write fleet.html and fleet.json: no car to look at (0), some (1), nothing could be judged (2).
 
     Args:
@@ -25,10 +35,13 @@ def report(results: str, output: Path | None, as_json: bool, command: str) -> in
         output: folder that takes both; that of the results where not given, the current one for an address
         as_json: print the document and nothing else
         command: what the user typed
+        prior: vehicle file that takes the level which a new car may expect; None for none
+        cohort: of the new car, as KIND=NAME
 
     Raises:
         InputError: it is no results folder, or damaged
         OutputError: they cannot be written
+        ParameterError: a cohort that the fleet does not have, or a file that is no vehicle file
     """
     from tierod.fleet.report import report as worked_out
     from tierod.fleet.report_document import text
@@ -41,8 +54,29 @@ def report(results: str, output: Path | None, as_json: bool, command: str) -> in
         sys.stdout.write(text(found))
     else:
         _show(found)
-    print(f"report: {page}", file=sys.stderr if as_json else sys.stdout)
+    others = sys.stderr if as_json else sys.stdout
+    if prior is not None:
+        print(printable(_written_prior(found, prior, cohort)), file=others)
+    print(printable(f"report: {page}"), file=others)
     return 1 if found.cars else 0 if found.vehicles else 2
+
+
+def _written_prior(found: FleetReport, path: Path, cohort: Sequence[str]) -> str:
+    """Put the level that a new car may expect into a vehicle file; a sentence."""
+    labels = {}
+    for each in cohort:
+        kind, equals, name = each.partition("=")
+        if not (kind and equals and name):
+            raise ParameterError(f"--cohort is '{each}'; expected KIND=NAME, such as 'rack batch=2025-47'")
+        labels[kind.strip()] = name.strip()
+    followed = next((each for each in found.trends if each.series.watched.quantity in NOMINAL), None)
+    if followed is None or followed.cohorts.cohorts is None:
+        why = "no quantity with a nominal value is followed" if followed is None else followed.cohorts.remark
+        raise InputError(f"these results give no level that a new car may expect: {why}")
+    expected = expected_of(followed.cohorts.cohorts, followed.series, labels)
+    write_prior(path, followed.series, expected)
+    size = f"{expected.value:.4g} ± {expected.standard_deviation:.2g} {followed.series.watched.unit}"
+    return f"{path}: {NOMINAL[followed.series.watched.quantity]} is {size} ({expected.source})"
 
 
 def _show(found: FleetReport) -> None:
