@@ -66,6 +66,7 @@ TOPICS = {
         Topic("structure", "Structure and measurement", "Single faults by structure"),
         Topic("healthy", "Fault-free drives, odd recordings, real cars", "False alarms"),
     ),
+    "fleet": (Topic("years", "Errors, vehicle-years and batches", ""),),
 }
 """Study -> topics of its tables, in the order in which it prints them."""
 

@@ -138,7 +138,8 @@ def _of_trend(trends: Trends, car: int) -> Reason:
         urgency = Urgency.NEAR
     quantity = trends.series.watched.quantity
     drift, jump = INSPECT.get(quantity, (f"what moves the {quantity}",) * 2)
-    ramp = int(trends.kind[car]) == RAMP
+    # A shift in spring is as likely rust that has swollen within weeks as a part that broke.
+    ramp = int(trends.kind[car]) == RAMP or date(trends.latest[car])[5:7] in ("03", "04", "05")
     text = _change_text(trends, car) if changed else _near_text(trends, car)
     rows = tuple(int(row) for row in _telling(trends, car, changed))
     weight = (chance if math.isfinite(chance) else 0.0) + 1e-3 * max(float(trends.logarithm[car]), 0.0)
@@ -150,7 +151,7 @@ def _change_text(trends: Trends, car: int) -> str:
     if int(trends.kind[car]) == RAMP:
         what = f"moves by {100.0 * size[0]:+.2g} ± {196.0 * size[1]:.1g} {unit} per 100 days"
     else:
-        what = f"jumped by {size[0]:+.2g} ± {1.96 * size[1]:.1g} {unit}"
+        what = f"shifted by {size[0]:+.2g} ± {1.96 * size[1]:.1g} {unit}"
     return f"{trends.series.watched.quantity} {what} since {date(trends.began[car])}"
 
 

@@ -42,12 +42,13 @@ def items(report: FleetReport) -> Iterator[Item]:
 
 def _how_often(report: FleetReport) -> str:
     design = report.design
+    years = f"{design.vehicle_years:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
     return (
-        f"'Changed': a fault-free car gets there once in {design.vehicle_years:,.0f} vehicle-years at the most, "
+        f"'Changed': a fault-free car gets there once in {years} vehicle-years at the most, "
         "however many drives were looked at. 'Probably changed': of all changed cars in the list at most "
         f"{100.0 * design.discovery_rate:.0f} % are wrong on average. 'Limit soon': the limit is rather reached within "
         "90 days than not."
-    ).replace(",", " ")
+    )
 
 
 def _list(report: FleetReport) -> Table:
