@@ -22,6 +22,10 @@ SCHEMAS = {
         "`tierod diagnose --json` prints this document where several recordings or all monitors are judged.",
     ),
     "campaign": ("tierod.experiments", "`tierod campaign` writes this document as `campaign.json`."),
+    "fleet": (
+        "tierod.fleet",
+        "`tierod fleet report --json` prints this document to stdout; without `--json` it stands in `fleet.json`.",
+    ),
     "claims": ("tierod.core", "`tierod study` writes this list as `claims.json`, one object for each claim."),
 }
 """Name -> package that holds the schema, and where the document comes from."""

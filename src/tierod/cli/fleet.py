@@ -67,13 +67,19 @@ def fleet(
     shortest: Shortest = 30.0,
     again: Annotated[bool, typer.Option("--again", help="Try recordings again that failed.")] = False,
     levels: Annotated[bool, typer.Option(help="Keep estimates over time, decimated in levels.")] = True,
+    prior: Annotated[
+        Path | None, typer.Option(help="Of a report: vehicle file that takes the level a new car may expect.")
+    ] = None,
+    cohort: Annotated[
+        list[str] | None, typer.Option(help="Of the new car, as KIND=NAME; may be given more than once.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
     """Judge the recordings of a fleet: done (0), nothing could be judged (2), bad input (3); again resumes it."""
     from tierod.core.errors import ParameterError
 
     if recordings[0] == REPORT:
-        return _report(recordings[1:], output, as_json)
+        return _report(recordings[1:], output, as_json, prior, cohort or ())
     if output is None:
         raise ParameterError("--output is missing; name the folder or address that takes the results")
     cars = _fleet(vehicle, vehicles)
@@ -101,14 +107,14 @@ def fleet(
     return found.exit_code
 
 
-def _report(given: Sequence[str], output: str | None, as_json: bool) -> int:
+def _report(given: Sequence[str], output: str | None, as_json: bool, prior: Path | None, cohort: Sequence[str]) -> int:
     """The report of a results folder, as `tierod fleet report RESULTS` asks for it."""
     from tierod.core.errors import ParameterError
 
     if len(given) != 1:
         raise ParameterError("'tierod fleet report' takes one results folder; name the one that --output named")
     module = importlib.import_module("tierod.fleet.report_command")
-    code: int = module.report(given[0], None if output is None else Path(output), as_json, _command())
+    code: int = module.report(given[0], None if output is None else Path(output), as_json, _command(), prior, cohort)
     return code
 
 

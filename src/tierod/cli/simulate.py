@@ -13,15 +13,31 @@ if TYPE_CHECKING:
 
 
 def simulate(
-    scenario: Annotated[str, typer.Argument(help="A shipped scenario (see 'tierod scenarios'), or a scenario file.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="File to write: .mf4, .parquet or .csv.")],
+    scenario: Annotated[
+        str,
+        typer.Argument(help="A shipped scenario (see 'tierod scenarios'), a scenario file, or a virtual fleet's file."),
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="File to write: .mf4, .parquet or .csv; of a fleet its folder.")
+    ],
     seed: Annotated[int | None, typer.Option(min=0, help="Of all chance, in place of the scenario's.")] = None,
     seconds: Annotated[float | None, typer.Option(help="Duration in seconds, in place of the scenario's.")] = None,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
+    estimates: Annotated[
+        bool,
+        typer.Option("--estimates", help="Of a fleet: draw estimates from measured errors; drive nothing."),
+    ] = False,
+    workers: Annotated[int | None, typer.Option(min=1, help="Of a fleet: processes; one per core.")] = None,
 ) -> int:
     """Run a scenario once; measured channels and the truth (channels named truth_...) go into one recording."""
     import time
 
+    from tierod.fleet.virtual import describes_fleet
+
+    if describes_fleet(scenario):
+        from tierod.cli.simulate_fleet import simulate_fleet
+
+        return simulate_fleet(scenario, output, seed, seconds, estimates, workers, json)
     from tierod.cli.app import HEALTHY, NOT_JUDGED
     from tierod.cli.terminal import messages, print_json, progress
     from tierod.io.writers import require_writable, write

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, NamedTuple
@@ -15,7 +16,8 @@ from tierod.methods.trends.change_evidence import evidence
 from tierod.methods.trends.drive_filter import Prior, filtered
 from tierod.methods.trends.drive_smoother import smoothed
 from tierod.methods.trends.drives import Drives
-from tierod.methods.trends.fleet_alarms import alarm_level, log_e_values, selected
+from tierod.methods.trends.first_drives import FIRST, with_right_first
+from tierod.methods.trends.fleet_alarms import alarm_level, log_e_values, selected, stopped
 from tierod.methods.trends.time_to_limit import chance_by, time_to_limit
 
 CARS_AT_A_TIME = 2000
@@ -37,11 +39,13 @@ class Design:
         vehicle_years: between false alarms of fault-free cars, at least [a]
         discovery_rate: share of wrong cars in the list of changed ones, at most, on average
         horizon: time over which a change is equally likely to begin [d]: the life of a car
+        least: change that matters, over the distance from nominal to limit: tyres and seasons move a car by less
     """
 
     vehicle_years: Annotated[float, "a"] = 10_000.0
     discovery_rate: Annotated[float, ""] = 0.1
     horizon: Annotated[float, "d"] = 5478.75
+    least: Annotated[float, ""] = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +60,7 @@ class Trends:
         chance: that the limit is reached within `SOON`, (cars,); NaN without limit
         left: time to the limit [d], (cars, 3): with a chance of 5, 50 and 95 %; infinite beyond ten years
         logarithm: of the evidence for a change in days, now, (cars,)
+        log_e: logarithm of the e-value of each car, where it was first sure, else now, (cars,)
         peak: its highest so far, (cars,)
         alarmed: day of the first alarm, (cars,); NaN without
         listed: whether the car is in the list of changed ones now, (cars,)
@@ -71,6 +76,7 @@ class Trends:
     chance: np.ndarray
     left: np.ndarray
     logarithm: np.ndarray
+    log_e: np.ndarray
     peak: np.ndarray
     alarmed: np.ndarray
     listed: np.ndarray
@@ -103,6 +109,7 @@ class _Change(NamedTuple):
     """The change of each car as `Trends` has it, (cars,) each; sizes (cars, 2)."""
 
     logarithm: np.ndarray
+    log_e: np.ndarray
     peak: np.ndarray
     alarmed: np.ndarray
     kind: np.ndarray
@@ -119,15 +126,15 @@ def trends(series: Series, design: Design) -> Trends:
         series: of one quantity
         design: how often the fleet may be wrong
     """
-    drives, known = series.drives, learnt(series)
+    known, cars = learnt(series), len(series.vehicles)
+    drives = with_right_first(series.drives, known.steady, known.prior.mean[2:])
     first = _Levels(*_joined(drives, known.prior, lambda part, prior: _levels(part, prior, known)))
     found = cohorted(series, first.mean[:, 0], np.sqrt(first.covariance[:, 0, 0]), known)
     if found.cohorts is not None:
         known = known.with_usual(found.cohorts.usual, found.cohorts.between)
     now = _Levels(*_joined(drives, known.prior, lambda part, prior: _levels(part, prior, known)))
-    change = _Change(*_joined(drives, known.prior, lambda part, prior: _change(part, prior, known, design)))
-    watched = np.nanmax(drives.day, axis=1) - np.nanmin(drives.day, axis=1)
-    listed = selected(log_e_values(change.logarithm, watched, design.horizon), design.discovery_rate)
+    change = _Change(*_joined(drives, known.prior, lambda part, prior: _change(part, prior, known, design, cars)))
+    listed = selected(change.log_e, design.discovery_rate)
     for car in np.flatnonzero(listed | np.isfinite(change.alarmed)):
         _refine(change, int(car), drives, known)
     chance, left = _ahead(now, series.limit, known.changes.side)
@@ -173,11 +180,22 @@ def _levels(drives: Drives, prior: Prior, known: Learnt) -> _Levels:
     return _Levels(np.einsum("cri,ci->cr", rows, mean), np.einsum("cri,cij,csj->crs", rows, covariance, rows))
 
 
-def _change(drives: Drives, prior: Prior, known: Learnt, design: Design) -> _Change:
-    """Evidence for a change of each car, and the first time that it reached the alarm level."""
+def _change(drives: Drives, prior: Prior, known: Learnt, design: Design, cars: int) -> _Change:
+    """Evidence for a change of each car, and the first time that it reached the alarm level.
+
+    What matters is added to the condition of an alarm, which can only make false ones fewer. In the list of changed
+    cars a car counts where it would be in it alone, or else as it is now.
+    """
     found = evidence(drives, filtered(drives, prior, known.steady), known.changes)
     line, last = np.arange(len(drives.day)), drives.day.shape[1] - 1
-    reached = found.logarithm >= alarm_level(design.vehicle_years)
+    # The changes that are looked for have a third of the distance to the limit.
+    matters = known.changes.side * found.shift >= 3.0 * known.changes.step * design.least
+    ready = matters & (np.cumsum(drives.present, axis=1) >= FIRST)
+    reached = ready & (found.logarithm >= alarm_level(design.vehicle_years))
+    relevant = np.where(ready, found.logarithm, -np.inf)
+    sure = stopped(relevant, math.log(cars / design.discovery_rate * design.horizon))
+    days = np.maximum.accumulate(np.where(drives.present, drives.day, -np.inf), axis=1)
+    watched = np.maximum(days[line, sure] - np.nanmin(drives.day, axis=1), 0.0)
     alarmed = np.where(reached.any(axis=1), drives.day[line, reached.argmax(axis=1)], np.nan)
 
     def day_of(drive: np.ndarray, before: bool) -> np.ndarray:
@@ -186,6 +204,7 @@ def _change(drives: Drives, prior: Prior, known: Learnt, design: Design) -> _Cha
 
     return _Change(
         found.logarithm[:, last],
+        log_e_values(relevant[line, sure], watched, design.horizon),
         found.logarithm.max(axis=1),
         alarmed,
         found.kind[:, last],

@@ -13,13 +13,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from tierod.fleet.series import MILEAGE_UNIT, REFERENCE_TEMPERATURE, Series, Watched
 from tierod.fleet.virtual import VirtualCars
+from tierod.methods.trends.drives import Drives
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 WRONG = 5.0
 """Error of outlier drives over that of the others."""
+
+WATCHED = Watched("friction", "", "friction torque at the steering wheel axis", "N*m")
+"""What is drawn."""
 
 LEAST = 4
 """Drives of a car that its offset, gain and tyres need, and one more."""
@@ -80,6 +85,32 @@ def estimates(cars: VirtualCars, law: ErrorLaw, seed: Sequence[int]) -> tuple[np
     return np.where(there, value, np.nan), np.where(there, stated, np.nan)
 
 
+def series(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> Series:
+    """Estimates as one series, without the way over a table of findings.
+
+    Args:
+        cars: drives
+        estimate, deviation: of every drive [N*m], (cars, drives)
+    """
+    from tierod.vehicles import load
+
+    limits, count = load(cars.file.vehicle), len(cars.names)
+    mileage = cars.mileage / MILEAGE_UNIT
+    moved = np.stack((cars.temperature - REFERENCE_TEMPERATURE, mileage - mileage[:, :1]), axis=2)
+    order = np.argsort(cars.day, axis=1)
+    day, value, spread = (np.take_along_axis(each, order, axis=1) for each in (cars.day, estimate, deviation))
+    return Series(
+        WATCHED,
+        cars.names,
+        Drives(day, value, spread, np.take_along_axis(moved, order[..., None], axis=1)),
+        mileage[:, 0],
+        np.full(cars.day.shape, -1),
+        np.full(count, float(limits["nominal_friction"])),
+        np.full(count, float(limits["fault_friction"])),
+        cars.labels,
+    )
+
+
 def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> pa.Table:
     """Estimates as the findings of a fleet, which `tierod fleet report` reads; the version says how they came about.
 
@@ -103,9 +134,8 @@ def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarra
                       "healthy")))  # fmt: skip
     labels = [[(kind, names[car]) for kind, names in cars.labels.items()] for car in range(len(cars.names))]
     constants: dict[str, Any] = {
-        "monitor": "friction", "variant": "drawn from measured errors", "judged": "", "role": "",
-        "quantity": "friction torque at the steering wheel axis", "unit": "N*m", "kind": "", "cause": "",
-        "action": "", "span": 0, "nominal": nominal, "limit": limit, "start_s": 0.0,
+        **WATCHED._asdict(), "variant": "drawn from measured errors", "role": "", "kind": "", "cause": "", "action": "",
+        "span": 0, "nominal": nominal, "limit": limit, "start_s": 0.0,
         "duration_s": cars.file.duration, "judged_s": cars.file.duration, "version": "estimate level",
     }  # fmt: skip
     micro = (cars.day[number, drive] * 86_400_000_000).astype(np.int64)
@@ -147,8 +177,11 @@ def error_law(
     at = float(friction[there].mean())
     parts = [there & (car == number) for number in np.unique(car)]
     fits = [_fit(winter[of], friction[of] - at, (estimate - friction)[of]) for of in parts if of.sum() > LEAST]
-    values, errors, freedom = (np.array(each) for each in zip(*fits, strict=True))
-    mean, spread, logs = values.mean(axis=0), values.std(axis=0, ddof=1), np.log(stated[there])
+    values, errors, freedom, unsure = (np.array(each) for each in zip(*fits, strict=True))
+    variance = float(errors.sum() / freedom.sum())
+    # What cars seem to differ by beyond what their few drives leave unsure.
+    spread = np.sqrt(np.maximum(values.var(axis=0, ddof=1) - variance * unsure.mean(axis=0), 0.0))
+    mean, logs = values.mean(axis=0), np.log(stated[there])
     return ErrorLaw(
         at=at,
         offset=float(mean[0]),
@@ -157,7 +190,7 @@ def error_law(
         gain_deviation=float(spread[1]),
         winter=float(mean[2]),
         winter_deviation=float(spread[2]),
-        drive_deviation=math.sqrt(float(errors.sum() / freedom.sum())),
+        drive_deviation=math.sqrt(variance),
         stated=float(np.exp(logs.mean())),
         stated_spread=float(logs.std(ddof=1)),
         judged_share=float(there.mean()),
@@ -166,9 +199,10 @@ def error_law(
     )
 
 
-def _fit(winter: np.ndarray, friction: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, float, int]:
-    """(offset, gain, winter) of one car, the sum of squares left, and its degrees of freedom."""
+def _fit(winter: np.ndarray, friction: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, float, int, np.ndarray]:
+    """(offset, gain, winter) of one car, the sum of squares left, its degrees of freedom, and the values' variances
+    over that of a drive."""
     design = np.stack((np.ones(len(friction)), friction, winter.astype(float)), axis=1)
     values = np.linalg.lstsq(design, error, rcond=None)[0]
     rest = error - design @ values
-    return values, float(rest @ rest), len(friction) - 3
+    return values, float(rest @ rest), len(friction) - 3, np.diag(np.linalg.pinv(design.T @ design))

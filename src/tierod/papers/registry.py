@@ -129,6 +129,13 @@ STUDIES: Mapping[str, Study] = {
                 "real": "Real cars",
             },
         ),
+        Study(
+            "fleet",
+            "Fleets over months",
+            "False alarms counted on virtual vehicle-years, how soon changes are found, and batches that differ.",
+            _items("fleet"),
+            {"ramps": "Changes of single cars", "batches": "Cohorts"},
+        ),
     )
 }
 """By name, as given on the command line."""

@@ -72,6 +72,7 @@ class Evidence:
         kind: of the likeliest change then, `STEP` or `RAMP`, (cars, drives)
         began: drive from which on the likeliest change acts, (cars, drives)
         size: of the likeliest change [unit] or [unit/d], with its standard deviation, (cars, drives) each
+        shift: of the level by that change so far [unit], (cars, drives); too small where drives are clipped
         earliest, latest: drives between which it began with 90 % posterior probability, (cars, drives)
     """
 
@@ -80,6 +81,7 @@ class Evidence:
     began: np.ndarray
     size: np.ndarray
     size_deviation: np.ndarray
+    shift: np.ndarray
     earliest: np.ndarray
     latest: np.ndarray
 
@@ -97,7 +99,7 @@ def evidence(drives: Drives, found: Filtered, changes: Changes) -> Evidence:
     search = _Search(cars, min(changes.beginnings, count), rows.shape[2], changes)
     shape = (cars, count)
     result = Evidence(
-        np.full(shape, -np.inf), *(np.zeros(shape, int) for _ in range(2)), *(np.zeros(shape) for _ in range(2)),
+        np.full(shape, -np.inf), *(np.zeros(shape, int) for _ in range(2)), *(np.zeros(shape) for _ in range(3)),
         *(np.zeros(shape, int) for _ in range(2)),
     )  # fmt: skip
     present = drives.present
@@ -176,6 +178,7 @@ class _Search:
         result.kind[:, k], result.began[:, k] = self.kinds[best], self.begun[best]
         result.size[:, k] = self.changes.side * self.score[line, best] / precise
         result.size_deviation[:, k] = 1.0 / np.sqrt(precise)
+        result.shift[:, k] = result.size[:, k] * self.signature[line, best]
         order = np.argsort(self.begun, kind="stable")
         summed = np.cumsum(shares[:, order], axis=1) / np.where(whole > 0.0, whole, 1.0)[:, None]
         last = len(order) - 1

@@ -46,6 +46,20 @@ def log_e_values(logarithm: np.ndarray, watched: np.ndarray, horizon: float) -> 
         return np.asarray(np.logaddexp(logarithm - np.log(np.maximum(watched, horizon)), np.log(left)))
 
 
+def stopped(logarithm: np.ndarray, level: float) -> np.ndarray:
+    """Place at which each car's e-value is taken: where its statistic first reaches a level, else the last one.
+
+    Args:
+        logarithm: of the statistic in days after each drive, (cars, drives)
+        level: logarithm
+
+    A car that has been sure once stays so, although the search forgets old beginnings and follows the new level. The
+    first passage is a stopping time, at which an e-value is one.
+    """
+    reached = logarithm >= level
+    return np.asarray(np.where(reached.any(axis=1), reached.argmax(axis=1), logarithm.shape[1] - 1))
+
+
 def selected(log_e: np.ndarray, share: float) -> np.ndarray:
     """The cars of a list of which on average at most a share is wrong.
 

@@ -54,7 +54,7 @@ def study_figure(chart: Chart) -> Figure:
             shown = {"showlegend": mark.name not in named_marks and not named_beside, "legendgroup": mark.name}
             named_marks.add(mark.name)
             drawn_mark = _drawn(mark, colours[mark.name], panel)
-            drawn_mark |= {"x": drawn_mark["y"], "y": drawn_mark["x"]} if panel.sideways else {}
+            drawn_mark = _turned(drawn_mark) if panel.sideways else drawn_mark
             data.append(drawn_mark | shown | {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"})
         drawn, named = _rules(replace(panel, levels=(), uprights=panel.levels) if panel.sideways else panel, suffix)
         shapes += drawn
@@ -102,6 +102,12 @@ def _axes(panel: Panel, suffix: str, domain: list[float]) -> dict[str, Any]:
 def _colours(chart: Chart) -> dict[str, str]:
     names = dict.fromkeys(mark.name for panel in chart.panels for mark in panel.marks)
     return {name: _COLOURS[index % len(_COLOURS)] for index, name in enumerate(names)}
+
+
+def _turned(mark: dict[str, Any]) -> dict[str, Any]:
+    """A mark with its heights, and their ranges, to the right."""
+    turned = mark | {"x": mark["y"], "y": mark["x"]}
+    return turned | {"error_x": turned.pop("error_y")} if "error_y" in turned else turned
 
 
 def _drawn(mark: Mark, colour: str, panel: Panel) -> dict[str, Any]:

@@ -1,0 +1,73 @@
+"""Part of `tierod simulate`: a virtual fleet, driven or at estimate level."""
+
+from __future__ import annotations
+
+import shlex
+import time
+from dataclasses import replace
+from pathlib import Path
+
+
+def simulate_fleet(
+    path: str,
+    folder: Path,
+    seed: int | None,
+    seconds: float | None,
+    estimates: bool,
+    workers: int | None,
+    as_json: bool,
+) -> int:
+    """Write a virtual fleet: all drives written (0), some failed (2).
+
+    Args:
+        path: of the fleet's file
+        folder: that takes it
+        seed, seconds: in place of the file's
+        estimates: whether drives are drawn at estimate level
+        workers: processes
+        as_json: print one JSON document
+
+    Raises:
+        ParameterError: a slip in the file
+        OutputError: the folder cannot be written
+    """
+    from tierod.cli.terminal import messages, print_json, progress, say
+    from tierod.fleet import virtual, virtual_writing
+    from tierod.report.campaign.running import cores
+
+    file = virtual.load(path)
+    file = file if seed is None else replace(file, seed=seed)
+    file = file if seconds is None else replace(file, duration=seconds)
+    cars, began = virtual.drawn(file), time.perf_counter()
+    failures: list[str] = []
+    if estimates:
+        virtual_writing.write_estimates(cars, folder, virtual_writing.shipped_law())
+    else:
+        with progress(f"driving {file.cars} cars") as advance:
+            failures = virtual_writing.write_drives(
+                cars, folder, workers or cores(), lambda done, of: advance(done / of)
+            )
+    took = time.perf_counter() - began
+    for failure in failures[:10]:
+        messages().print(f"failed: {failure}", soft_wrap=True, markup=False)
+    words = ["tierod", "fleet", "report", str(folder)]
+    if not estimates:
+        words = [
+            "tierod",
+            "fleet",
+            str(folder / "recordings"),
+            "--vehicles",
+            str(folder / "fleet.toml"),
+            "-o",
+            "results",
+        ]
+    if as_json:
+        print_json({
+            "schema": "tierod.virtual-fleet/1", "folder": str(folder), "cars": file.cars, "drives": int(cars.day.size),
+            "failed": len(failures), "estimate_level": estimates, "seed": file.seed, "seconds": took,
+        })  # fmt: skip
+    else:
+        how = "drawn at estimate level, from measured errors" if estimates else f"driven in {took:.3g} s"
+        say(f"{file.name}: {file.cars} cars, {cars.day.size} drives {how}: {folder}")
+        say(f"go on with: {shlex.join(words)}")
+    return 2 if failures else 0

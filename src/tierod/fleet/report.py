@@ -1,0 +1,127 @@
+"""What is known of a fleet, as one object; page and JSON are made from it alone."""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tierod.fleet.ranking import Ranked, ranked
+from tierod.fleet.series import series_of
+from tierod.fleet.standing import standings
+from tierod.fleet.trends import Design, Trends, trends
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+COLUMNS = (
+    "vehicle", "cohort", "recording_name", "start", "mileage_m", "temperature_K", "monitor", "judged", "quantity",
+    "unit", "status", "kind", "estimate", "deviation", "nominal", "limit", "cause", "action", "span",
+)  # fmt: skip
+"""Of the findings, that a report reads."""
+
+
+@dataclass(frozen=True)
+class LedgerRow:
+    """What became of some recordings.
+
+    Args:
+        outcome, reason: the same for all of them
+        count: how many
+        examples: names of some
+    """
+
+    outcome: str
+    reason: str
+    count: int
+    examples: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class FleetReport:
+    """What is known of a fleet.
+
+    Args:
+        name: of the results, for people
+        findings: table that it rests on
+        design: how often it may be wrong
+        trends: of every quantity, that of most drives first
+        cars: to be looked at, worst first
+        vehicles: how many there are
+        outcomes: of recordings: outcome -> how many
+        ledger: outcomes with their reasons, the most frequent first; judged ones without remark are not among them
+        remarks: what a reader must know
+        created: when, as text
+        command: what the user typed
+    """
+
+    name: str
+    findings: pa.Table
+    design: Design
+    trends: tuple[Trends, ...]
+    cars: tuple[Ranked, ...]
+    vehicles: int
+    outcomes: dict[str, int]
+    ledger: tuple[LedgerRow, ...]
+    remarks: tuple[str, ...]
+    created: str
+    command: str = ""
+
+
+def report(results: str | Path, design: Design | None = None, command: str = "") -> FleetReport:
+    """What the results of a fleet come to.
+
+    Args:
+        results: the folder that `tierod fleet -o` wrote, or its address
+        design: how often it may be wrong; the usual one where not given
+        command: what the user typed
+
+    Raises:
+        InputError: it is no results folder, was written by a later tierod, or a file is damaged
+    """
+    from tierod.fleet.results import findings_of, ledger_of
+
+    return worked_out(findings_of(results, COLUMNS), ledger_of(results), design or Design(), str(results), command)
+
+
+def worked_out(findings: pa.Table, ledger: pa.Table, design: Design, name: str = "", command: str = "") -> FleetReport:
+    """What findings and ledger of a fleet come to.
+
+    Args:
+        findings, ledger: see `tierod.fleet.schema`
+        design: how often it may be wrong
+        name: of the results
+        command: what the user typed
+    """
+    import pyarrow.compute as pc
+
+    now = dt.datetime.now(dt.UTC)
+    series, remarks = series_of(findings, now.timestamp() / 86400.0 + 1.0)
+    found = tuple(trends(each, design) for each in series)
+    return FleetReport(
+        name,
+        findings,
+        design,
+        found,
+        tuple(ranked(found, standings(findings))),
+        len(pc.unique(findings["vehicle"])),
+        dict(Counter(ledger["outcome"].to_pylist())),
+        tuple(_ledger(ledger)),
+        tuple(remarks),
+        now.isoformat(timespec="seconds"),
+        command,
+    )
+
+
+def _ledger(ledger: pa.Table) -> list[LedgerRow]:
+    """Alike rows together."""
+    alike: dict[tuple[str, str], list[str]] = {}
+    columns: list[Sequence[str]] = [ledger[name].to_pylist() for name in ("outcome", "reason", "recording_name")]
+    for outcome, reason, name in zip(*columns, strict=True):
+        if outcome != "judged":
+            alike.setdefault((outcome, reason or ""), []).append(name)
+    rows = [LedgerRow(*key, len(names), tuple(names[:3])) for key, names in alike.items()]
+    return sorted(rows, key=lambda row: -row.count)

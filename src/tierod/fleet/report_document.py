@@ -1,0 +1,119 @@
+"""The JSON document of a fleet; its schema stands beside it."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from typing import Any
+
+from tierod import __version__
+from tierod.fleet.ranking import WORDS, Ranked, Reason, date
+from tierod.fleet.report import FleetReport
+from tierod.fleet.trends import Trends
+from tierod.methods.trends.change_evidence import STEP
+from tierod.report.document import plain
+
+SCHEMA = "tierod.fleet/1"
+"""Name and version of the JSON document."""
+
+
+def text(report: FleetReport) -> str:
+    """The document as text; what JSON cannot hold (NaN, infinity) becomes null."""
+    return json.dumps(plain(document(report)), ensure_ascii=False, indent=1, allow_nan=False) + "\n"
+
+
+def document(report: FleetReport) -> dict[str, Any]:
+    """The document as data."""
+    return {
+        "schema": SCHEMA,
+        "version": __version__,
+        "created": report.created,
+        "command": report.command,
+        "results": report.name,
+        "design": dataclasses.asdict(report.design),
+        "vehicles": report.vehicles,
+        "recordings": report.outcomes,
+        "not_judged": [dataclasses.asdict(row) for row in report.ledger],
+        "remarks": list(report.remarks),
+        "quantities": [_quantity(each) for each in report.trends],
+        "cars": [_car(report, place, car) for place, car in enumerate(report.cars)],
+    }
+
+
+def _quantity(trends: Trends) -> dict[str, Any]:
+    series, known = trends.series, trends.learnt
+    found = trends.cohorts.cohorts
+    return {
+        **series.watched._asdict(),
+        "vehicles": len(series.vehicles),
+        "drives": int(series.drives.present.sum()),
+        "drive_scatter": known.scatter.scatter,
+        "deviation_scale": known.scatter.scale,
+        "wrong_share": known.scatter.wrong_share,
+        "per_kelvin": float(known.scatter.effects[0]),
+        "per_10000_km": float(known.prior.mean[..., 3].mean()),
+        "level_walk": known.wander.level_walk,
+        "remarks": list(known.remarks),
+        "mean": None if found is None else found.mean,
+        "between_cars": None if found is None else found.between,
+        "cohorts": [] if found is None else [{**dataclasses.asdict(each), "alike": [list(pair) for pair in each.alike]}
+                                            for each in found.all],
+        "levels": {
+            vehicle: [float(value), float(deviation)]
+            for vehicle, (value, deviation) in zip(series.vehicles, trends.level, strict=True)
+        },
+    }  # fmt: skip
+
+
+def _car(report: FleetReport, place: int, car: Ranked) -> dict[str, Any]:
+    return {
+        "rank": place + 1,
+        "vehicle": car.vehicle,
+        "state": WORDS[car.urgency],
+        "reasons": [_reason(report, reason) for reason in car.reasons],
+    }
+
+
+def _reason(report: FleetReport, reason: Reason) -> dict[str, Any]:
+    drives = report.findings.select(["recording_name", "start", "status", "estimate", "deviation"])
+    rows = [
+        {**row, "start": None if row["start"] is None else row["start"].isoformat()}
+        for row in drives.take(list(reason.rows)).to_pylist()
+    ]
+    return {
+        "state": WORDS[reason.urgency],
+        "text": reason.text,
+        "inspect": reason.inspect,
+        "trend": None if reason.trends is None else _trend(*reason.trends),
+        "drives": rows,
+    }
+
+
+def _trend(trends: Trends, car: int) -> dict[str, Any]:
+    series = trends.series
+    changed = bool(trends.listed[car]) or math.isfinite(trends.alarmed[car])
+    return {
+        **series.watched._asdict(),
+        "level": trends.level[car],
+        "slope_per_day": trends.slope[car],
+        "nominal": series.nominal[car],
+        "limit": series.limit[car],
+        "chance_of_limit_in_90_days": trends.chance[car],
+        "days_to_limit": trends.left[car],
+        "log_evidence": trends.logarithm[car],
+        "listed": bool(trends.listed[car]),
+        "alarmed": _day(trends.alarmed[car]),
+        "change": None if not changed else {
+            "kind": "step" if trends.kind[car] == STEP else "ramp",
+            "size": trends.size[car],
+            "began": _day(trends.began[car]),
+            "earliest": _day(trends.earliest[car]),
+            "latest": _day(trends.latest[car]),
+        },
+        "cohort": {kind: names[car] for kind, names in series.labels.items()},
+    }  # fmt: skip
+
+
+def _day(value: float) -> str | None:
+    return date(float(value)) if math.isfinite(value) else None

@@ -1,0 +1,240 @@
+"""What the page of a fleet shows, as headings, tables and charts that the report draws."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tierod.core.content import Band, Chart, Heading, Item, Lines, Panel, Points, Table
+from tierod.core.shown import written
+from tierod.fleet import report_words as words
+from tierod.fleet.ranking import WORDS, Ranked, date
+from tierod.fleet.report import FleetReport
+from tierod.fleet.trends import Trends
+from tierod.report.display import INTERVAL, number
+
+LISTED = 200
+"""Cars in the list of the page; the JSON document has all."""
+
+CARDS = 12
+"""Cars with a part and a chart of their own."""
+
+DOTS = 1500
+"""Cars in a chart of the fleet; of a larger one, as many evenly chosen ones."""
+
+COHORTS = 15
+
+
+def items(report: FleetReport) -> Iterator[Item]:
+    """Everything below the head of the page, one after the other."""
+    if report.cars:
+        yield Heading("Worst first", (_how_often(report),))
+        yield _list(report)
+    for place, car in enumerate(report.cars[:CARDS]):
+        yield from _card(report, car, place)
+    for number_of, each in enumerate(report.trends):
+        yield from _cohorts(each, number_of)
+    for number_of, each in enumerate(report.trends):
+        yield from _fleet(each, number_of)
+    yield from _ledger(report)
+
+
+def _how_often(report: FleetReport) -> str:
+    design = report.design
+    years = f"{design.vehicle_years:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
+    return (
+        f"'Changed': a fault-free car gets there once in {years} vehicle-years at the most, "
+        "however many drives were looked at. 'Probably changed': of all changed cars in the list at most "
+        f"{100.0 * design.discovery_rate:.0f} % are wrong on average. 'Limit soon': the limit is rather reached within "
+        "90 days than not."
+    )
+
+
+def _list(report: FleetReport) -> Table:
+    rows = []
+    for place, car in enumerate(report.cars[:LISTED]):
+        found = words.first_trend(car)
+        now, left, cohort = (
+            ("–",) * 3 if found is None else (words.level(*found), words.left(*found), words.cohort(*found))
+        )
+        rows.append((str(place + 1), car.vehicle, WORDS[car.urgency], car.reasons[0].text, now, left, cohort,
+                     car.reasons[0].inspect))  # fmt: skip
+    more = len(report.cars) - LISTED
+    return Table(
+        "Cars to call in",
+        ("rank", "vehicle", "state", "why", "level now (95 %)", "time left (90 %)", "cohort", "inspect"),
+        tuple(rows),
+        f"{more} more stand in the JSON document." if more > 0 else "",
+    )
+
+
+def _card(report: FleetReport, car: Ranked, place: int) -> Iterator[Item]:
+    lines = [f"{reason.text}. Inspect {reason.inspect}." for reason in car.reasons[:4]]
+    found = words.first_trend(car)
+    if found is not None:
+        trends, number_of = found
+        # A card shows the figures that stand in no column of the list.
+        lines.append(
+            f"Change began {words.since(*found)}; chance of the limit within 90 days {words.shown_chance(*found)}; "
+            f"{words.labels(*found)}."
+        )
+        yield Heading(f"{place + 1}. {car.vehicle}: {WORDS[car.urgency]}", tuple(lines))
+        yield _trend_chart(trends, number_of, place)
+    else:
+        yield Heading(f"{place + 1}. {car.vehicle}: {WORDS[car.urgency]}", tuple(lines))
+    yield _drives(report, car)
+
+
+def _trend_chart(trends: Trends, car: int, place: int) -> Chart:
+    series, unit = trends.series, written(trends.series.watched.unit)
+    last = float(np.nanmax(series.drives.day))
+    day, value, deviation = trends.band(car)
+    there = series.drives.present[car]
+    along = _rounded(day - last)
+    marks = (
+        Band("95 % of the level", along, value - INTERVAL * deviation, value + INTERVAL * deviation),
+        Lines("level at 15 °C", along, value),
+        Points("drives", _rounded(series.drives.day[car, there] - last), series.drives.estimate[car, there]),
+    )
+    known = (("nominal", series.nominal[car]), ("limit", series.limit[car]))
+    uprights = [("began", trends.began[car]), ("alarm", trends.alarmed[car])]
+    changed = trends.listed[car] or np.isfinite(trends.alarmed[car])
+    panel = Panel(
+        series.watched.quantity,
+        f"days before {date(last)}",
+        f"{series.watched.quantity} [{unit}]",
+        marks,
+        tuple((name, float(level)) for name, level in known if np.isfinite(level)),
+        tuple((name, float(when - last)) for name, when in uprights if changed and np.isfinite(when)),
+    )
+    vehicle = series.vehicles[car]
+    return Chart(
+        f"trend-{place + 1}",
+        f"{series.watched.title}: {vehicle}",
+        "Drives are shown as they were; the level is theirs at 15 °C in the light of all of them.",
+        f"{series.watched.quantity} of {vehicle} over {along[-1] - along[0]:.0f} days, with its level and limit",
+        (panel,),
+    )
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    return np.round(values, 2)
+
+
+def _drives(report: FleetReport, car: Ranked) -> Table:
+    rows = [row for reason in car.reasons for row in reason.rows][:8]
+    part = report.findings.select(
+        ["start", "recording_name", "monitor", "judged", "status", "estimate", "deviation", "unit"]
+    )
+    cells = []
+    for row in part.take(rows).to_pylist():
+        value, spread = row["estimate"], row["deviation"]
+        estimate = "–" if value is None else f"{number(value, 3)} ± {number(INTERVAL * (spread or 0.0), 2)} "
+        when = "no date" if row["start"] is None else f"{row['start']:%Y-%m-%d}"
+        judged = row["judged"] or row["monitor"]
+        estimate += written(row["unit"] or "")
+        cells.append((when, row["recording_name"] or "–", judged, row["status"], estimate))
+    return Table(
+        "Drives that say so", ("date", "recording", "judged", "verdict of the drive", "estimate"), tuple(cells)
+    )
+
+
+_OF_DRIVES = ["start", "recording_name", "monitor", "judged", "status", "estimate", "deviation", "unit"]
+
+
+def _cohorts(trends: Trends, place: int) -> Iterator[Item]:
+    found = trends.cohorts.cohorts
+    if found is None or not found.all:
+        return
+    unit = written(trends.series.watched.unit)
+    differing = trends.cohorts.differing
+    text = "; ".join(
+        f"{each.kind} {each.name}: {each.effect:+.2g} ± {INTERVAL * each.deviation:.1g} {unit}, "
+        f"odds {words.odds(each.log_odds)}"
+        for each in differing
+    )
+    yield Heading(f"Cohorts: {trends.series.watched.title}", (text or "No cohort differs from the rest of the fleet.",))
+    shown = found.all[:COHORTS]
+    rows = tuple(
+        (
+            f"{each.kind} {each.name}",
+            str(each.cars),
+            f"{each.effect:+.3g}",
+            f"{INTERVAL * each.deviation:.2g}",
+            words.odds(each.log_odds),
+            ", ".join(f"{kind} {name}" for kind, name in each.alike) or "–",
+        )
+        for each in shown
+    )
+    note = (
+        f"Prior odds of a cohort are 1 to 99. Cars differ by {found.between:.3g} {unit} from each other (one standard "
+        f"deviation); the mean is {found.mean:.4g} {unit}. Cohorts of nearly the same cars cannot be separated."
+    )
+    yield Table(
+        f"Cohorts, likeliest first, of {len(found.all)}",
+        ("cohort", "cars", f"effect [{unit}]", "± (95 %)", "odds that it differs", "not separated from"),
+        rows,
+        note,
+    )
+    names = [f"{each.kind} {each.name}" for each in shown][::-1]
+    effect = np.array([each.effect for each in shown])[::-1]
+    half = INTERVAL * np.array([each.deviation for each in shown])[::-1]
+    marks = (Points("effect against the rest", names, effect, effect - half, effect + half),)
+    panel = Panel("", "", f"effect [{unit}]", marks, (("none", 0.0),), sideways=True)
+    yield Chart(
+        f"cohorts-{place + 1}", "Effects of cohorts", "With 95 % intervals, shrunk towards no effect.",
+        "Effects of the likeliest cohorts against the rest of the fleet", (panel,),
+    )  # fmt: skip
+
+
+def _fleet(trends: Trends, place: int) -> Iterator[Item]:
+    series, known = trends.series, trends.learnt
+    unit = written(series.watched.unit)
+    scatter, wander = known.scatter, known.wander
+    rows = (
+        ("cars, drives", f"{len(series.vehicles)}, {int(series.drives.present.sum())}"),
+        ("deviation from drive to drive that drives do not state", f"{number(scatter.scatter, 2)} {unit}"),
+        ("true error over the stated deviation", number(scatter.scale, 2)),
+        ("share of wrong drives", f"{100.0 * scatter.wrong_share:.2g} %"),
+        ("change per 10 K", f"{number(10.0 * float(scatter.effects[0]), 2)} {unit}"),
+        ("change per 10 000 km", f"{number(float(known.prior.mean[..., 3].mean()), 2)} {unit}"),
+        ("random walk of the level in 100 days", f"{number(10.0 * wander.level_walk, 2)} {unit}"),
+    )
+    yield Heading(f"The fleet: {series.watched.title}", known.remarks)
+    yield Table("Learnt from all cars", ("what", "value"), rows)
+    if (chart := _mileage_chart(trends, place, unit)) is not None:
+        yield chart
+
+
+def _mileage_chart(trends: Trends, place: int, unit: str) -> Chart | None:
+    """Levels of all cars over their mileage; over their rank where mileages are not known."""
+    series = trends.series
+    along = 10.0 * (series.mileage + np.nanmax(series.drives.effects[:, :, 1], axis=1))
+    known = np.isfinite(along)
+    if known.sum() < 2:
+        return None
+    chosen = np.flatnonzero(known)
+    chosen = chosen[np.linspace(0, len(chosen) - 1, min(DOTS, len(chosen))).round().astype(int)]
+    changed = trends.listed | np.isfinite(trends.alarmed)
+    usual, odd = chosen[~changed[chosen]], np.flatnonzero(known & changed)[:DOTS]
+    marks = [Points("fault-free", np.round(along[usual], 1), np.round(trends.level[usual, 0], 4))]
+    if len(odd):
+        marks.append(Points("changed", np.round(along[odd], 1), np.round(trends.level[odd, 0], 4)))
+    limit = float(np.nanmedian(series.limit)) if np.isfinite(series.limit).any() else np.nan
+    levels = (("limit", limit),) if np.isfinite(limit) else ()
+    panel = Panel("", "mileage [1000 km]", f"level now [{unit}]", tuple(marks), levels)
+    return Chart(
+        f"fleet-{place + 1}", "Levels of the fleet", f"{len(chosen)} of {int(known.sum())} cars, at 15 °C.",
+        f"Level of {series.watched.quantity} over mileage", (panel,),
+    )  # fmt: skip
+
+
+def _ledger(report: FleetReport) -> Iterator[Item]:
+    if not report.ledger:
+        return
+    yield Heading("Recordings that were not judged")
+    rows = tuple(
+        (row.outcome, str(row.count), row.reason or "–", ", ".join(row.examples)) for row in report.ledger[:50]
+    )
+    yield Table("Skipped and failed", ("outcome", "recordings", "reason", "such as"), rows)

@@ -1,0 +1,72 @@
+"""The page of a fleet: worst first, the cars one by one, cohorts, the fleet, and what was not judged."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from tierod import __version__
+from tierod.core.files import write_text
+from tierod.fleet import report_words as words
+from tierod.fleet.ranking import WORDS, Urgency, date
+from tierod.fleet.report import FleetReport
+from tierod.fleet.report_document import text
+from tierod.fleet.report_items import items
+from tierod.report.campaign.page import campaign_style
+from tierod.report.html import TEMPLATES, Origin, rendered, sections
+
+_KINDS = {
+    Urgency.FAULT: ("✕", "bad"),
+    Urgency.SOON: ("✕", "bad"),
+    Urgency.CHANGED: ("▲", "watch"),
+    Urgency.LISTED: ("▲", "watch"),
+    Urgency.NEAR: ("▲", "watch"),
+}
+
+
+def render(report: FleetReport) -> str:
+    """The page as text."""
+    counts = Counter(WORDS[car.urgency] for car in report.cars)
+    symbol, kind = ("✓", "good") if report.vehicles else ("?", "open")
+    status = "nothing found" if report.vehicles else "no findings"
+    if report.cars:
+        status = WORDS[report.cars[0].urgency]
+        symbol, kind = _KINDS[report.cars[0].urgency]
+    style = campaign_style() + (TEMPLATES / "fleet.css").read_text(encoding="utf-8")
+    return rendered(
+        "fleet.html.j2",
+        Origin(report.created, __version__, report.command),
+        sections=sections(list(items(report))),
+        symbol=symbol,
+        kind=kind,
+        status=status,
+        headline=words.headline(len(report.cars), report.vehicles, dict(counts)),
+        facts_of=_facts(report),
+        remarks=report.remarks,
+        style=style,
+    )
+
+
+def write(report: FleetReport, folder: str | Path) -> tuple[Path, Path]:
+    """Write fleet.html and fleet.json into a folder; (page, document).
+
+    Raises:
+        OutputError: they cannot be written
+    """
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    document = write_text(target / "fleet.json", text(report))
+    return write_text(target / "fleet.html", render(report)), document
+
+
+def _facts(report: FleetReport) -> list[tuple[str, str]]:
+    facts = [("Vehicles", str(report.vehicles))]
+    facts += [(f"Recordings {outcome}", str(count)) for outcome, count in sorted(report.outcomes.items())]
+    drives = [each.series.drives.day for each in report.trends]
+    finite = [day[day == day] for day in drives]
+    if finite and any(len(day) for day in finite):
+        first, last = min(float(day.min()) for day in finite), max(float(day.max()) for day in finite)
+        facts.append(("Drives from", f"{date(first)} to {date(last)}"))
+    facts.append(("Quantities followed", str(len(report.trends))))
+    facts.append(("Cohorts that differ", str(sum(len(each.cohorts.differing) for each in report.trends))))
+    return facts

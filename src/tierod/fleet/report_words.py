@@ -1,0 +1,87 @@
+"""Words and figures of the page of a fleet."""
+
+from __future__ import annotations
+
+import math
+
+from tierod.core.shown import written
+from tierod.fleet.ranking import Ranked, date
+from tierod.fleet.trends import Trends
+from tierod.report.display import INTERVAL, number, share
+
+
+def odds(logarithm: float) -> str:
+    """Odds as people say them, from their natural logarithm: "12 to 1", "1 to 40"."""
+    size = abs(logarithm)
+    text = f"{math.exp(size):.2g}" if size < math.log(1e4) else f"10^{size / math.log(10.0):.0f}"
+    text = f"{float(text):g}" if "^" not in text else text
+    return f"{text} to 1" if logarithm >= 0.0 else f"1 to {text}"
+
+
+def level(trends: Trends, car: int) -> str:
+    """Level now with its 95 % interval and unit."""
+    value, deviation = trends.level[car]
+    half = INTERVAL * deviation
+    return f"{number(value, 3)} ± {number(half, 2)} {written(trends.series.watched.unit)}"
+
+
+def left(trends: Trends, car: int) -> str:
+    """Time left to the limit with its 90 % interval."""
+    early, likely, late = trends.left[car]
+    if not math.isfinite(trends.series.limit[car]):
+        return "no limit known"
+    if likely == 0.0:
+        return "reached"
+    if not math.isfinite(early):
+        return "more than 10 years"
+    return f"{days(likely)} ({days(early)} to {days(late)})"
+
+
+def days(value: float) -> str:
+    """A time in days or months; "never" where it is beyond ten years."""
+    if not math.isfinite(value):
+        return "never"
+    return f"{value:.0f} d" if value < 365.0 else f"{value / 365.25:.1f} a"
+
+
+def cohort(trends: Trends, car: int) -> str:
+    """The differing cohorts that a car belongs to; a dash where there is none."""
+    labels = trends.series.labels
+    mine = [each for each in trends.cohorts.differing if labels[each.kind][car] == each.name]
+    return "; ".join(f"{each.kind} {each.name}" for each in mine) or "–"
+
+
+def since(trends: Trends, car: int) -> str:
+    """When the change began, as an interval."""
+    return f"{date(trends.began[car])} ({date(trends.earliest[car])} to {date(trends.latest[car])})"
+
+
+def headline(cars: int, vehicles: int, counts: dict[str, int]) -> str:
+    """First line of the page."""
+    if not vehicles:
+        return "There are no findings yet"
+    if not cars:
+        return f"No car of {vehicles} needs a look"
+    parts = ", ".join(f"{count} {word}" for word, count in counts.items())
+    return f"{cars} of {vehicles} cars to look at: {parts}"
+
+
+def shown_chance(trends: Trends, car: int) -> str:
+    """Chance that the limit is reached within three months."""
+    chance = float(trends.chance[car])
+    return share(chance) if math.isfinite(chance) else "–"
+
+
+def labels(trends: Trends, car: int) -> str:
+    """All labels of a car."""
+    return ", ".join(f"{kind} {names[car]}" for kind, names in trends.series.labels.items() if names[car]) or "–"
+
+
+def first_trend(car: Ranked) -> tuple[Trends, int] | None:
+    """The series of the worst reason that rests on one."""
+    return next((reason.trends for reason in car.reasons if reason.trends is not None), None)
+
+
+def followed(found: tuple[Trends, int] | None) -> tuple[str, str, str]:
+    """(level, time left, cohort) of a car; dashes where no series follows it."""
+    return ("–", "–", "–") if found is None else (level(*found), left(*found), cohort(*found))

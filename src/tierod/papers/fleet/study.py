@@ -1,0 +1,27 @@
+"""The study of fleets: measured errors first, then vehicle-years that are drawn from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tierod.core.content import Heading, Item
+from tierod.experiments.effort import Effort, Progress
+from tierod.papers.fleet import batches, measured_errors, virtual_years
+
+
+def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+    """All that the study finds out."""
+    progress(0.0, "drives of virtual cars")
+    law = measured_errors.measured(effort)
+    yield Heading(
+        "Errors of the monitor",
+        ("All fleets below are at estimate level: their drives are not driven, but drawn from these errors.",),
+    )
+    yield measured_errors.table(law)
+    progress(0.5, "vehicle-years")
+    yield Heading("False alarms and delays")
+    yield from virtual_years.items(law, effort, measured_errors.seed())
+    progress(0.9, "batches")
+    yield Heading("Batches")
+    yield from batches.items(law, effort, measured_errors.seed())
+    progress(1.0, "done")

@@ -1,0 +1,218 @@
+"""Fleets at estimate level: false alarms on fault-free vehicle-years, and how soon ramps and steps are found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tierod.core.claims import Claim, at_least, at_most
+from tierod.core.content import Chart, Item, Lines, Panel, Table
+from tierod.experiments.effort import Effort
+from tierod.fleet.trends import Design, Trends, trends
+from tierod.fleet.virtual import FleetFile, VirtualCars, drawn
+from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, Ageing, Linear, Sudden
+from tierod.fleet.virtual_estimates import ErrorLaw, estimates, series
+from tierod.methods.trends.fleet_alarms import DAYS_PER_YEAR
+
+CARS, QUICK_CARS = 10_000, 200
+WEEKS = 53
+PER_WEEK = (1, 2, 7)
+"""Drives of five minutes a week."""
+
+RAMP, STEP = 0.01 / SECONDS_PER_DAY, 1.0
+"""1 N*m per 100 days [N*m/s], and a jump [N*m]."""
+
+BEGIN = (90.0 * SECONDS_PER_DAY, 270.0 * SECONDS_PER_DAY)
+CHANGED = 0.05
+"""Share of cars with a change in the fleets where changes are looked for."""
+
+WITHIN = 30.0
+GOAL = "goal of tierod"
+
+
+@dataclass(frozen=True)
+class Years:
+    """One kind of fleet, drawn once.
+
+    Args:
+        per_week: drives of each car
+        cars: how many
+        law: of the errors
+        seed: of all chance
+        ageing: of a share of the cars; none where fault-free
+    """
+
+    per_week: int
+    cars: int
+    law: ErrorLaw
+    seed: int
+    ageing: tuple[Ageing, ...] = ()
+
+    def run(self) -> tuple[VirtualCars, Trends]:
+        """The cars, and what the product finds in their estimates."""
+        file = FleetFile("study", self.cars, "2025-01-01", seed=self.seed, weeks=WEEKS, drives_per_week=self.per_week,
+                         ageing=self.ageing)  # fmt: skip
+        cars = drawn(file)
+        return cars, trends(series(cars, *estimates(cars, self.law, (self.seed, 9))), Design())
+
+
+@dataclass(frozen=True)
+class Counted:
+    """What came out of one kind of fleet.
+
+    Args:
+        years: vehicle-years that were watched without a change
+        alarms: of cars without a change
+        delays: from the begin of each change to its alarm [d]; infinite where there was none
+        wrong_share: of the list of changed cars at the end
+        listed: how many cars are in it
+    """
+
+    years: float
+    alarms: int
+    delays: tuple[float, ...]
+    wrong_share: float
+    listed: int
+
+
+def counted(task: Years) -> Counted:
+    """Run one kind of fleet, and count."""
+    cars, found = task.run()
+    changed = np.isfinite(cars.begin)
+    first = cars.day.min(axis=1)
+    end = np.where(changed, np.maximum(cars.begin, first), cars.day.max(axis=1))
+    before = np.where(changed, found.alarmed < cars.begin, np.isfinite(found.alarmed))
+    delay = np.where(np.isfinite(found.alarmed), found.alarmed - cars.begin, np.inf)[changed & ~before]
+    listed = int(found.listed.sum())
+    wrong = int((found.listed & ~changed).sum())
+    years = float((end - first).sum()) / DAYS_PER_YEAR
+    return Counted(years, int(before.sum()), tuple(map(float, delay)), wrong / max(listed, 1), listed)
+
+
+def items(law: ErrorLaw, effort: Effort, seed: int) -> Iterator[Item]:
+    """Tables, chart and claims.
+
+    Args:
+        law: of the errors
+        effort: how many cars
+        seed: of all chance
+    """
+    count = QUICK_CARS if effort.quick else CARS
+    ramp = Ageing("ramp", Linear(RAMP), CHANGED, BEGIN)
+    step = Ageing("step", Sudden(STEP), CHANGED, BEGIN)
+    tasks = [Years(n, count, law, seed + 10 * n) for n in PER_WEEK]
+    tasks += [
+        replace(tasks[number], seed=tasks[number].seed + more, ageing=(ageing,))
+        for number in range(len(PER_WEEK))
+        for more, ageing in ((1, ramp), (2, step))
+    ]
+    found = effort.made(counted, tasks)
+    quiet, ramps, steps = found[: len(PER_WEEK)], found[len(PER_WEEK) :: 2], found[len(PER_WEEK) + 1 :: 2]
+    yield _quiet_table(quiet)
+    yield _delay_table(ramps, steps)
+    yield _delay_chart(ramps)
+    yield from _claims(quiet, ramps, steps)
+
+
+def upper_bound(alarms: int) -> float:
+    """Number of alarms that is not exceeded with 95 % confidence (Garwood, 1936)."""
+    from scipy.stats import chi2
+
+    return float(0.5 * chi2.ppf(0.95, 2 * alarms + 2))
+
+
+def _quiet_table(quiet: list[Counted]) -> Table:
+    rows = tuple(
+        (
+            str(n),
+            f"{each.years:.0f}",
+            str(each.alarms),
+            f"{1e4 * upper_bound(each.alarms) / each.years:.1f}",
+            str(each.listed),
+        )
+        for n, each in zip(PER_WEEK, quiet, strict=True)
+    )
+    return Table(
+        "False alarms of fault-free cars, estimate level",
+        ("drives a week", "vehicle-years", "alarms", "per 10 000 years, at most", "listed at the end"),
+        rows,
+        "With seasons, winter tyres, mileage, wrong drives and cars that differ. Designed for one alarm in 10 000 "
+        "vehicle-years at the most; 'at most' is the bound of 95 % confidence on what was counted.",
+    )
+
+
+def _delay_table(ramps: list[Counted], steps: list[Counted]) -> Table:
+    rows = tuple(
+        (
+            kind,
+            str(n),
+            str(len(each.delays)),
+            *(f"{quantile(each, share):.0f}" for share in (0.5, 0.9, 0.95)),
+            f"{within(each):.3f}",
+            f"{each.wrong_share:.3f} of {each.listed}",
+        )
+        for kind, kinds in (("1 N·m per 100 d", ramps), ("step of 1 N·m", steps))
+        for n, each in zip(PER_WEEK, kinds, strict=True)
+    )
+    header = (
+        "change",
+        "drives a week",
+        "cars",
+        "median [d]",
+        "90 % [d]",
+        "95 % [d]",
+        "within 30 d",
+        "wrong in the list",
+    )
+    return Table("Time from the begin of a change to its alarm, estimate level", header, rows)
+
+
+def _delay_chart(ramps: list[Counted]) -> Chart:
+    along = np.arange(0.0, 61.0)
+    marks = tuple(
+        Lines(f"{n} a week", along, [float(np.mean(np.array(each.delays) <= day)) for day in along])
+        for n, each in zip(PER_WEEK, ramps, strict=True)
+    )
+    panel = Panel("", "days since the ramp began", "share of cars found", marks, uprights=(("30 days", WITHIN),))
+    return Chart(
+        "ramps", "How soon a ramp of 1 N·m per 100 days is found", "By drives of five minutes a week.",
+        "Share of cars with a ramp that have raised an alarm, over the days since it began", (panel,),
+    )  # fmt: skip
+
+
+def quantile(each: Counted, share: float) -> float:
+    """Delay that a share of the cars does not exceed [d]."""
+    delays = np.sort(each.delays)
+    return float(delays[min(math.ceil(share * len(delays)), len(delays)) - 1]) if len(delays) else math.nan
+
+
+def within(each: Counted) -> float:
+    """Share of changes found within `WITHIN` days."""
+    return float(np.mean(np.array(each.delays) <= WITHIN)) if each.delays else math.nan
+
+
+def _claims(quiet: list[Counted], ramps: list[Counted], steps: list[Counted]) -> Iterator[Claim]:
+    for n, none, ramp in zip(PER_WEEK, quiet, ramps, strict=True):
+        often = f"{n} drive{'s' * (n > 1)} of 5 minutes a week"
+        note = f"{len(ramp.delays)} ramps; 95 % within {quantile(ramp, 0.95):.0f} d."
+        yield Claim(
+            f"ramps.false-alarms-{n}", f"At most one false alarm in 10 000 vehicle-years, {often}.", GOAL, None,
+            1e4 * none.alarms / none.years, at_most(1.0), "",
+            f"{none.alarms} counted on {none.years:.0f} vehicle-years at estimate level.",
+        )  # fmt: skip
+        yield Claim(
+            f"ramps.median-{n}", f"A ramp of 1 N·m per 100 days is found within 30 days, median, {often}.", GOAL, None,
+            quantile(ramp, 0.5), at_most(WITHIN), "d", note,
+        )  # fmt: skip
+        yield Claim(
+            f"ramps.within-{n}", f"A ramp of 1 N·m per 100 days is found within 30 days in 95 % of the cars, {often}.",
+            GOAL, None, within(ramp), at_least(0.95),
+        )  # fmt: skip
+    wrong = max(each.wrong_share for each in (*ramps, *steps))
+    yield Claim(
+        "ramps.wrong-share", "At most a tenth of the cars in the list of changed ones is wrong.", GOAL, None, wrong,
+        at_most(0.1), "", "Largest of six fleets, at the end of the year.",
+    )  # fmt: skip

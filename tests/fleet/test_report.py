@@ -1,0 +1,154 @@
+"""Page and document of a fleet: worst first, with its drives, and a ledger; damaged and empty results."""
+
+import json
+from importlib.resources import files
+
+import jsonschema
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from tierod.cli import main
+from tierod.core.errors import InputError
+from tierod.fleet import report_words as words
+from tierod.fleet.ranking import Urgency
+from tierod.fleet.report import worked_out
+from tierod.fleet.report_command import report
+from tierod.fleet.report_document import document, text
+from tierod.fleet.report_page import render
+from tierod.fleet.schema import findings, ledger
+from tierod.fleet.standing import standings
+from tierod.fleet.trends import Design
+from tierod.fleet.virtual import FleetFile, drawn
+from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, Ageing, Linear
+from tierod.fleet.virtual_writing import shipped_law, write_estimates
+from tierod.vehicles import load
+
+SCHEMA = json.loads(files("tierod.fleet").joinpath("fleet.schema.json").read_text(encoding="utf-8"))
+RAMP = Ageing("ramp", Linear(0.02 / SECONDS_PER_DAY), 0.04, (60.0 * SECONDS_PER_DAY, 80.0 * SECONDS_PER_DAY))
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("results")
+    write_estimates(drawn(FleetFile("tests", 50, "2025-10-01", weeks=30, ageing=(RAMP,))), folder, shipped_law())
+    rows = [{"recording_name": f"<b>{n}.mf4", "outcome": "failed", "reason": "it is damaged"} for n in range(2)]
+    pq.write_table(pa.Table.from_pylist(rows, schema=ledger()), folder / "ledger" / "z.parquet")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def found(results):
+    from tierod.fleet.report import report as of
+
+    return of(results)
+
+
+def sensor(vehicle, statuses, name="yaw_rate"):
+    return [
+        {
+            "vehicle": vehicle,
+            "monitor": "condition",
+            "judged": name,
+            "role": "sensor",
+            "status": status,
+            "kind": "offset",
+        }
+        for status in statuses
+    ]
+
+
+def made(rows):
+    return pa.Table.from_pylist(rows, schema=findings())
+
+
+def test_the_document_fits_its_schema_and_names_the_worst_first(found):
+    content = json.loads(text(found))
+    jsonschema.validate(content, SCHEMA)
+    assert content["vehicles"] == 50
+    assert content["recordings"] == {"failed": 2, "judged": 1500}
+    changed = [car for car in content["cars"] if car["reasons"][0]["trend"]["alarmed"]]
+    assert len(changed) == 2
+    assert [car["rank"] for car in content["cars"]] == list(range(1, len(content["cars"]) + 1))
+    best = changed[0]["reasons"][0]
+    assert best["trend"]["change"]["kind"] == "ramp"
+    assert best["trend"]["change"]["size"][0] == pytest.approx(0.02, rel=0.1)
+    assert best["drives"][0]["start"] > best["drives"][1]["start"]
+    assert "grease" in best["inspect"]
+    assert content["not_judged"][0]["count"] == 2
+
+
+def test_the_page_shows_it_in_one_small_file(found):
+    page = render(found)
+    assert len(page.encode()) < 2_000_000
+    for car in found.cars[:3]:
+        assert car.vehicle in page
+    assert "per 100 days" in page
+    assert "Drives that say so" in page
+    assert "it is damaged" in page
+    assert "<b>0.mf4" not in page
+    assert 'src="http' not in page
+
+
+def test_the_command_writes_both_and_says_what_it_found(results, tmp_path, capsys):
+    assert report(str(results), tmp_path / "new" / "folder", False, "tierod fleet report") == 1
+    said = capsys.readouterr().out
+    assert "of 50 cars to look at" in said
+    assert (tmp_path / "new/folder/fleet.html").stat().st_size > 100_000
+    assert report(str(results), tmp_path, True, "") == 1
+    assert json.loads(capsys.readouterr().out)["schema"] == "tierod.fleet/1"
+
+
+def test_a_prior_is_written_for_a_new_car(results, tmp_path, capsys):
+    path = tmp_path / "new.toml"
+    path.write_text(load("midsize-eps").path.read_text(encoding="utf-8"), encoding="utf-8")
+    assert main(["fleet", "report", str(results), "-o", str(tmp_path), "--prior", str(path)]) == 1
+    assert "nominal_friction is" in capsys.readouterr().out
+    assert load(path)["nominal_friction"] != load("midsize-eps")["nominal_friction"]
+    assert "fleet of 50 cars" in load(path).parameters["nominal_friction"].source
+    for cohort, message in (("batch", "expected KIND=NAME"), ("batch=7", "no car of the fleet has batch '7'")):
+        words = ["fleet", "report", str(results), "-o", str(tmp_path), "--prior", str(path), "--cohort", cohort]
+        assert main(words) == 3
+        assert message in capsys.readouterr().err
+
+
+def test_what_is_no_results_folder_is_refused(tmp_path):
+    with pytest.raises(InputError, match="holds no results"):
+        report(str(tmp_path), None, False, "")
+
+
+def test_empty_results_say_so():
+    empty = worked_out(findings().empty_table(), ledger().empty_table(), Design())
+    assert "There are no findings yet" in render(empty)
+    jsonschema.validate(json.loads(text(empty)), SCHEMA)
+
+
+def test_faults_that_keep_coming_back_stand_and_single_ones_do_not():
+    rows = [
+        *sensor("a", ["healthy", "fault", "fault"]),
+        *sensor("b", ["fault", "healthy", "healthy", "not enabled"]),
+        *sensor("c", ["fault"]),
+        *sensor("d", ["fault", "fault", "healthy", "healthy", "healthy"]),
+        *sensor("e", ["not enabled"]),
+    ]
+    found = standings(made(rows))
+    assert [(each.vehicle, each.faults, each.of) for each in found] == [("a", 2, 3), ("c", 1, 1)]
+    assert found[0].rows == (1, 2)
+
+
+def test_a_standing_fault_comes_before_all_else_and_has_drives():
+    rows = sensor("car 7", ["fault"] * 3)
+    found = worked_out(made(rows), ledger().empty_table(), Design())
+    (car,) = found.cars
+    assert car.urgency is Urgency.FAULT
+    assert car.reasons[0].text == "yaw_rate: fault (offset) in 3 of the last 3 judged drives"
+    assert len(document(found)["cars"][0]["reasons"][0]["drives"]) == 3
+    assert "no date" in render(found)
+
+
+def test_odds_and_times_are_said_as_people_say_them():
+    assert words.odds(np.log(12.0)) == "12 to 1"
+    assert words.odds(-np.log(40.0)) == "1 to 40"
+    assert words.odds(np.log(1e18)) == "10^18 to 1"
+    assert (words.days(12.3), words.days(800.0), words.days(np.inf)) == ("12 d", "2.2 a", "never")
