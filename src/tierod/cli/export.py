@@ -28,6 +28,9 @@ DRIVES = {
 }
 """Shipped scenario whose drive a monitor is compared by where no other is named."""
 
+DRIVEN_STEPS, RANDOM_STEPS = 100_000, 100_000
+"""At the most, of the comparison of the evidence."""
+
 
 def export(
     kind: Annotated[str, typer.Argument(help="c: C99 for a control unit.")],
@@ -43,6 +46,9 @@ def export(
         str | None,
         typer.Option(help="Recording or scenario that the test vectors come from; a shipped one where not given."),
     ] = None,
+    evidence: Annotated[
+        bool, typer.Option("--evidence", help="Compare, check and measure, and write evidence.html beside it.")
+    ] = False,
 ) -> None:
     """Write a monitor as C: header, source, parameters, test vectors and what compares them."""
     from tierod.cli.terminal import output as console
@@ -59,12 +65,15 @@ def export(
     car = load(vehicle)
     subject = subject_of(monitor, car, variant)
     chosen: Options = Options("single" if precision == "single" else "double", validity)
-    written = _write_c(Interface(subject, chosen), car, drive, output)
+    face = Interface(subject, chosen)
+    written = _write_c(face, car, drive, output)
     console().print(
         f"{subject.title} for {car.name}, {precision} precision, parameters {subject.digest:08x}: "
         f"{len(written)} files in {output}\nbuild and compare with: make -C {output}",
         soft_wrap=True, markup=False, highlight=False,
     )  # fmt: skip
+    if evidence:
+        _write_evidence(face, car, drive, output)
 
 
 def _write_c(face: Interface, car: Vehicle, drive: str | None, output: Path) -> list[str]:
@@ -76,6 +85,22 @@ def _write_c(face: Interface, car: Vehicle, drive: str | None, output: Path) -> 
     texts = files(face, vectors_of(face.subject, inputs, source))
     write_folder(texts, output)
     return list(texts)
+
+
+def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Path) -> None:
+    """Compare, check and measure an export, and write the page about it."""
+    from tierod.cli.terminal import messages, show, write_page
+    from tierod.export.evidence.page import evidence
+    from tierod.export.stimuli import SEED, random_inputs
+    from tierod.export.vectors import STEPS, rounded, vectors_of
+    from tierod.report.analysis.analysis import facts_of
+
+    inputs, source = inputs_of(face.subject, car, drive, DRIVEN_STEPS)
+    samples = {source: rounded(inputs), f"random (seed {SEED})": rounded(random_inputs(face.subject, RANDOM_STEPS))}
+    messages().print("comparing, checking and measuring: some minutes", markup=False)
+    found = evidence(face, output, vectors_of(face.subject, inputs[:STEPS], source), samples)
+    show(found)
+    write_page(found, facts_of(car), output / "evidence.html", car.not_good_for, kind="evidence")
 
 
 def inputs_of(subject: Subject, car: Vehicle, drive: str | None, steps: int) -> tuple[np.ndarray, str]:

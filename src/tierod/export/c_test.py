@@ -120,8 +120,10 @@ def _rows(face: Interface) -> str:
     return (
         f"static void begin(void)\n{{\n    {prefix}_prepare(&{prefix}_parameters, &constants);\n"
         f"    {prefix}_init(&{prefix}_parameters, &state);\n}}\n\n"
-        f"static void one(const double *row, double *out)\n{{\n    {prefix}_sample_t sample;\n"
-        f"    {prefix}_output_t output;\n\n{''.join(lines)}"
+        f"static {prefix}_sample_t taken(const double *row)\n{{\n    {prefix}_sample_t sample;\n\n"
+        f"{''.join(lines)}    return sample;\n}}\n\n"
+        f"static void one(const double *row, double *out)\n{{\n"
+        f"    const {prefix}_sample_t sample = taken(row);\n    {prefix}_output_t output;\n\n"
         f"    {prefix}_step(&constants, &state, &sample, &output);\n{''.join(outputs)}}}\n\n"
     )
 

@@ -1,0 +1,131 @@
+"""Back to back: an export, compiled in several ways, beside `scan` on the same samples."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tierod.core.content import Table
+from tierod.core.graph import scan
+from tierod.export.evidence.tools import ran, there, version
+from tierod.export.interface import Interface
+
+COMPILERS = ("gcc", "clang")
+LEVELS = (("-O0",), ("-O2",), ("-O3",), ("-O3", "-march=native"))
+FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-ffp-contract=off")
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far a compiled export is from `scan`.
+
+    Args:
+        build: compiler and flags
+        samples: what was run over, in words
+        steps: how many
+        worst: largest difference of an output in shares of its range; NaN where it could not be run
+        output: that differs most
+        equal: share of the numbers that are the same to the last bit
+        decisions: share of steps at which a status differs
+        warnings: of the compiler
+        trouble: why it could not be run; "" where it could
+    """
+
+    build: str
+    samples: str
+    steps: int = 0
+    worst: float = float("nan")
+    output: str = ""
+    equal: float = float("nan")
+    decisions: float = float("nan")
+    warnings: int = 0
+    trouble: str = ""
+
+
+def differences(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]) -> list[Difference]:
+    """Every build over all samples.
+
+    Args:
+        face: of the export
+        folder: that holds it; compiled files go to `build` in it
+        samples: (n, inputs) by name
+    """
+    wanted = {name: scan(face.subject.block, values).values for name, values in samples.items()}
+    found = []
+    for compiler in COMPILERS:
+        for level in LEVELS:
+            build = f"{compiler} {' '.join(level)}"
+            if not there(compiler):
+                found.append(Difference(build, "", trouble=version(compiler)))
+                continue
+            library, warnings, trouble = _built(face, folder, compiler, level)
+            if library is None:
+                found.append(Difference(build, "", trouble=trouble))
+                continue
+            for name, values in samples.items():
+                outputs = _run(library, values, wanted[name].shape[1])
+                found.append(_difference(face, (build, name), outputs, wanted[name], warnings))
+    return found
+
+
+def _built(face: Interface, folder: Path, compiler: str, level: tuple[str, ...]) -> tuple[ctypes.CDLL | None, int, str]:
+    (folder / "build").mkdir(exist_ok=True)
+    library = folder / "build" / f"{compiler}{'_'.join(level)}.so"
+    sources = [f"{face.prefix}.c", f"{face.prefix}_parameters.c", "test/compare.c"]
+    command = [compiler, *FLAGS, *level, "-fPIC", "-shared", "-DTIEROD_NO_MAIN", "-I.", *sources, "-o", str(library)]
+    done = ran([*command, "-lm"], folder)
+    if done.code != 0:
+        return None, 0, done.first
+    return ctypes.CDLL(str(library.resolve())), done.text.count("warning:"), ""
+
+
+def _run(library: ctypes.CDLL, values: np.ndarray, width: int) -> np.ndarray:
+    given = np.ascontiguousarray(values, dtype=float)
+    outputs = np.zeros((len(given), width))
+    library.tierod_run.argtypes = [ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_long, ctypes.c_long]
+    library.tierod_run.restype = None
+    library.tierod_run(len(given), given.ctypes.data, outputs.ctypes.data, 1, 0)
+    return outputs
+
+
+def _difference(
+    face: Interface, names: tuple[str, str], found: np.ndarray, wanted: np.ndarray, warnings: int
+) -> Difference:
+    same = (found == wanted) | (np.isnan(found) & np.isnan(wanted))
+    finite = np.where(np.isfinite(wanted), wanted, 0.0)
+    span = finite.max(axis=0) - finite.min(axis=0)
+    apart = np.where(same, 0.0, np.abs(found - wanted)) / np.where(span > 0.0, span, 1.0)
+    worst = np.where(np.isnan(apart), np.inf, apart).max(axis=0)
+    place = int(worst.argmax())
+    statuses = list(face.statuses)
+    decided = (found[:, statuses] != wanted[:, statuses]).any(axis=1).mean() if statuses else 0.0
+    output = face.subject.graph.output[place]
+    return Difference(*names, len(found), float(worst[place]), output, float(same.mean()), float(decided), warnings)
+
+
+def table(found: list[Difference], precision: str) -> Table:
+    """The differences as a table."""
+    rows = tuple(
+        (each.build, each.trouble, "", "", "", "", "")
+        if each.trouble
+        else (
+            each.build,
+            f"{each.samples}, {each.steps} steps",
+            f"{each.worst:.2g}",
+            each.output if each.worst else "",
+            f"{each.equal:.4%}",
+            f"{each.decisions:.3%}",
+            str(each.warnings),
+        )
+        for each in found
+    )
+    header = ("build", "samples", "largest difference", "of", "equal numbers", "steps with another status", "warnings")
+    note = (
+        "The difference is in shares of the range of each output. Random samples step, repeat and vanish without "
+        "physical sense, so that a filter may be driven to where it amplifies the last bit."
+    )
+    return Table(f"Back to back with scan, {precision} precision", header, rows, note)

@@ -1,0 +1,80 @@
+"""All evidence for one export, as an analysis that a page shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod.core.content import Heading, Item, Table
+from tierod.core.graph.operation_count import operation_count
+from tierod.export.c_export import write_folder
+from tierod.export.evidence.checks import checks
+from tierod.export.evidence.comparison import Difference, differences, table
+from tierod.export.evidence.targets import targets
+from tierod.export.interface import Interface
+from tierod.export.vectors import Vectors, input_table
+from tierod.report.analysis.analysis import Analysis
+
+
+def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[str, np.ndarray]) -> Analysis:
+    """Compare, check and measure an export; what a missing tool would have shown is named.
+
+    Args:
+        face: of the export
+        folder: that holds it; what is built goes to `build` in it
+        vectors: of the export
+        samples: what is compared back to back: (n, inputs) by name, the last ones random
+    """
+    last = list(samples.values())[-1]
+    write_folder({"test/random.csv": input_table(face.subject, Vectors(last[:10_000], vectors.outputs, ""))}, folder)
+    (folder / "build").mkdir(exist_ok=True)
+    found = differences(face, folder, samples)
+    items: list[Item] = [
+        Heading("Back to back"),
+        table(found, face.options.precision),
+        Heading("Checks"),
+        *checks(face, folder),
+        Heading("Targets"),
+        targets(face, folder, vectors),
+        Heading("Operations"),
+        _operations(face),
+    ]
+    title = f"Evidence for {face.prefix}"
+    return Analysis(title, (_summary(face, found),), items, _document(face, found, items))
+
+
+def _summary(face: Interface, found: list[Difference]) -> str:
+    run = [each for each in found if not each.trouble]
+    if not run:
+        return "No compiler is installed here, so that nothing was compared."
+    worst = max(run, key=lambda each: each.worst)
+    warnings = sum(each.warnings for each in run)
+    return (
+        f"{face.subject.title}, {face.options.precision} precision: {len(run)} comparisons with scan, of which the "
+        f"largest difference is {worst.worst:.2g} of the range of {worst.output or 'any output'} ({worst.build}, "
+        f"{worst.samples}); {warnings} warnings of compilers."
+    )
+
+
+def _operations(face: Interface) -> Table:
+    counted = asdict(operation_count(face.subject.block))
+    rows = tuple((name, str(count)) for name, count in counted.items())
+    rows += (("inputs", str(len(face.subject.sample))), ("outputs", str(len(face.subject.output))))
+    return Table("Operations of one step, counted from the graph", ("operations", "count"), rows)
+
+
+def _document(face: Interface, found: list[Difference], items: list[Item]) -> dict[str, Any]:
+    tables = {each.title: [list(row) for row in each.rows] for each in items if isinstance(each, Table)}
+    return {
+        "schema": "tierod.evidence/1",
+        "export": face.prefix,
+        "version": face.subject.version,
+        "precision": face.options.precision,
+        "parameters": f"{face.subject.digest:08x}",
+        "comparisons": [asdict(each) for each in found],
+        "tables": tables,
+    }

@@ -1,0 +1,96 @@
+import shutil
+
+import numpy as np
+import pytest
+
+from exported_c import exported, needs_gcc, rounded
+from tierod.export.evidence import tools
+from tierod.export.evidence.checks import covered, misra, sanitized
+from tierod.export.evidence.comparison import differences, table
+from tierod.export.evidence.targets import targets
+from tierod.export.stimuli import random_inputs
+from tierod.export.subject import subject_of_block
+from tierod.export.vectors import input_table, vectors_of
+from watched_torque import Watch
+
+needs_arm = pytest.mark.skipif(
+    not all(map(shutil.which, ("arm-none-eabi-gcc", "qemu-system-arm", "qemu-arm"))),
+    reason="no arm-none-eabi-gcc or qemu is installed",
+)
+needs_cppcheck = pytest.mark.skipif(shutil.which("cppcheck") is None, reason="no cppcheck is installed")
+
+
+@pytest.fixture(scope="module")
+def watch():
+    return subject_of_block("watch", Watch(), 100.0, "A watch")
+
+
+@pytest.fixture
+def folder(tmp_path, watch):
+    vectors = vectors_of(watch, random_inputs(watch, 300), "a test")
+    exported(watch, tmp_path)
+    (tmp_path / "build").mkdir()
+    (tmp_path / "test/random.csv").write_text(input_table(watch, vectors))
+    return tmp_path
+
+
+@needs_gcc
+def test_every_build_is_compared_and_an_absent_compiler_is_named(watch, folder, monkeypatch):
+    monkeypatch.setattr("tierod.export.evidence.comparison.COMPILERS", ("gcc", "no-such-compiler"))
+    face = exported(watch, folder, precision="double")
+    found = differences(face, folder, {"random": rounded(random_inputs(watch, 300))})
+    assert [each.trouble for each in found] == [""] * 4 + ["no-such-compiler is not installed"] * 4
+    assert all(each.worst < 1e-12 and each.steps == 300 and each.warnings == 0 for each in found[:4])
+    rows = table(found, "double").rows
+    assert rows[0][0] == "gcc -O0"
+    assert rows[-1][1] == "no-such-compiler is not installed"
+
+
+@needs_gcc
+def test_a_wrong_export_shows_as_different(watch, folder, monkeypatch):
+    monkeypatch.setattr("tierod.export.evidence.comparison.COMPILERS", ("gcc",))
+    monkeypatch.setattr("tierod.export.evidence.comparison.LEVELS", (("-O0",),))
+    face = exported(watch, folder, precision="double")
+    file = folder / "tierod_watch_parameters.c"
+    file.write_text(file.read_text().replace(".limit = 2.0", ".limit = 1.0"))
+    (found,) = differences(face, folder, {"high": np.full((100, 1), 5.0)})
+    assert found.worst > 0.01
+    assert found.decisions > 0.0
+
+
+@needs_gcc
+def test_coverage_and_sanitizers_are_counted(watch, folder):
+    face = exported(watch, folder)
+    rows = {name: result for name, _, result in covered(face, folder)}
+    assert rows["statements executed"].endswith(tuple("0123456789"))
+    assert float(rows["statements executed"].split()[0]) > 80.0
+    assert sanitized(face, folder, "gcc")[2] == "0 reports"
+    assert "not run" in sanitized(face, folder, "no-such-compiler")[2]
+
+
+@needs_cppcheck
+def test_departures_from_misra_are_counted_by_rule(watch, folder):
+    face = exported(watch, folder)
+    assert misra(face, folder).rows == (("none", "0", "no departure was found"),)
+    source = folder / "tierod_watch.c"
+    source.write_text(
+        source.read_text() + "int odd(int a);\nint odd(int a)\n{\n    if (a) return 1;\n    return 2;\n}\n"
+    )
+    rules = {row[0]: row for row in misra(face, folder).rows}
+    assert rules["rule 15.6"][2] == "no reason is recorded"
+
+
+@needs_arm
+def test_targets_agree_and_tell_what_a_step_costs(watch, folder):
+    face = exported(watch, folder)
+    vectors = vectors_of(watch, random_inputs(watch, 300), "a test")
+    rows = {(where, what): result for where, what, result in targets(face, folder, vectors).rows}
+    for target in ("Cortex-M7", "Cortex-R5"):
+        assert "300 steps, 30 compared, 0 of 8 outputs" in rows[target, "vectors"]
+    assert 20.0 < float(rows["Cortex-M7", "instructions of a step, mean over the vectors"]) < 2000.0
+    assert 0 < int(rows["Cortex-M7", "stack of a step, painted"].split()[0]) < 4000
+
+
+def test_a_tool_that_hangs_is_ended(tmp_path):
+    assert tools.ran(["sleep", "9"], tmp_path, 0.2).text == "did not end within 0.2 s"
+    assert tools.ran(["no-such-tool"], tmp_path).code is None
