@@ -24,6 +24,7 @@ FAMILIES: dict[str, tuple[tuple[Operator, ...], tuple[Operator, ...]]] = {
     "gzip": (BYTES, (gzip_content, gzip_content, gzip_content)),
     "mdf": (BYTES, (mdf_block,)),
     "parquet": (BYTES, (parquet_footer, parquet_data, parquet_table, parquet_table, parquet_table, parquet_table)),
+    "process": (BYTES, BYTES),
     "mat": (BYTES, (mat_element,)),
     "blf": (BYTES, (blf_container,)),
     "toml": (TEXT, (toml_value, toml_value, toml_key)),

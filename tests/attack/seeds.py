@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from foreign_files import feather_file, hdf5_file, mcap_file, ros_bag
 from tierod.core.recording import Channel, Recording
 
 ROWS = 120
@@ -221,6 +222,37 @@ def mat_files() -> dict[str, bytes]:
     }
 
 
+def hdf5_files() -> dict[str, bytes]:
+    """As MATLAB 7.3 writes it, and plain."""
+    return {
+        "plain.h5": _written("plain.h5", hdf5_file),
+        "new.mat": _written("new.mat", lambda path: hdf5_file(path, True)),
+    }
+
+
+def arrow_files() -> dict[str, bytes]:
+    """A file and a stream."""
+    return {
+        "drive.feather": _written("drive.feather", feather_file),
+        "drive.arrows": _written("drive.arrows", lambda path: feather_file(path, True)),
+    }
+
+
+def mcap_files() -> dict[str, bytes]:
+    """Of another program, and tierod's own."""
+    from tierod.io.writers import write
+
+    return {
+        "state.mcap": _written("state.mcap", mcap_file),
+        "own.mcap": _written("own.mcap", lambda path: write(drive(), path)),
+    }
+
+
+def _database() -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        return next(ros_bag(Path(folder) / "bag", False).glob("*.db3")).read_bytes()
+
+
 def _frames() -> list[tuple[float, int, bytes]]:
     """(time [s], identifier, payload) of four messages of the database that is shipped for one car."""
     found = []
@@ -306,6 +338,11 @@ def seeds() -> dict[str, dict[str, bytes]]:
         "mf4-bus": bus_files(),
         "mat": mat_files(),
         "candump": candump_files(),
+        "hdf5": hdf5_files(),
+        "arrow": arrow_files(),
+        "mcap": mcap_files(),
+        "ros1": {"drive.bag": _written("drive.bag", lambda path: ros_bag(path, True))},
+        "ros2": {"drive.db3": _database()},
         "asc": vendor_files("asc"),
         "blf": vendor_files("blf"),
         "trc": vendor_files("trc"),

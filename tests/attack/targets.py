@@ -1,4 +1,4 @@
-"""What is attacked: ten readers and eight kinds of user files, each with the commands that open it."""
+"""What is attacked: fifteen readers and eight kinds of user files, each with the commands that open it."""
 
 from __future__ import annotations
 
@@ -57,6 +57,11 @@ TARGETS: dict[str, Target] = {
         Target("mf4", "mdf", _READER),
         Target("mf4-bus", "mdf", _BUS),
         Target("mat", "mat", _READER),
+        Target("hdf5", "process", _READER),
+        Target("arrow", "process", _READER),
+        Target("mcap", "process", _READER),
+        Target("ros1", "process", _READER),
+        Target("ros2", "process", _READER),
         Target("candump", "can-text", _BUS),
         Target("asc", "can-text", _BUS),
         Target("blf", "blf", _BUS),
@@ -121,7 +126,7 @@ TARGETS: dict[str, Target] = {
     )
 }
 
-READERS = tuple(TARGETS)[:10]
+READERS = tuple(TARGETS)[:15]
 
 
 @dataclass(frozen=True)

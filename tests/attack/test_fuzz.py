@@ -15,12 +15,16 @@ COUNT = 20
 """Cases of each target in the suite: a few seconds for all of them. `make attack` runs thousands."""
 
 FEW = 4
-"""Cases of MF4, each of which takes a process of its own."""
+"""Cases of formats each of which takes a process of its own."""
+
+PROCESSES = ("mdf", "process")
 
 KEPT = load()
 
 pytest.importorskip("asammdf")
 pytest.importorskip("can")
+pytest.importorskip("h5py")
+pytest.importorskip("rosbags")
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +35,7 @@ def pool():
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_mutated_files_of(pool, target):
-    count = FEW if TARGETS[target].family == "mdf" else COUNT
+    count = FEW if TARGETS[target].family in PROCESSES else COUNT
     tally = run(target, range(count), SEED, pool)
     assert tally.cases == count
     assert [f"{each.key}: {class_of(result)}" for each, result in tally.failed] == []
@@ -56,7 +60,7 @@ def test_what_is_mutated_is_valid(pool, target):
     chosen = TARGETS[target]
     for name, content in seeds()[target].items():
         accepted = []
-        for _, command in chosen.commands[:1] if chosen.family == "mdf" else chosen.commands:
+        for _, command in chosen.commands[:1] if chosen.family in PROCESSES else chosen.commands:
             result = pool.run(Case(target, 0, 0, name, content, command).placed(pool.folder()))
             assert result.kind == "", result
             accepted.append(result.code in (0, 2))

@@ -16,7 +16,7 @@ ROOT = Path(tierod.__file__).parent
 LAYERS = (
     {"cli"},
     {"papers"},
-    {"report"},
+    {"report", "live"},
     {"experiments"},
     {"monitors"},
     {"monitors.harness"},
@@ -41,13 +41,18 @@ HEAVY = {
     "can",
     "cantools",
     "casadi",
+    "h5py",
     "jinja2",
+    "mcap",
     "pandas",
     "pint",
     "plotly",
     "pyarrow",
     "rich",
+    "rosbags",
+    "textual",
     "typer",
+    "websockets",
 }
 HEAVY_PARTS = {"scipy.signal", "scipy.optimize"}
 

@@ -71,9 +71,9 @@ def diagnose(
     run = Run(definition, chosen, car, known, memory, kept, uncertain=True)
     for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
         if place == 0:
-            suited, picked = _suited(definition, chosen if asked else None, piece)
-            if (suited, picked) != (definition, None):
-                run = Run(suited, picked or chosen, car, known, memory, kept, uncertain=True)
+            fitting, picked = suited(definition, chosen if asked else None, piece)
+            if (fitting, picked) != (definition, None):
+                run = Run(fitting, picked or chosen, car, known, memory, kept, uncertain=True)
         run.add(piece)
         if progress:
             progress(share_read(piece))
@@ -102,8 +102,14 @@ def _kept(run: Run, path: str | Path, known: Baseline | None, diagnosis: Diagnos
     return f"{path} was not written: {reason}"
 
 
-def _suited(definition: Monitor, asked: Variant | None, piece: Recording) -> tuple[Monitor, Variant | None]:
-    """The monitor on the grid of a recording, and the variant other than the default that this has signals for."""
+def suited(definition: Monitor, asked: Variant | None, piece: Recording) -> tuple[Monitor, Variant | None]:
+    """The monitor on the grid of a recording, and the variant other than the default that this has signals for.
+
+    Args:
+        definition: the monitor
+        asked: the variant that the user named; None where he named none
+        piece: the first of the recording
+    """
     picked = None
     if asked is None:
         picked = definition.variant_for(complete(piece, [*definition.required, *definition.optional]))

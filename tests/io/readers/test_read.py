@@ -125,7 +125,7 @@ def test_a_log_without_database_names_its_identifiers(name):
         ("drive.parquet", b"PAR1" + b"\x01" * 400, "damaged or cut off and cannot be read as Parquet"),
         ("drive.mf4", b"MDF     4.10    " + b"\x01" * 400, "damaged or cut off and cannot be read as MDF"),
         ("drive.mat", b"MATLAB 5.0 MAT-file".ljust(126) + b"\x01IM" + b"\x01" * 40, "cannot be read as MATLAB"),
-        ("drive.mat", b"MATLAB 7.3 MAT-file" + b" " * 400, "save it with -v7"),
+        ("drive.mat", b"MATLAB 7.3 MAT-file" + b" " * 400, "cannot be read as HDF5"),
         ("drive.blf", b"LOGG" + b"\x01" * 400, "the BLF log"),
         ("drive.mf4", b"\x00\x01\x02" * 100, "is no mdf file or its beginning is damaged"),
         ("drive.xyz", b"\x00\x01\x02" * 100, "is of no known kind"),

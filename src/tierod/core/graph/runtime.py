@@ -36,13 +36,43 @@ def scan(
         InputError: the samples do not have the block's signals
         TraceError: the block cannot be traced
     """
-    runner = kernel(block, engine)
-    memory = memory_of(block, state)
-    values = np.ascontiguousarray(columns_of(runner.graph, samples))
-    outputs = np.empty((len(values), len(runner.graph.output)))
-    flat = memory.values.copy()
-    runner.scan(flat, values, outputs, memory.count)
-    return Result(runner.graph.output, outputs, Memory(flat, memory.count + len(values)), runner.graph.output_tree)
+    return Scanner(block, engine)(samples, memory_of(block, state))
+
+
+class Scanner(Generic[State, Given, Output]):
+    """Runs a block over one piece after the other; looks up its kernel once, which costs a millisecond.
+
+    Args:
+        block: estimator, detector, monitor, plant
+        engine: as of `scan`
+
+    Raises:
+        TraceError: the block cannot be traced
+    """
+
+    def __init__(self, block: Block[State, Given, Output], engine: Engine = "auto"):
+        self.block = block
+        self._runner = kernel(block, engine)
+        self._initial = memory_of(block, None)
+
+    def __call__(self, samples: Samples, memory: Memory | None = None) -> Result[Output]:
+        """Run over one piece.
+
+        Args:
+            samples: as of `scan`
+            memory: the `state` of the result before; the block's own initial state if None
+
+        Raises:
+            InputError: the samples do not have the block's signals, or the memory is of another block
+        """
+        runner, memory = self._runner, memory or self._initial
+        if memory.values.shape != self._initial.values.shape:
+            memory = memory_of(self.block, memory)
+        values = np.ascontiguousarray(columns_of(runner.graph, samples))
+        outputs = np.empty((len(values), len(runner.graph.output)))
+        flat = memory.values.copy()
+        runner.scan(flat, values, outputs, memory.count)
+        return Result(runner.graph.output, outputs, Memory(flat, memory.count + len(values)), runner.graph.output_tree)
 
 
 class Stream(Generic[State, Given, Output]):

@@ -150,10 +150,51 @@ def _no_match(log: dict[int, int], database: Collection[int]) -> str:
     )
 
 
-def bus_source(log: Log, content: Heard, database: Sequence[Message], metadata: Mapping[str, object]) -> Source:
-    """A CAN log with its database as a source of columns named "Message.Signal".
+@dataclass(frozen=True)
+class Described:
+    """What databases say of the frames of a bus.
+
+    Args:
+        found: the messages that came, by bus and identifier
+        places: of every signal that came, by the name of its column: its message, and the signal
+        columns: "Message.Signal"
+        silent: columns of messages that did not come
+    """
+
+    found: dict[tuple[int, int], Found]
+    places: dict[str, tuple[tuple[int, int], Signal]]
+    columns: tuple[Column, ...]
+    silent: tuple[str, ...]
+
+    def wanted(self, names: Sequence[str]) -> dict[tuple[int, int], list[tuple[str, Signal]]]:
+        """(name of the column, signal) of the named columns, by bus and identifier."""
+        wanted: dict[tuple[int, int], list[tuple[str, Signal]]] = {}
+        for name in names:
+            key, item = self.places[name]
+            wanted.setdefault(key, []).append((name, item))
+        return wanted
+
+
+def described(content: Heard, database: Sequence[Message]) -> Described:
+    """What databases say of the frames that were heard.
 
     A message that several buses or senders carry keeps its plain name for the first and gets a prefix for the others.
+
+    Raises:
+        InputError: none of the frames is in the databases
+    """
+    found = match_messages(content, database)
+    places = {
+        f"{entry.prefix}.{item.name}": (key, item) for key, entry in found.items() for item in entry.message.signals
+    }
+    columns = tuple(Column(name, item.unit or "", item.name, True) for name, (_, item) in places.items())
+    came = {entry.message.name for entry in found.values()}
+    silent = tuple(f"{each.name}.{item.name}" for each in database if each.name not in came for item in each.signals)
+    return Described(found, places, columns, silent)
+
+
+def bus_source(log: Log, content: Heard, database: Sequence[Message], metadata: Mapping[str, object]) -> Source:
+    """A CAN log with its database as a source of columns named "Message.Signal".
 
     Args:
         log: that is read again for every reading
@@ -161,23 +202,13 @@ def bus_source(log: Log, content: Heard, database: Sequence[Message], metadata: 
         database: messages
         metadata: what else is known of the log
     """
-    found = match_messages(content, database)
-    places = {
-        f"{entry.prefix}.{item.name}": (key, item) for key, entry in found.items() for item in entry.message.signals
-    }
-    columns = tuple(Column(name, item.unit or "", item.name, True) for name, (_, item) in places.items())
+    known = described(content, database)
 
     def lanes(names: Sequence[str]) -> list[Lane]:
-        wanted: dict[tuple[int, int], list[tuple[str, Signal]]] = {}
-        for name in names:
-            key, item = places[name]
-            wanted.setdefault(key, []).append((name, item))
-        return [_decoded(log, content, found, wanted)]
+        return [_decoded(log, content, known.found, known.wanted(names))]
 
-    metadata = {**metadata, "frames": content.frames, "messages": len(found), "buses": content.buses}
-    came = {entry.message.name for entry in found.values()}
-    silent = tuple(f"{each.name}.{item.name}" for each in database if each.name not in came for item in each.signals)
-    return Source(columns, lanes, metadata, content.origin, content.notes, silent=silent)
+    metadata = {**metadata, "frames": content.frames, "messages": len(known.found), "buses": content.buses}
+    return Source(known.columns, lanes, metadata, content.origin, content.notes, silent=known.silent)
 
 
 def _decoded(
@@ -187,7 +218,7 @@ def _decoded(
     wanted: dict[tuple[int, int], list[tuple[str, Signal]]],
 ) -> Lane:
     """The wanted signals of a log, block by block; at first all without a sample: a message may come late."""
-    yield Piece([channel for key, items in wanted.items() for channel in _silent(found[key], items)])
+    yield Piece([channel for key, items in wanted.items() for channel in silent_channels(found[key], items)])
     done = 0
     for frames in InOrder(log):
         channels = []
@@ -195,7 +226,7 @@ def _decoded(
             if (bus, identifier) in wanted:
                 rows = Rows.of(frames, index)
                 entry = found[bus, identifier]
-                channels += [_channel(name, entry, item, rows) for name, item in wanted[bus, identifier]]
+                channels += [channel_of(name, entry, item, rows) for name, item in wanted[bus, identifier]]
         done += len(frames)
         yield Piece(channels, done / content.frames)
 
@@ -223,14 +254,22 @@ class Rows:
         return Rows(frames.time[index], Payloads(frames.payload[index]), length, int(length.min()))
 
 
-def _silent(entry: Found, items: Sequence[tuple[str, Signal]]) -> list[Channel]:
+def silent_channels(entry: Found, items: Sequence[tuple[str, Signal]]) -> list[Channel]:
     """Signals of a message without a sample; those that every frame carries share their time stamps."""
     none = np.empty((0, 8), dtype=np.uint8)
     rows = Rows(np.empty(0), Payloads(none), np.empty(0, dtype=int), 8)
-    return [_channel(name, entry, item, rows) for name, item in items]
+    return [channel_of(name, entry, item, rows) for name, item in items]
 
 
-def _channel(name: str, entry: Found, item: Signal, rows: Rows) -> Channel:
+def channel_of(name: str, entry: Found, item: Signal, rows: Rows) -> Channel:
+    """A signal of some frames of its message, in the unit of the database.
+
+    Args:
+        name: of the column
+        entry: the message
+        item: the signal
+        rows: the frames
+    """
     time, values = rows.time, physical(entry.message, item, rows)
     chosen = selected(entry.message, item, rows)
     if chosen is not None:

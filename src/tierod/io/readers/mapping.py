@@ -214,6 +214,11 @@ def _guessed(column: Column, found: Signal | None, asked: bool) -> tuple[Pick, s
     return Pick(found.name, (column.name,), unit, entry, conversion, tuple(notes), assumed), ""
 
 
+def as_recorded(column: Column) -> Pick:
+    """The channel that a column becomes with its name and unit as they stand in the file."""
+    return _as_found(column, Entry((column.name,)), column.unit)
+
+
 def _as_found(column: Column, entry: Entry, written: str) -> Pick:
     try:
         return Pick(column.name, (column.name,), tidy(written), entry, Scale(1.0))

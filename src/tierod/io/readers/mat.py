@@ -21,7 +21,8 @@ from tierod.io.readers.limits import Allowance
 from tierod.io.readers.reader_process import MatProcess
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
 
-_PERIODS = ("Ts", "ts", "dt", "Dt", "SampleTime", "sample_time")
+PERIODS = ("Ts", "ts", "dt", "Dt", "SampleTime", "sample_time")
+"""Names of a sampling period beside vectors without a time."""
 
 SAMPLES = 1 << 17
 """Samples of a vector that are read at a time."""
@@ -56,13 +57,18 @@ def open_mat(path: Path, given: TimeEntry = GUESSED) -> Source:
     if not signals:
         raise InputError(f"{path} holds no vectors beside a time vector; save a vector 't' in seconds with the signals")
     several = len({name.rpartition(".")[0] for name in signals}) > 1
-    columns = tuple(Column(name, "", name.rpartition(".")[2], several and "." in name) for name in signals)
+    units = content.get("units")
+    units = {name: text for name, text in units.items() if isinstance(text, str)} if isinstance(units, dict) else {}
+    columns = tuple(
+        Column(name, units.get(title := name.rpartition(".")[2], ""), title, several and "." in name)
+        for name in signals
+    )
 
     def lanes(names: Sequence[str]) -> list[Lane]:
         by_clock: dict[tuple[str, int], list[Signal]] = {}
         for name in names:
             by_clock.setdefault((signals[name].prefix, signals[name].values.count), []).append(signals[name])
-        return [_lane(members) for members in by_clock.values()]
+        return [_lane(members, units) for members in by_clock.values()]
 
     return Source(columns, lanes, {"format": "MATLAB 5"})
 
@@ -118,7 +124,7 @@ def _content(path: Path, kept: Kept) -> dict[str, Any]:
     while True:
         about, vectors = process.ask({})
         if about.get("newer"):
-            raise InputError(f"{path} is a MATLAB 7.3 file; save it with -v7")
+            raise InputError(f"{path} is a MATLAB 7.3 file whose beginning is damaged; export it again")
         if about["end"]:
             return found
         found |= {name: _kept(value, vectors, kept) for name, value in about["variables"].items()}
@@ -161,7 +167,7 @@ def _kept(value: object, vectors: Mapping[str, np.ndarray], kept: Kept) -> objec
     return vector
 
 
-def _lane(signals: list[Signal]) -> Lane:
+def _lane(signals: list[Signal], units: Mapping[str, str]) -> Lane:
     """The signals of one structure that have their time in common."""
     first = signals[0]
     for begin in range(0, first.values.count, SAMPLES):
@@ -171,7 +177,17 @@ def _lane(signals: list[Signal]) -> Lane:
         else:
             time, note = first.clock * np.arange(begin, end), ""
         yield Piece(
-            [Channel(each.name, time, each.values.part(begin, end), "", each.name, note) for each in signals],
+            [
+                Channel(
+                    each.name,
+                    time,
+                    each.values.part(begin, end),
+                    units.get(each.name.rpartition(".")[2], ""),
+                    each.name,
+                    note,
+                )
+                for each in signals
+            ],
             end / first.values.count,
         )
 
@@ -207,7 +223,7 @@ def _timed(
         to_seconds(clock.part(0, 1), unit, name)
     else:
         period = next(
-            (members[name] for name in _PERIODS if name in members and not isinstance(members[name], list)), None
+            (members[name] for name in PERIODS if name in members and not isinstance(members[name], list)), None
         )
         if not isinstance(period, float) or not vectors:
             return

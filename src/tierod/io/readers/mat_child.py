@@ -11,6 +11,9 @@ if TYPE_CHECKING:
 _AT_ONCE, _STRUCTURE = 1 << 25, 1 << 16
 """Bytes of variables that are loaded at a time, and what one is taken to hold whose size is unknown."""
 
+_LONGEST_TEXT = 80
+"""Characters of a text that are kept: units are short."""
+
 
 class Reader:
     """One file.
@@ -79,6 +82,8 @@ def _plain(value: object, vectors: dict[str, np.ndarray]) -> object:
         number = str(len(vectors))
         vectors[number] = np.ascontiguousarray(value, dtype="<f8")
         return {"vector": number}
+    if isinstance(value, str):
+        return value[:_LONGEST_TEXT]
     if isinstance(value, int | float | np.integer | np.floating) and math.isfinite(value):
         return float(value)
     return None

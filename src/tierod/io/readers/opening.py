@@ -14,6 +14,7 @@ from tierod.core.errors import InputError, PluginWarning, TierodError, nearest
 from tierod.core.plugins import Registry
 from tierod.io.readers.channel_map import GUESSED, TimeEntry, maps_beside
 from tierod.io.readers.content import Content, content_of, spooled
+from tierod.io.readers.folders import folder_content, holds_bag
 from tierod.io.readers.frames import identifier_text
 from tierod.io.readers.log import Heard, Log, heard
 from tierod.io.readers.source import Format, Lane, Source
@@ -21,17 +22,6 @@ from tierod.io.readers.source import Format, Lane, Source
 _HEAD = 1 << 16
 
 _REFUSED = (
-    (
-        b"#ROSBAG",
-        "is a ROS 1 bag, which is not read yet; convert its topics to Parquet or CSV (rosbags-convert, PlotJuggler)",
-    ),
-    (
-        b"SQLite format 3",
-        "is a database, probably a ROS 2 bag, which is not read yet; export its topics to Parquet or CSV",
-    ),
-    (b"\x89MCAP", "is an MCAP file, which is not read yet; export its topics to Parquet or CSV"),
-    (b"\x89HDF", "is an HDF5 file; if MATLAB wrote it, save it with -v7, else export it to Parquet or CSV"),
-    (b"MATLAB 7.3", "is a MATLAB 7.3 file; save it with -v7"),
     (b"PK\x03\x04", "is a ZIP archive or a spreadsheet; unpack it, or export the sheet as CSV"),
     (b"%PDF", "is a PDF document; give the recording itself"),
     (b"<?xml", "is an XML document; give the recording itself"),
@@ -42,6 +32,12 @@ _OWN = {
     "mdf": "tierod.io.readers.mdf:FORMAT",
     "parquet": "tierod.io.readers.parquet:FORMAT",
     "mat": "tierod.io.readers.mat:FORMAT",
+    "hdf5": "tierod.io.readers.hdf5:FORMAT",
+    "arrow": "tierod.io.readers.arrow:FORMAT",
+    "mcap": "tierod.io.readers.listed:MCAP",
+    "ros1": "tierod.io.readers.listed:ROS1",
+    "ros2": "tierod.io.readers.listed:ROS2",
+    "erg": "tierod.io.readers.erg:FORMAT",
     "blf": "tierod.io.readers.vendor_can:BLF",
     "asc": "tierod.io.readers.vendor_can:ASC",
     "trc": "tierod.io.readers.vendor_can:TRC",
@@ -90,6 +86,8 @@ def detect(path: Path) -> Kind:
     Raises:
         InputError: the file is absent, empty, not readable, or of a kind that is not read
     """
+    if os.path.isdir(path) and holds_bag(path):
+        return Kind(READERS["ros2"], folder_content(path))
     content = _content(path)
     if content.packed:
         path = path.with_suffix("")
@@ -184,6 +182,8 @@ def open_source(path: str | Path, dbc: Paths = None, time: TimeEntry | None = No
         MissingExtra: the library for this format is not installed
     """
     path = Path(path)
+    if os.path.isdir(path) and not holds_bag(path):
+        return _joined(path, dbc, time)
     kind = detect(path)
     if kind.format.whole and kind.content.piped:
         raise InputError(f"{path} is a pipe, through which only text and CAN logs can come; give the file itself")
@@ -196,6 +196,37 @@ def open_source(path: str | Path, dbc: Paths = None, time: TimeEntry | None = No
                 raise InputError(f"there is no CAN database {entry}; check the path, or leave it out for this file")
         return replace(opened, size=kind.content.size), kind
     return replace(_decoded(path, opened, dbc, kind), size=kind.content.size), kind
+
+
+def frames_in(path: Path) -> Log | None:
+    """The frames of a file that is a bus log; None where it holds channels.
+
+    Raises:
+        InputError: the file cannot be used
+        MissingExtra: the library for this format is not installed
+    """
+    if os.path.isdir(path):
+        return None
+    kind = detect(path)
+    opened = _opened(kind, GUESSED)
+    return opened if isinstance(opened, Log) else None
+
+
+def open_parts(paths: Sequence[Path], dbc: Paths = None, time: TimeEntry | None = None) -> tuple[Source, Kind]:
+    """Several files of one drive as one, in the order of their time; arguments and errors as of `open_source`."""
+    from tierod.io.readers.parts import joined_source
+
+    opened = [(path, *open_source(path, dbc, time)) for path in paths]
+    if len(opened) == 1:
+        return opened[0][1:]
+    return joined_source([(path, source) for path, source, _ in opened]), opened[0][2]
+
+
+def _joined(folder: Path, dbc: Paths, time: TimeEntry | None) -> tuple[Source, Kind]:
+    from tierod.io.readers.parts import parts_in
+
+    endings = [ending for name in READERS.own for ending in READERS[name].endings]
+    return open_parts(parts_in(folder, endings), dbc, time)
 
 
 def _opened(kind: Kind, time: TimeEntry) -> Source | Log:

@@ -53,7 +53,7 @@ def open_chunks(
     reading = Reading(path, source, kind, planned(path, source, used, names))
     past: Recording | None = None
     for recording in reading.slices(seconds):
-        yield recording if names is None else _completed(recording, past, names)
+        yield recording if names is None else completed(recording, past, names)
         past = recording
 
 
@@ -152,8 +152,14 @@ def origin_of(channels: Iterable[Channel]) -> float:
     return min(stamps) if stamps and min(stamps) > CALENDAR else 0.0
 
 
-def _completed(recording: Recording, past: Recording | None, names: tuple[str, ...]) -> Recording:
-    """Derived signals that look back over the edge between two slices."""
+def completed(recording: Recording, past: Recording | None, names: tuple[str, ...]) -> Recording:
+    """A slice with its derived signals, which look back over the edge to the one before.
+
+    Args:
+        recording: the slice
+        past: the one before it; None for the first
+        names: of the signals wanted
+    """
     if past is None:
         return complete(recording, names)
     begin = recording.span[0]

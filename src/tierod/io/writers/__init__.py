@@ -17,6 +17,8 @@ _OWN = {
     "pq": "tierod.io.writers.parquet:WRITER",
     "csv": "tierod.io.writers.csv:WRITER",
     "mf4": "tierod.io.writers.mf4:WRITER",
+    "mcap": "tierod.io.writers.mcap:WRITER",
+    "mat": "tierod.io.writers.mat:WRITER",
 }
 
 
@@ -34,7 +36,7 @@ def write(recording: Recording, path: str | Path) -> None:
 
     Args:
         recording: with at least one channel
-        path: ends in .parquet, .csv, .mf4, or as a plug-in says; the file appears whole or not at all
+        path: ends in .parquet, .csv, .mf4, .mcap, .mat, or as a plug-in says; the file appears whole or not at all
 
     Raises:
         OutputError: an ending that is not known, nothing to write, no such folder, no permission, disk full

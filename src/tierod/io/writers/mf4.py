@@ -42,7 +42,7 @@ def write_mf4(recording: Recording, path: str | Path) -> None:
         # Without a calendar time it begins in 1970; asammdf would take the time of writing.
         origin = recording.metadata.get("origin") or 0.0
         file.header.start_time = datetime.datetime.fromtimestamp(float(origin), datetime.UTC)
-        file.header.comment = _header(description(recording, found)["metadata"])
+        file.header.comment = header_comment(description(recording, found)["metadata"])
         try:
             for number, group in enumerate(found):
                 signals = [_signal(Signal, channel, group.time) for channel in group.channels]
@@ -68,7 +68,7 @@ def require_asammdf() -> None:
         raise MissingExtra("asammdf", "mdf", "writing an MF4 file") from None
 
 
-def _header(metadata: Mapping[str, object]) -> str:
+def header_comment(metadata: Mapping[str, object]) -> str:
     """The comment of the file as MDF 4 wants it: metadata as JSON in a common property called tierod."""
     root = ElementTree.Element("HDcomment")
     ElementTree.SubElement(root, "TX")
@@ -78,14 +78,18 @@ def _header(metadata: Mapping[str, object]) -> str:
 
 
 def _signal(kind: type[Signal], channel: Channel, time: np.ndarray) -> Signal:
-    comment = f"tierod: {channel.source} | {channel.note}" if channel.source or channel.note else ""
     return kind(
         np.ascontiguousarray(channel.values, dtype=float),
         np.ascontiguousarray(time, dtype=float),
         unit=channel.unit,
         name=channel.name,
-        comment=comment,
+        comment=signal_comment(channel),
     )
+
+
+def signal_comment(channel: Channel) -> str:
+    """The comment of a channel, from which its source and note are read again."""
+    return f"tierod: {channel.source} | {channel.note}" if channel.source or channel.note else ""
 
 
 WRITER = Writer("MF4", write_mf4, require_asammdf)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tierod.core.block import Block
 from tierod.core.findings import Status
-from tierod.core.graph import Memory, scan
+from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.substitution import SubstitutionGraph
@@ -125,6 +125,7 @@ class ConditionSession:
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in self._elements}
         self._anew = False
         self._memory: Memory | None = None
+        self._scanner: Scanner[Any, Any, Any] | None = None
 
     def refuse(self, aligned: Aligned) -> None:
         """Refuse nothing: the finding states what cannot be judged."""
@@ -193,7 +194,8 @@ class ConditionSession:
         wheels = aligned.values[:, WHEEL_PLACES]
         moving = ~((np.abs(wheels) < STANDING) | np.isnan(wheels)).all(axis=1) | np.isnan(wheels).all(axis=1)
         if judged:
-            result = scan(self.block, aligned, self._memory)
+            self._scanner = self._scanner or Scanner(self.block)
+            result = self._scanner(aligned, self._memory)
             self._memory = result.state
             stated = StatementCourse.of(result).where_available(available, moving)
             states = np.select([stated.status == code for code in TRACED], list(TRACED.values()), NOT_TESTABLE)

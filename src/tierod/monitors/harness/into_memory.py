@@ -73,6 +73,21 @@ class MemoryFeed:
             InputError: the memory has taken the recording already, or its file was damaged meanwhile
             OutputError: it cannot be written
         """
+        time, results, signals = self.collected(diagnosis, course, code_courses)
+        # Opened here, not kept since the beginning: other recordings of the vehicle may have been judged meanwhile.
+        with FaultMemory.changing(self.path, self.vehicle, load_trouble_codes()) as memory:
+            memory.begin_cycle(diagnosis.created, f"{self.monitor} {recording}" if recording else "")
+            memory.absorb(time, results, signals)
+            memory.end_cycle()
+        return f"the recording is operation cycle {memory.cycles} of the fault memory {self.path}"
+
+    def collected(
+        self,
+        diagnosis: Diagnosis,
+        course: Sequence[StatusChange],
+        code_courses: Mapping[str, Sequence[StatusChange]] | None = None,
+    ) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """(time [s], results by code, signals by name) of the run; arguments as of `finish`."""
         time = np.concatenate([piece[0] for piece in self._pieces])
         signals = {name: np.concatenate([piece[1][name] for piece in self._pieces]) for name in self._pieces[0][1]}
         last = diagnosis.findings[0].status
@@ -84,12 +99,7 @@ class MemoryFeed:
             results[name] = np.select(
                 [np.isin(status, code.failed_by), np.isin(status, code.passed_by)], [1.0, -1.0], 0.0
             )
-        # Opened here, not kept since the beginning: other recordings of the vehicle may have been judged meanwhile.
-        with FaultMemory.changing(self.path, self.vehicle, load_trouble_codes()) as memory:
-            memory.begin_cycle(diagnosis.created, f"{self.monitor} {recording}" if recording else "")
-            memory.absorb(time, results, signals)
-            memory.end_cycle()
-        return f"the recording is operation cycle {memory.cycles} of the fault memory {self.path}"
+        return time, results, signals
 
 
 def _statuses(time: np.ndarray, course: Sequence[StatusChange], last: Status) -> np.ndarray:

@@ -87,6 +87,11 @@ class Run:
         units = dict.fromkeys(self.session.signals, "") | dict(self.session.traces)
         self._traces = {name: Decimator(name, unit, bins_each(len(units))) for name, unit in units.items()}
 
+    @property
+    def begun(self) -> bool:
+        """Whether something was judged."""
+        return self._steps > 0
+
     def add(self, piece: Recording) -> None:
         """The next piece of the recording.
 

@@ -14,7 +14,7 @@ import numpy as np
 from tierod.core.block import Block, tuning
 from tierod.core.errors import ParameterError
 from tierod.core.findings import Defect, Element, Finding, Status
-from tierod.core.graph import Memory, Result, scan, trace
+from tierod.core.graph import Memory, Result, Scanner, trace
 from tierod.core.recording import Aligned, Recording
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.decision import Decision
@@ -108,13 +108,25 @@ class BlockSession(ABC):
         self._outputs = {name: output for output, (name, _) in traces.items()}
         self._running = running
         self._memory: Memory | None = None
+        self._scanner: Scanner[Any, Any, Any] | None = None
+
+    @property
+    def memory(self) -> Memory | None:
+        """The state of the block after the last piece, to be stored or to go on from; None before the first."""
+        return self._memory
+
+    @memory.setter
+    def memory(self, memory: Memory | None) -> None:
+        self._memory = memory
 
     def refuse(self, aligned: Aligned) -> None:  # noqa: B027  # most blocks judge whatever has their signals
         """Refuse a recording that it cannot judge, from its first piece."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
-        result = scan(self.block, aligned, self._memory)
+        if self._scanner is None or self._scanner.block is not self.block:
+            self._scanner = Scanner(self.block)
+        result = self._scanner(aligned, self._memory)
         self._memory = result.state
         if self._running is not None:
             self._follow(aligned.time, result[self._running[0]], self._running[1])

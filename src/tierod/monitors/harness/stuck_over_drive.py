@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tierod.core.graph import Memory, scan
+from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned, Recording
 from tierod.core.series import Stride
 from tierod.core.shown import in_words
@@ -61,6 +61,7 @@ class StuckOverDrive:
         self._stride = Stride(max(round(rate / RATE), 1))
         self._rate = rate / self._stride.step
         self._block = StuckSignals(self.names, self.beside, 1.0 / self._rate) if self.names else None
+        self._scanner = Scanner(self._block) if self._block else None
         self._memory: Memory | None = None
         self._flags = np.zeros(len(self.names), bool)
         self._open: dict[str, Stuck] = {}
@@ -122,7 +123,8 @@ class StuckOverDrive:
         seen = recording.align(
             self._block.all_names, self._rate, maximum_age=MAXIMUM_AGE, start=float(kept[0]), stop=stop
         )
-        result = scan(self._block, seen, self._memory)
+        assert self._scanner is not None
+        result = self._scanner(seen, self._memory)
         self._memory = result.state
         flags = result.values > 0.0
         before = np.vstack([self._flags, flags[:-1]])

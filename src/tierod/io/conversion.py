@@ -1,0 +1,94 @@
+"""From any format that is read to any that is written, piece by piece."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tierod.core.recording import Recording
+from tierod.io.readers.mapping import Plan, as_recorded
+from tierod.io.readers.opening import open_parts
+from tierod.io.readers.source import Source
+from tierod.io.readers.streaming import SHARE_READ, Reading, loaded_map, planned
+from tierod.io.writers import require_writable
+from tierod.io.writers.streamed import write_pieces
+
+SLICE = 60.0
+"""Time that is in memory at once [s]."""
+
+
+@dataclass(frozen=True)
+class Converted:
+    """What was written.
+
+    Args:
+        channels: how many
+        samples: of all of them
+        seconds: from the first to the last
+        lost: what the format cannot hold, in sentences
+        warnings: of the reader
+    """
+
+    channels: int
+    samples: int
+    seconds: float
+    lost: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def convert(
+    paths: Sequence[Path],
+    output: Path,
+    *,
+    dbc: Any = None,
+    channel_map: Any = None,
+    canonical: bool = False,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Converted:
+    """Write recordings anew; several are parts of one drive.
+
+    Args:
+        paths: of the recordings
+        output: whose ending says the format
+        dbc: databases of a CAN log
+        channel_map: which makes canonical signals of columns; without one, columns keep their names and units
+        canonical: whether signals that are known by name take their canonical name and SI unit without a map too
+        progress: called with the share done, 0 to 1
+
+    Raises:
+        InputError: a recording cannot be read, or they are no parts of one drive
+        OutputError: the ending is not known, or the file cannot be written
+        MissingExtra: a library for a format is not installed
+    """
+    require_writable(output)
+    used = loaded_map(channel_map)
+    source, kind = open_parts(paths, dbc, used.time if used else None)
+    plan = planned(paths[0], source, used, None) if canonical or used is not None else as_found(source)
+    seen = _Seen()
+    lost = write_pieces(seen.of(Reading(paths[0], source, kind, plan).slices(SLICE), progress), output)
+    return Converted(len(seen.names), seen.samples, seen.last - seen.first, lost, seen.warnings)
+
+
+def as_found(source: Source) -> Plan:
+    """Every column with its name and unit as they stand in the file."""
+    return Plan(tuple(as_recorded(column) for column in source.columns))
+
+
+class _Seen:
+    """Looks at the pieces as they pass."""
+
+    def __init__(self) -> None:
+        self.names: set[str] = set()
+        self.samples, self.first, self.last = 0, float("inf"), float("-inf")
+        self.warnings: tuple[str, ...] = ()
+
+    def of(self, pieces: Iterator[Recording], progress: Callable[[float], None]) -> Iterator[Recording]:
+        for piece in pieces:
+            self.names |= set(piece.names)
+            self.samples += sum(len(each.time) for each in piece.channels.values())
+            begin, end = piece.span
+            self.first, self.last, self.warnings = min(self.first, begin), max(self.last, end), piece.warnings
+            yield piece
+            progress(float(piece.metadata.get(SHARE_READ, 1.0)))

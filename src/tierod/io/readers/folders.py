@@ -1,0 +1,28 @@
+"""Folders that are one recording: a ROS 2 bag."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import IO
+
+from tierod.core.errors import InputError
+from tierod.io.readers.content import Content
+
+
+def holds_bag(folder: Path) -> bool:
+    """Whether a folder is a ROS 2 bag: its description lies beside its data."""
+    return (folder / "metadata.yaml").is_file() and bool(bag_files(folder))
+
+
+def bag_files(folder: Path) -> list[Path]:
+    """The data files of a ROS 2 bag."""
+    return sorted(each for each in folder.iterdir() if each.suffix in (".db3", ".mcap"))
+
+
+def folder_content(folder: Path) -> Content:
+    """The content of a folder, which only its own reader opens."""
+
+    def opened() -> IO[bytes]:
+        raise InputError(f"{folder} is a folder; give one recording in it")
+
+    return Content(folder, sum(each.stat().st_size for each in bag_files(folder)), False, False, opened)

@@ -1,0 +1,129 @@
+"""Files whose reader in a process of its own lists their columns, and gives them piece by piece."""
+
+from __future__ import annotations
+
+import importlib.util
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod.core.errors import InputError, MissingExtra
+from tierod.core.recording import Channel
+from tierod.io.layout import description_in
+from tierod.io.readers import bag_child
+from tierod.io.readers.channel_map import GUESSED, TimeEntry
+from tierod.io.readers.reader_process import ReaderProcess
+from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
+
+_TEXTS = ("name", "unit", "title")
+
+
+def require_library(library: str, extra: str, purpose: str) -> None:
+    """Raise MissingExtra where a library is not installed."""
+    try:
+        found = importlib.util.find_spec(library)
+    except ValueError:
+        found = None
+    if found is None:
+        raise MissingExtra(library, extra, purpose)
+
+
+def open_bag(path: Path, time: TimeEntry = GUESSED) -> Source:
+    """A ROS 1 bag, a ROS 2 bag (its folder or one .db3 file), or an MCAP file.
+
+    Every number in a message becomes a column "topic.field"; the time is that at which the message was logged,
+    or the field that the user names, such as header.stamp, in messages that have it.
+
+    Raises:
+        MissingExtra: rosbags or mcap is not installed
+        InputError: the file is damaged, or no message in it holds numbers that can be decoded
+    """
+    for library in ("rosbags", "mcap"):
+        require_library(library, "ros", "reading a bag or MCAP file")
+    process = ReaderProcess(path, bag_child, "the decoder", "a bag or MCAP file")
+    about, _ = process.ask({})
+    try:
+        written = _written(about["metadata"])
+        columns = {_name(column, written): column for column in map(_column, about["columns"])}
+        notes = [str(each)[:300] for each in about["notes"]]
+        origin = float(about["origin"])
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise InputError(f"{path} is damaged and cannot be read as a bag; record or copy it again") from None
+    if not columns:
+        why = f": {'; '.join(notes[:3])}" if notes else ""
+        raise InputError(f"{path} holds no message with numbers{why}; record topics of sensors, or convert them")
+    lanes_given, clock = itertools.count(), time.column or ""
+
+    def lanes(names: Sequence[str]) -> list[Lane]:
+        return [_lane(process, next(lanes_given), {name: columns[name] for name in names}, notes, (written, clock))]
+
+    metadata = {**written.get("metadata", {}), "format": "bag" if path.suffix.lower() != ".mcap" else "MCAP"}
+    listed = tuple(replace(column, name=name, qualified=name != column.title) for name, column in columns.items())
+    return Source(listed, lanes, metadata, origin, (), lambda: tuple(dict.fromkeys(notes)))
+
+
+def _column(each: dict[str, Any]) -> Column:
+    name, unit, title = (str(each[key])[:400] for key in _TEXTS)
+    return Column(name, unit, title, True)
+
+
+def _written(metadata: dict[str, str]) -> dict[str, Any]:
+    """What tierod wrote beside the messages; empty where another program wrote the file, or that is damaged."""
+    try:
+        return description_in(metadata["description"])
+    except (KeyError, ValueError, TypeError):
+        return {}
+
+
+def _name(column: Column, written: dict[str, Any]) -> str:
+    """The name of a column: in a file of tierod, that of the channel; else topic and field."""
+    return column.title if column.title in written.get("channels", {}) else column.name
+
+
+def _lane(
+    process: ReaderProcess,
+    number: int,
+    columns: Mapping[str, Column],
+    notes: list[str],
+    given: tuple[dict[str, Any], str],
+) -> Lane:
+    """The wanted columns, with what tierod wrote of them, by the clock that the user names ("" for that of the log)."""
+    described, names = given[0].get("channels", {}), list(columns)
+    request = {"lane": number, "clock": given[1], "names": [column.name for column in columns.values()]}
+    for about, arrays in _asked(process, request):
+        notes += [str(note)[:300] for note in about.get("notes", [])]
+        channels = []
+        for clock, members in enumerate(about.get("clocks", [])):
+            time = arrays.get(f"t{clock}", np.empty(0))
+            for place in members:
+                name, each = names[place], columns[names[place]]
+                kept = described.get(name, {})
+                origin = (kept.get("source", each.name), kept.get("note", ""))
+                channels.append(Channel(name, time, arrays.get(str(place), np.empty(0)), each.unit, *origin))
+        yield Piece(channels, float(about.get("share", 1.0)))
+
+
+def _asked(process: ReaderProcess, request: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict[str, np.ndarray]]]:
+    while True:
+        about, arrays = process.ask(request)
+        if about["end"]:
+            return
+        yield about, arrays
+
+
+ROS1 = Format(
+    "ros1", "ROS 1 bag (.bag)", (".bag",), lambda content, time: open_bag(content.path, time), begins_with(b"#ROSBAG"),
+    whole=True,
+)  # fmt: skip
+ROS2 = Format(
+    "ros2", "ROS 2 bag (its folder, or .db3)", (".db3",), lambda content, time: open_bag(content.path, time),
+    begins_with(b"SQLite format 3"), whole=True,
+)  # fmt: skip
+MCAP = Format(
+    "mcap", "MCAP (.mcap)", (".mcap",), lambda content, time: open_bag(content.path, time), begins_with(b"\x89MCAP"),
+    whole=True,
+)  # fmt: skip

@@ -1,0 +1,141 @@
+"""A recording that comes piece by piece, kept in temporary files, so that a writer can take its rows in any order."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tierod.core.errors import OutputError
+from tierod.core.recording import Channel, Recording
+from tierod.io.layout import plain
+from tierod.io.readers.content import Kept
+
+ROWS = 1 << 15
+"""Rows that a writer takes at a time."""
+
+
+class _Column:
+    """Numbers of one channel or clock in a temporary file, with a digest of all of them."""
+
+    def __init__(self) -> None:
+        self.kept, self.count, self.digest = Kept(), 0, hashlib.blake2b(digest_size=16)
+
+    def append(self, values: np.ndarray) -> None:
+        data = np.ascontiguousarray(values, dtype="<f8").tobytes()
+        self.kept.append(data)
+        self.digest.update(data)
+        self.count += len(values)
+
+    def part(self, begin: int, end: int) -> np.ndarray:
+        return np.frombuffer(self.kept.read(8 * (min(end, self.count) - begin), 8 * begin), dtype="<f8")
+
+
+@dataclass(frozen=True)
+class SpooledGroup:
+    """Channels that share their time stamps.
+
+    Args:
+        clock: name of the time column
+        channels: by name, without samples
+        count: of the samples of each
+    """
+
+    clock: str
+    channels: tuple[Channel, ...]
+    count: int
+    _time: _Column
+    _values: tuple[_Column, ...]
+
+    def time(self, begin: int, end: int) -> np.ndarray:
+        """Some of the time stamps [s]."""
+        return self._time.part(begin, end)
+
+    def values(self, begin: int, end: int) -> list[np.ndarray]:
+        """Some samples of every channel."""
+        return [column.part(begin, end) for column in self._values]
+
+    def rows(self) -> Iterator[tuple[np.ndarray, list[np.ndarray]]]:
+        """(time [s], values of every channel), some rows at a time."""
+        for begin in range(0, self.count, ROWS):
+            yield self.time(begin, begin + ROWS), self.values(begin, begin + ROWS)
+
+
+class Spool:
+    """Takes the pieces of a recording, and gives its channels by their clocks."""
+
+    def __init__(self) -> None:
+        self._channels: dict[str, Channel] = {}
+        self._times: dict[str, _Column] = {}
+        self._values: dict[str, _Column] = {}
+        self._sharing: dict[str, str] = {}
+        self.metadata: dict[str, Any] = {}
+
+    def add(self, piece: Recording) -> None:
+        """The next piece.
+
+        Raises:
+            OutputError: the temporary folder is full
+        """
+        self.metadata |= piece.metadata
+        try:
+            for channel in piece.channels.values():
+                if channel.name not in self._channels:
+                    self._channels[channel.name] = channel.sliced(0.0, 0.0)
+                    self._times[channel.name], self._values[channel.name] = _Column(), _Column()
+                self._times[channel.name].append(channel.time)
+                self._values[channel.name].append(channel.values)
+                first = self._channels[channel.name]
+                self._channels[channel.name] = first.noted(*channel.note.split("; "))
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise OutputError(
+                f"the temporary folder cannot take the recording: {reason}; set TMPDIR to one with room"
+            ) from None
+
+    def groups(self) -> tuple[SpooledGroup, ...]:
+        """The channels by their time stamps.
+
+        Raises:
+            OutputError: there are none
+        """
+        if not self._channels:
+            raise OutputError(
+                "the recording has no channels, so there is nothing to write; choose channels that it has"
+            )
+        by_clock: dict[tuple[int, bytes], list[str]] = {}
+        for name, time in self._times.items():
+            by_clock.setdefault((time.count, time.digest.digest()), []).append(name)
+        taken = set(self._channels)
+        found = []
+        for names in by_clock.values():
+            choices = ("time", *(f"time.{number}" for number in range(2, len(taken) + 3)))
+            clock = next(name for name in choices if name not in taken)
+            taken.add(clock)
+            channels = tuple(self._channels[name] for name in names)
+            columns = tuple(self._values[name] for name in names)
+            found.append(SpooledGroup(clock, channels, self._times[names[0]].count, self._times[names[0]], columns))
+        return tuple(found)
+
+    @property
+    def channels(self) -> Mapping[str, Channel]:
+        """Without samples, by name."""
+        return self._channels
+
+    def description(self, found: tuple[SpooledGroup, ...]) -> dict[str, Any]:
+        """What stands beside the numbers, as `tierod.io.layout.description` writes it."""
+        origin = self.metadata.get("origin", 0.0)
+        metadata = {key: value for key, value in self.metadata.items() if key not in ("origin", "format", "share_read")}
+        return {
+            "layout": 1,
+            "origin": float(origin) if isinstance(origin, int | float) else 0.0,
+            "clocks": [{"time": each.clock, "channels": [item.name for item in each.channels]} for each in found],
+            "channels": {
+                name: {"unit": each.unit, "source": each.source, "note": each.note}
+                for name, each in self._channels.items()
+            },
+            "metadata": plain(metadata),
+        }
