@@ -1,0 +1,1 @@
+"""Monitors on a live bus: receiving, judging while driving, logging, replaying."""

@@ -1,0 +1,103 @@
+"""One time for a drive, from the stamps of its buses: jumps of a clock are bridged and counted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from tierod.core.timestamps import CALENDAR
+from tierod.live.frame import Frame
+
+
+@dataclass(frozen=True)
+class ClockTuning:
+    """What counts as a jump.
+
+    Args:
+        back: a stamp that falls back by more is a jump; less is a frame out of order, which a log can sort
+        ahead: a stamp that leads the computer's clock by so much more than the one before is a jump
+        apart: buses whose first stamps differ by more than the computer's clock have clocks of their own
+    """
+
+    back: Annotated[float, "s"] = 0.3
+    ahead: Annotated[float, "s"] = 5.0
+    apart: Annotated[float, "s"] = 2.0
+
+
+@dataclass
+class _Bus:
+    """Of one bus: what is added to its stamps, its newest stamp, and when that came by the computer's clock [s]."""
+
+    added: float
+    newest: float
+    came: float
+
+
+@dataclass
+class DriveClock:
+    """Turns stamps of buses into the time of the drive, from the first stamp's whole second on.
+
+    Args:
+        tuning: of what counts as a jump
+
+    `origin` is the calendar time of zero [s]; `jumps`, `late` and `doubled` count what was met.
+    """
+
+    tuning: ClockTuning = field(default_factory=ClockTuning)
+    origin: float = 0.0
+    jumps: int = 0
+    late: int = 0
+    doubled: int = 0
+    latest: float = -math.inf
+    _buses: dict[int, _Bus] = field(default_factory=dict)
+    _zero: float = math.nan
+    _last: dict[tuple[int, int], Frame] = field(default_factory=dict)
+
+    def placed(self, frame: Frame, came: float, calendar: float) -> Frame | None:
+        """The frame at its time in the drive; None where its stamp is no number.
+
+        Args:
+            frame: with the stamp of its bus
+            came: when, by the computer's clock [s]
+            calendar: calendar time of the computer [s]
+        """
+        if not math.isfinite(frame.time):
+            return None
+        bus = self._buses.get(frame.bus) or self._opened(frame, came, calendar)
+        time = frame.time - self._zero + bus.added
+        if time < bus.newest - self.tuning.back or time - bus.newest > came - bus.came + self.tuning.ahead:
+            expected = bus.newest + max(came - bus.came, 0.0)
+            bus.added += expected - time
+            self.jumps += 1
+            time = expected
+        elif time < bus.newest:
+            self.late += 1
+        if time >= bus.newest:
+            bus.newest, bus.came = time, came
+        placed = frame._replace(time=time)
+        key = (frame.bus, frame.identifier)
+        self.doubled += self._last.get(key) == placed
+        self._last[key] = placed
+        self.latest = max(self.latest, time)
+        return placed
+
+    def begin(self, frame: Frame, came: float, calendar: float) -> None:
+        """Fix the origin by the first frame of a drive; arguments as of `placed`."""
+        if math.isfinite(frame.time):
+            self._opened(frame, came, calendar)
+
+    def _opened(self, frame: Frame, came: float, calendar: float) -> _Bus:
+        if math.isnan(self._zero):
+            self._zero = math.floor(frame.time)
+            self.origin = float(self._zero if self._zero > CALENDAR else math.floor(calendar))
+        added, time = 0.0, frame.time - self._zero
+        others = [other.newest + came - other.came for other in self._buses.values()]
+        if others and abs(time - others[0]) > self.tuning.apart:
+            added = others[0] - time
+        made = self._buses[frame.bus] = _Bus(added, time + added, came)
+        return made
+
+    def restart(self) -> None:
+        """A new drive begins; counts go on."""
+        self._buses, self._last, self._zero, self.latest = {}, {}, math.nan, -math.inf

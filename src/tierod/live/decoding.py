@@ -1,0 +1,89 @@
+"""From frames to signals while they come: every identifier is looked up in the databases once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from tierod.core.recording import Channel
+from tierod.io.readers.dbc import Described, Rows, channel_of, described, silent_channels
+from tierod.io.readers.frames import Frames, messages
+from tierod.io.readers.log import Heard
+
+if TYPE_CHECKING:
+    from cantools.database.can import Message
+
+
+class Decoder:
+    """Follows which identifiers come on which bus, and decodes those that the databases describe.
+
+    Args:
+        database: messages of all databases
+
+    `known` is None until a frame came that the databases describe; `version` counts how often that changed.
+    """
+
+    def __init__(self, database: Sequence[Message]):
+        self._database = database
+        self._counts: dict[tuple[int, int], int] = {}
+        self._buses: dict[str, int] = {}
+        self.known: Described | None = None
+        self.version = 0
+
+    def hear(self, frames: Frames) -> None:
+        """Count the frames; an identifier that was not heard before is looked up."""
+        new = False
+        for identifier, bus, rows in messages(frames):
+            key = (self._bus(frames, bus), identifier)
+            new |= key not in self._counts
+            self._counts[key] = self._counts.get(key, 0) + len(rows)
+        if new:
+            self._look_up()
+
+    def _bus(self, frames: Frames, number: int) -> int:
+        return self._buses.setdefault(frames.buses[number], len(self._buses))
+
+    def _look_up(self) -> None:
+        from tierod.core.errors import InputError
+
+        heard = Heard(dict(sorted(self._counts.items())), tuple(self._buses), sum(self._counts.values()))
+        try:
+            found = described(heard, self._database)
+        except InputError:
+            return
+        if self.known is None or found.found.keys() != self.known.found.keys():
+            self.known = found
+            self.version += 1
+
+    @property
+    def identifiers(self) -> tuple[int, ...]:
+        """What came on the buses, known or not."""
+        return tuple(sorted({identifier for _, identifier in self._counts}))
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Messages of the databases that never came."""
+        names = dict.fromkeys(each.name for each in self._database)
+        came = {entry.message.name for entry in self.known.found.values()} if self.known else set()
+        return tuple(name for name in names if name not in came)
+
+    def channels(self, frames: Frames, names: Sequence[str]) -> list[Channel]:
+        """The named columns over some frames; without samples where none came.
+
+        Args:
+            frames: in the order of time
+            names: of columns of `known`
+        """
+        assert self.known is not None
+        wanted = self.known.wanted(names)
+        found = {}
+        for identifier, bus, index in messages(frames):
+            key = (self._bus(frames, bus), identifier)
+            if key in wanted:
+                rows = Rows.of(frames, index)
+                entry = self.known.found[key]
+                found[key] = [channel_of(name, entry, item, rows) for name, item in wanted[key]]
+        channels = []
+        for key, items in wanted.items():
+            channels += found.get(key) or silent_channels(self.known.found[key], items)
+        return channels

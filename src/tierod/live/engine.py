@@ -1,0 +1,255 @@
+"""Judging while driving: frames come in, are put in order, decoded, and given to every monitor that can run."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+
+from tierod.core.errors import OutputError, TierodError
+from tierod.core.findings import Diagnosis
+from tierod.core.recording import Channel, Recording
+from tierod.io.readers.channel_map import ChannelMap
+from tierod.io.readers.frames import Frames, identifier_text, taken
+from tierod.io.readers.making import Doubts, made_from
+from tierod.io.readers.mapping import Plan as Mapping_
+from tierod.io.readers.mapping import plan as mapping
+from tierod.io.readers.streaming import completed
+from tierod.live.clock import DriveClock
+from tierod.live.counting import Gaps
+from tierod.live.decoding import Decoder
+from tierod.live.frame import Frame, frames_of
+from tierod.live.judge import Judge, Plan, Shown
+from tierod.monitors.harness.pieces import joined
+
+if TYPE_CHECKING:
+    from cantools.database.can import Message
+
+    from tierod.live.log import FrameLog
+    from tierod.monitors.harness.into_memory import MemoryFeed
+
+Say = Callable[[str, Mapping[str, Any]], None]
+"""Takes an event: its kind, and what there is to say."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """When what is done.
+
+    Args:
+        period: of judging; every call of a monitor costs some milliseconds
+        order: frames that come later than this behind others are not judged any more
+        listening: time before the first judgement, in which it is learnt what comes on the buses
+        oldest: age from which on a signal is named as missing
+    """
+
+    period: Annotated[float, "s"] = 1.0
+    order: Annotated[float, "s"] = 0.3
+    listening: Annotated[float, "s"] = 3.0
+    oldest: Annotated[float, "s"] = 0.5
+
+
+PACE = Pace()
+
+
+@dataclass
+class _Stream:
+    """What one monitor reads: its columns, the piece before, and samples that wait for the next step of its grid."""
+
+    names: tuple[str, ...]
+    plan: Mapping_ | None = None
+    version: int = -1
+    doubts: Doubts = field(default_factory=Doubts)
+    past: Recording | None = None
+    rest: Recording | None = None
+
+
+@dataclass
+class Tally:
+    """What was counted over the drive."""
+
+    frames: int = 0
+    too_late: int = 0
+    not_logged: int = 0
+    judged: float = 0.0
+
+
+class Engine:
+    """One drive.
+
+    Args:
+        database: messages of all databases
+        channel_map: which makes canonical signals; None where names decide
+        monitors: names of the monitors
+        plan: how they run
+        say: takes events
+        pace: when what is done
+        log: takes the frames as they are judged; None without one
+        ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" without
+    """
+
+    def __init__(
+        self,
+        database: Sequence[Message],
+        channel_map: ChannelMap | None,
+        monitors: Sequence[str],
+        plan: Plan,
+        say: Say = lambda kind, content: None,
+        pace: Pace = PACE,
+        log: FrameLog | None = None,
+        ignition: str = "",
+    ):
+        self.plan, self.pace, self.say, self.log = plan, pace, say, log
+        self.judges = [Judge(name, plan) for name in monitors]
+        self.clock, self.decoder, self.gaps, self.tally = DriveClock(), Decoder(database), Gaps(), Tally()
+        self.ages: dict[str, float] = {}
+        self.ignition = ignition
+        self.ignition_off = False
+        self._map = channel_map
+        self._streams = {judge.name: _Stream(judge.needs) for judge in self.judges}
+        self._waiting: list[Frame] = []
+        self._ignition_on = False
+        self._until = -np.inf
+        self._first = np.inf
+        self._newest: dict[str, float] = {}
+        self._statuses: dict[str, tuple[str, str]] = {}
+
+    def take(self, frames: Iterable[Frame], came: float | None = None, calendar: float | None = None) -> None:
+        """Frames as the buses gave them.
+
+        Args:
+            frames: with the stamps of their buses
+            came: when, by the computer's clock [s]; now where not given
+            calendar: calendar time of the computer [s]; now where not given
+        """
+        now, today = clock.monotonic() if came is None else came, clock.time() if calendar is None else calendar
+        placed = [each for frame in frames if (each := self.clock.placed(frame, now, today)) is not None]
+        if not placed:
+            return
+        self.tally.frames += len(placed)
+        self._first = min(self._first, placed[0].time)
+        self._waiting += placed
+        if self.log is not None:
+            try:
+                self.log.append(placed)
+            except OutputError as error:
+                self.say("problem", {"text": f"{error}; monitoring goes on without a log"})
+                self.log = None
+        if self.log is None:
+            self.tally.not_logged += len(placed)
+
+    @property
+    def due(self) -> bool:
+        """Whether a stretch is complete that can be judged."""
+        begin = self._first + self.pace.listening if self._until == -np.inf else self._until + self.pace.period
+        return self.clock.latest - self.pace.order >= begin
+
+    def judge(self, rest: bool = False) -> None:
+        """Judge what has come.
+
+        Args:
+            rest: to the last frame, at the end of a drive
+        """
+        until = np.inf if rest else self.clock.latest - self.pace.order
+        parts = [frame for frame in self._waiting if frame.time < until]
+        self._waiting = [frame for frame in self._waiting if frame.time >= until]
+        late = sum(frame.time < self._until for frame in parts)
+        if late:
+            self.tally.too_late += late
+            parts = [frame for frame in parts if frame.time >= self._until]
+        self._until = self.clock.latest if rest else until
+        if not parts:
+            return
+        frames = frames_of(parts, self.clock.origin)
+        frames = taken(frames, np.argsort(frames.time, kind="stable"))
+        self.decoder.hear(frames)
+        for gap in self.gaps.add(frames):
+            text = f"{identifier_text(gap.identifier)} on {gap.bus} did not come for {gap.seconds:.2g} s"
+            self.say("silence", {"time": self._until, "text": text})
+        if self.decoder.known is None:
+            return
+        self._look_at_ignition(frames)
+        for judge in self.judges:
+            if not judge.broken:
+                self._feed(judge, self._streams[judge.name], frames, rest)
+        self._note_changes()
+
+    def _feed(self, judge: Judge, stream: _Stream, frames: Frames, rest: bool) -> None:
+        known = self.decoder.known
+        assert known is not None
+        if stream.plan is None or stream.version != self.decoder.version:
+            try:
+                stream.plan = mapping(known.columns, self._map, stream.names, known.silent)
+            except TierodError as error:
+                judge.reason = str(error)
+                return
+            stream.version = self.decoder.version
+        if not stream.plan.picks:
+            judge.reason = "none of its signals comes on the bus"
+            return
+        try:
+            channels = made_from(stream.plan, self.decoder.channels(frames, stream.plan.columns), stream.doubts)
+        except TierodError as error:
+            judge.reason = str(error)
+            return
+        self._follow(channels)
+        whole = joined(stream.rest, Recording({channel.name: channel for channel in channels}))
+        if not any(len(channel.time) for channel in whole.channels.values()):
+            return
+        until = np.inf if rest else judge.cut(whole, self._until)
+        stream.rest, part = whole.slice(until), whole.slice(stop=until)
+        if not any(len(channel.time) for channel in part.channels.values()):
+            return
+        metadata = {"format": "live", "origin": self.clock.origin, "path": str(self.log.path) if self.log else "live"}
+        piece = Recording(part.channels, metadata)
+        piece = completed(piece.warned(*stream.plan.warnings), stream.past, stream.names)
+        stream.past = piece
+        judge.add(judge.paced(piece))
+
+    def _look_at_ignition(self, frames: Frames) -> None:
+        """Whether the signal of the ignition was on before and is off now."""
+        known = self.decoder.known
+        if not self.ignition or known is None or self.ignition not in known.places:
+            return
+        (channel,) = self.decoder.channels(frames, [self.ignition])
+        if len(channel.values):
+            on = bool(channel.values[-1] > 0.5)
+            self.ignition_off = self._ignition_on and not on
+            self._ignition_on |= on
+
+    def _follow(self, channels: Sequence[Channel]) -> None:
+        for channel in channels:
+            if len(channel.time):
+                self._newest[channel.name] = max(self._newest.get(channel.name, -np.inf), float(channel.time[-1]))
+        self.ages = {name: self.clock.latest - newest for name, newest in self._newest.items()}
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Signals that came, and do not come any more."""
+        return tuple(name for name, age in self.ages.items() if age > self.pace.order + self.pace.oldest)
+
+    def shown(self) -> list[Shown]:
+        """What is shown of every monitor."""
+        return [judge.shown() for judge in self.judges]
+
+    def _note_changes(self) -> None:
+        for each in self.shown():
+            now = (str(each.status), each.reason)
+            if self._statuses.get(each.monitor) != now:
+                self._statuses[each.monitor] = now
+                content = {"time": self._until, "monitor": each.monitor, "status": now[0], "since": each.since}
+                self.say("verdict", content | ({"reason": each.reason} if each.reason else {}))
+
+    def finish(self) -> list[tuple[Judge, Diagnosis, MemoryFeed | None]]:
+        """Judge the rest, and give the diagnoses of the monitors that ran; the log is finished."""
+        self.judge(rest=True)
+        found = [(judge, *done) for judge in self.judges if (done := judge.finish()) is not None]
+        if self.log is not None:
+            try:
+                self.log.finish()
+            except OutputError as error:
+                self.say("problem", {"text": str(error)})
+        return found

@@ -1,0 +1,203 @@
+"""One monitor on a live bus: the run that `diagnose` makes over a recording, fed with what has just come."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+
+from tierod.core.errors import TierodError
+from tierod.core.findings import Diagnosis, Status
+from tierod.core.recording import Recording
+from tierod.io.readers import SHARE_READ
+from tierod.monitors.diagnose import find, suited
+from tierod.monitors.harness.baseline import Baseline, load_baseline
+from tierod.monitors.harness.into_memory import MemoryFeed
+from tierod.monitors.harness.run import Run
+from tierod.monitors.harness.session import BlockSession
+from tierod.vehicles import Vehicle
+
+if TYPE_CHECKING:
+    from tierod.core.graph import Memory
+
+HISTORY = 60
+"""Values of each estimate that are kept for the terminal."""
+
+BEHIND = 1.5e-6
+"""Samples that come a microsecond behind a step of the grid belong to it, as where a recording is aligned [s]."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How monitors are run.
+
+    Args:
+        vehicle: that drives
+        expected: length of the drive by which the spread of parameters is laid out; with the true one, live and offline
+            agree in those bands too
+        memory: file of the fault memory; None without
+        baselines: folder with the baseline of each monitor, as NAME.json; None without
+        command: what the user typed
+    """
+
+    vehicle: Vehicle
+    expected: Annotated[float, "s"] = 1800.0
+    memory: Path | None = None
+    baselines: Path | None = None
+    command: str = ""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What is shown of a monitor.
+
+    Args:
+        monitor: its name
+        status: of its running verdict; not ready before it runs
+        since: in the time of the drive [s]
+        reason: why it does not run; "" where it does
+        values: newest of every estimate, by name
+        units: of them
+        enabled: share of the last stretch in which it learnt; NaN where it does not say
+        history: past values of every estimate
+    """
+
+    monitor: str
+    status: Status
+    since: float
+    reason: str
+    values: Mapping[str, float] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    enabled: float = math.nan
+    history: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+
+
+class _Newest:
+    """Takes what a run reads and estimates, and keeps the newest; stands where a run collects signals."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, float] = {}
+        self.history: dict[str, deque[float]] = {}
+        self.enabled = math.nan
+
+    def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
+        if not len(time):
+            return
+        for name, values in shown.items():
+            self.values[name] = float(values[-1])
+            self.history.setdefault(name, deque(maxlen=HISTORY)).append(float(values[-1]))
+        if "enabled" in shown:
+            self.enabled = float(np.mean(shown["enabled"]))
+
+
+class Judge:
+    """One monitor over one drive.
+
+    Args:
+        name: of the monitor
+        plan: how it is run
+
+    Raises:
+        ParameterError: there is no such monitor
+
+    `needs` are the channels that it reads; `broken` says that it cannot go on, for the `reason`.
+    """
+
+    def __init__(self, name: str, plan: Plan):
+        self.name, self.plan = name, plan
+        self.definition, self.variant = find(name)
+        self.run: Run | None = None
+        self.reason = "no frame came yet"
+        self._newest = _Newest()
+        self._feed: MemoryFeed | None = None
+        self.broken = False
+        self._start: float | None = None
+        self.needs: tuple[str, ...] = ()
+        try:
+            self.needs = tuple(Run(self.definition, self.variant, plan.vehicle).needs)
+        except TierodError as error:
+            self.broken, self.reason = True, str(error)
+
+    def add(self, piece: Recording) -> None:
+        """The next piece of the drive; a monitor that cannot take it says why, and the others go on."""
+        if self.broken:
+            return
+        try:
+            if self.run is None:
+                self._begin(piece)
+            assert self.run is not None
+            self.run.add(piece)
+            self.reason = ""
+        except TierodError as error:
+            self.reason = str(error)
+            if self.run is not None and self.run.begun:
+                self.broken = True
+            else:
+                self.run = None
+
+    def _begin(self, piece: Recording) -> None:
+        definition, picked = suited(self.definition, None, piece)
+        run = Run(definition, picked or self.variant, self.plan.vehicle, self._baseline(), None, uncertain=True)
+        run.kept = self._newest  # type: ignore[assignment]  # takes the same two arguments
+        if self.plan.memory is not None:
+            run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
+        self.run = run
+
+    def _baseline(self) -> Baseline | None:
+        path = self.baseline_path
+        return load_baseline(path) if path is not None and path.exists() else None
+
+    @property
+    def baseline_path(self) -> Path | None:
+        """Where its baseline is kept."""
+        return None if self.plan.baselines is None else self.plan.baselines / f"{self.name}.json"
+
+    def shown(self) -> Shown:
+        """What is shown of it now."""
+        if self.run is None or self.broken:
+            return Shown(self.name, Status.NOT_AVAILABLE, 0.0, self.reason)
+        course = getattr(self.run.session, "course", ())
+        status, since = (course[-1].status, course[-1].time) if course else (Status.NOT_READY, 0.0)
+        own = self.run.session.traces
+        values = {name: value for name, value in self._newest.values.items() if name in own}
+        history = {name: tuple(each) for name, each in self._newest.history.items() if name in own}
+        return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history)
+
+    def go_on(self, memory: Memory) -> None:
+        """Go on from a state of an earlier session; what was judged since the beginning of this one is left behind."""
+        if self.run is not None and isinstance(self.run.session, BlockSession):
+            self.run.session.memory = memory
+
+    def cut(self, piece: Recording, until: float) -> float:
+        """Where a piece may end so that cutting it changes nothing: just behind the last step of the grid before.
+
+        Args:
+            piece: what waits, from the first sample of the drive or the last cut on
+            until: end of what has come [s]
+        """
+        rate = (self.run.monitor if self.run else suited(self.definition, None, piece)[0]).rate
+        if self._start is None:
+            self._start = piece.span[0]
+        return self._start + math.floor((until - self._start) * rate) / rate + BEHIND
+
+    def finish(self) -> tuple[Diagnosis, MemoryFeed | None] | None:
+        """The diagnosis over the drive, and what the fault memory takes of it; None where it did not run."""
+        if self.run is None or self.broken:
+            return None
+        try:
+            diagnosis = self.run.finish(self.plan.command)
+        except TierodError as error:
+            self.reason = str(error)
+            return None
+        return diagnosis, self._feed
+
+    def paced(self, piece: Recording) -> Recording:
+        """The piece, saying how long the drive is expected to become."""
+        first, last = piece.span
+        share = min((last - first) / self.plan.expected, 1.0) if self.plan.expected > 0.0 else 1.0
+        return replace(piece, metadata={**piece.metadata, SHARE_READ: share})

@@ -1,0 +1,168 @@
+"""A log of CAN frames as MF4 that is whole at every moment: records are appended, and what counts them comes last.
+
+Until it is finished the file says that it is unfinished (`UnFinMF`): the length of its last block and the count of its
+records are found from the length of the file. Source: ASAM MDF 4.1, "Unfinalized MDF", and the bus logging standard.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Iterable
+from pathlib import Path
+from xml.sax.saxutils import escape
+
+from tierod import __version__
+from tierod.core.errors import OutputError
+from tierod.core.files import expanded, require_folder
+from tierod.io.readers.frames import EXTENDED
+from tierod.live.frame import Frame
+
+_IDENTIFICATION, _LINKS = 64, 24
+_UNFINISHED = 0b101
+"""The count of records and the length of the last block are not there yet."""
+
+_FIELDS = (
+    ("CAN_DataFrame.BusChannel", 8, 0, 8), ("CAN_DataFrame.ID", 9, 0, 32), ("CAN_DataFrame.IDE", 13, 0, 8),
+    ("CAN_DataFrame.EDL", 14, 0, 8), ("CAN_DataFrame.DLC", 15, 0, 8), ("CAN_DataFrame.DataLength", 16, 0, 8),
+)  # fmt: skip
+"""Name, byte, bit and length of the numbers of a record, behind its time."""
+
+_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
+_CODES = {length: code for code, length in enumerate(_LENGTHS)}
+_PAYLOAD = 17
+
+
+class _Blocks:
+    """Blocks of the file, each at its address, with links between them."""
+
+    def __init__(self) -> None:
+        self.data = bytearray(_IDENTIFICATION)
+
+    def add(self, kind: str, links: Iterable[int], body: bytes = b"") -> int:
+        """Append a block; gives its address."""
+        links = tuple(links)
+        at, length = len(self.data), _LINKS + 8 * len(links) + len(body)
+        self.data += struct.pack(f"<4s4xQQ{len(links)}Q", f"##{kind}".encode(), length, len(links), *links) + body
+        self.data += bytes(-len(self.data) % 8)
+        return at
+
+    def text(self, text: str, kind: str = "TX") -> int:
+        """Append a text; gives its address."""
+        return self.add(kind, (), text.encode() + b"\0")
+
+    def channel(
+        self, following: int, part: int, name: str, layout: tuple[int, int, int, int, int], unit: int = 0
+    ) -> int:
+        """Append a channel: (type, synchronisation, data type, byte, bits) and what follows; gives its address."""
+        kind, sync, data_type, byte, bits = layout
+        body = struct.pack("<4B4I2BHddd3d", kind, sync, data_type, 0, byte, bits, 0, 0, 0, 0, 0, *([0.0] * 6))
+        return self.add("CN", (following, part, self.text(name), 0, 0, 0, unit, 0), body)
+
+
+def _head(origin: int, width: int, comment: str) -> tuple[bytes, int, int]:
+    """(everything before the records, address of the count of records, address of the data block)."""
+    blocks = _Blocks()
+    # The header must be the first block; its links are set when the others have their places.
+    header = blocks.add("HD", (0,) * 6, struct.pack("<QhhBBBBdd", origin * 10**9, 0, 0, 0, 0, 0, 0, 0.0, 0.0))
+    history = blocks.text(
+        "<FHcomment><TX>live log</TX><tool_id>tierod</tool_id><tool_vendor>tierod</tool_vendor>"
+        f"<tool_version>{__version__}</tool_version></FHcomment>",
+        "MD",
+    )
+    file_history = blocks.add("FH", (0, history), struct.pack("<QhhB3x", origin * 10**9, 0, 0, 0))
+    part = blocks.channel(0, 0, "CAN_DataFrame.DataBytes", (0, 0, 10, _PAYLOAD, 8 * width))
+    for name, byte, _, bits in reversed(_FIELDS):
+        part = blocks.channel(part, 0, name, (0, 0, 0, byte, bits))
+    frame = blocks.channel(0, part, "CAN_DataFrame", (0, 0, 10, 8, 8 * (_PAYLOAD - 8 + width)))
+    time = blocks.channel(frame, 0, "Timestamp", (2, 1, 4, 0, 64), blocks.text("s"))
+    source = blocks.add("SI", (blocks.text("CAN"), blocks.text("CAN"), 0), struct.pack("<BBB5x", 2, 2, 0))
+    numbers = struct.pack("<QQHHIII", 0, 0, 6, ord("."), 0, _PAYLOAD + width, 0)
+    group = blocks.add("CG", (0, time, blocks.text("CAN"), source, 0, 0), numbers)
+    note = blocks.text(comment, "MD")
+    data = blocks.add("DG", (0, group, 0, 0), struct.pack("<B7x", 0))
+    at = blocks.add("DT", ())
+    struct.pack_into("<Q", blocks.data, data + _LINKS + 16, at)
+    struct.pack_into("<6Q", blocks.data, header + _LINKS, data, file_history, 0, 0, 0, note)
+    head = struct.pack("<8s8s8s4xH30xHH", b"UnFinMF ", b"4.10    ", b"tierod  ", 410, _UNFINISHED, 0)
+    blocks.data[:_IDENTIFICATION] = head
+    return bytes(blocks.data), group + _LINKS + 48 + 8, at
+
+
+class FrameLog:
+    """Writes frames behind each other; what was given to `append` survives the end of the process.
+
+    Args:
+        path: of the file; replaced
+        origin: calendar time of the stamp zero, whole seconds
+        width: bytes of a payload; 8, or 64 for CAN FD
+        comment: what stands beside the frames
+
+    Raises:
+        OutputError: it cannot be written
+    """
+
+    def __init__(self, path: str | Path, origin: float, width: int = 8, comment: str = ""):
+        require_folder(path)
+        self.path, self.width, self.count, self.shortened = expanded(path), width, 0, 0
+        text = f"<HDcomment><TX>{escape(comment)}</TX></HDcomment>"
+        head, self._count_at, self._data_at = _head(int(origin), width, text)
+        self._pack = struct.Struct(f"<dBIBBBB{width}s").pack
+        try:
+            self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+            self._write(head)
+        except OSError as error:
+            raise self._refused(error) from None
+
+    def append(self, frames: Iterable[Frame]) -> None:
+        """Write some frames at the end of the file.
+
+        Raises:
+            OutputError: the disk is full or gone; what was written before stays whole
+        """
+        records = []
+        for time, identifier, bus, data in frames:
+            length = len(data)
+            if length > self.width:
+                self.shortened += 1
+                length, data = self.width, data[: self.width]
+            extended, code = identifier >> 31, _CODES.get(length, 8)
+            records.append(self._pack(time, bus, identifier & ~EXTENDED, extended, length > 8, code, length, data))
+        try:
+            self._write(b"".join(records))
+        except OSError as error:
+            self._forget_part()
+            raise self._refused(error) from None
+        self.count += len(records)
+
+    def _write(self, data: bytes) -> None:
+        left = memoryview(data)
+        while left:
+            left = left[os.write(self._file, left) :]
+
+    def _forget_part(self) -> None:
+        """Cut off a record that was not written to its end."""
+        size = self._data_at + _LINKS + self.count * (_PAYLOAD + self.width)
+        try:
+            os.ftruncate(self._file, size)
+        except OSError:
+            return
+
+    def finish(self) -> None:
+        """Count the records and close: from now on the file is an ordinary MF4."""
+        size = _LINKS + self.count * (_PAYLOAD + self.width)
+        try:
+            os.pwrite(self._file, struct.pack("<Q", self.count), self._count_at)
+            os.pwrite(self._file, struct.pack("<Q", size), self._data_at + 8)
+            os.fsync(self._file)
+            os.pwrite(self._file, struct.pack("<8s", b"MDF     "), 0)
+            os.pwrite(self._file, struct.pack("<HH", 0, 0), 60)
+            os.fsync(self._file)
+        except OSError as error:
+            raise self._refused(error) from None
+        finally:
+            os.close(self._file)
+
+    def _refused(self, error: OSError) -> OutputError:
+        reason = (error.strerror or str(error)).lower()
+        return OutputError(f"the log {self.path} cannot be written: {reason}; make room or name another place")
