@@ -6,6 +6,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "analyse": ("tierod analyse column --vehicle column-bench",),
     "campaign": ("tierod campaign friction-steps --dry-run", "tierod campaign friction-steps -o runs/"),
     "completion": ("source <(tierod completion bash)", "tierod completion fish | source"),
+    "convert": (
+        "tierod convert bag/ -o drive.mf4",
+        "tierod convert morning-1.mf4 morning-2.mf4 -o morning.parquet",
+    ),
     "demo": ("tierod demo",),
     "diagnose": (
         "tierod diagnose drive.mf4 --vehicle car.toml",
@@ -27,11 +31,16 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "tierod inspect drive.mf4 --write-map car.channels.toml",
         "tierod inspect can.log --vehicle rav4",
     ),
+    "live": (
+        "tierod live --interface socketcan --channel can0 --vehicle car.toml --dbc car.dbc --log drive.mf4",
+        "tierod live --interface udp_multicast --channel 239.74.163.2 --vehicle rav4 --memory car.json --json",
+    ),
     "monitors": ("tierod monitors", "tierod monitors sideslip --vehicle car.toml"),
     "new": (
         "tierod new car.toml --like midsize-eps mass=1480 wheelbase=2.68",
         'tierod new car.toml --class van "mass=2.1 t +- 3 %" steering_ratio=1/17 --drive drive.mf4',
     ),
+    "replay": ("tierod replay drive.mf4 --dbc car.dbc --interface udp_multicast --channel 239.74.163.2 --speed 10",),
     "scenarios": ("tierod scenarios",),
     "simulate": ("tierod simulate mixed-drive-friction-step -o drive.mf4",),
     "vehicles": ("tierod vehicles", "tierod vehicles midsize-eps --toml > car.toml"),

@@ -65,13 +65,14 @@ def convert(
     require_writable(output)
     used = loaded_map(channel_map)
     source, kind = open_parts(paths, dbc, used.time if used else None)
-    plan = planned(paths[0], source, used, None) if canonical or used is not None else _as_found(source)
+    plan = planned(paths[0], source, used, None) if canonical or used is not None else as_found(source)
     seen = _Seen()
     lost = write_pieces(seen.of(Reading(paths[0], source, kind, plan).slices(SLICE), progress), output)
     return Converted(len(seen.names), seen.samples, seen.last - seen.first, lost, seen.warnings)
 
 
-def _as_found(source: Source) -> Plan:
+def as_found(source: Source) -> Plan:
+    """Every column with its name and unit as they stand in the file."""
     return Plan(tuple(as_recorded(column) for column in source.columns))
 
 

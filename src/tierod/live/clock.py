@@ -44,7 +44,7 @@ class DriveClock:
     `origin` is the calendar time of zero [s]; `jumps`, `late` and `doubled` count what was met.
     """
 
-    tuning: ClockTuning = ClockTuning()
+    tuning: ClockTuning = field(default_factory=ClockTuning)
     origin: float = 0.0
     jumps: int = 0
     late: int = 0
@@ -81,6 +81,11 @@ class DriveClock:
         self._last[key] = placed
         self.latest = max(self.latest, time)
         return placed
+
+    def begin(self, frame: Frame, came: float, calendar: float) -> None:
+        """Fix the origin by the first frame of a drive; arguments as of `placed`."""
+        if math.isfinite(frame.time):
+            self._opened(frame, came, calendar)
 
     def _opened(self, frame: Frame, came: float, calendar: float) -> _Bus:
         if math.isnan(self._zero):

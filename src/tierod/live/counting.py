@@ -13,6 +13,10 @@ from tierod.io.readers.frames import Frames, messages
 _SETTLING = 20
 """Gaps from which a period is taken."""
 
+_SPREAD, _MOST = 0.3, 0.7
+"""A message is periodic, so that lost frames can be counted, where more than this share of its gaps is within the
+spread of the median; in bursts nothing is counted."""
+
 
 @dataclass
 class _Message:
@@ -68,7 +72,12 @@ class Gaps:
             known.seen += len(gaps)
             if known.seen < _SETTLING or known.period > self.silence / 3.0:
                 continue
+            regular = float(np.mean(np.abs(gaps - usual) < _SPREAD * usual)) > _MOST
             wide = gaps[gaps > self.factor * known.period]
-            self.lost += int(np.round(wide[wide <= self.silence] / known.period - 1.0).sum())
+            if regular:
+                # Frames that were only delayed come closer together afterwards, and were not lost.
+                crowded = int(np.count_nonzero(gaps < known.period / self.factor))
+                missed = int(np.round(wide[wide <= self.silence] / known.period - 1.0).sum())
+                self.lost += max(missed - crowded, 0)
             found += [Gap(identifier, name, float(gap)) for gap in wide[wide > self.silence]]
         return found

@@ -52,6 +52,9 @@ class Pace:
     oldest: Annotated[float, "s"] = 0.5
 
 
+PACE = Pace()
+
+
 @dataclass
 class _Stream:
     """What one monitor reads: its columns, the piece before, and samples that wait for the next step of its grid."""
@@ -85,6 +88,7 @@ class Engine:
         say: takes events
         pace: when what is done
         log: takes the frames as they are judged; None without one
+        ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" without
     """
 
     def __init__(
@@ -94,16 +98,20 @@ class Engine:
         monitors: Sequence[str],
         plan: Plan,
         say: Say = lambda kind, content: None,
-        pace: Pace = Pace(),
+        pace: Pace = PACE,
         log: FrameLog | None = None,
+        ignition: str = "",
     ):
         self.plan, self.pace, self.say, self.log = plan, pace, say, log
         self.judges = [Judge(name, plan) for name in monitors]
         self.clock, self.decoder, self.gaps, self.tally = DriveClock(), Decoder(database), Gaps(), Tally()
         self.ages: dict[str, float] = {}
+        self.ignition = ignition
+        self.ignition_off = False
         self._map = channel_map
         self._streams = {judge.name: _Stream(judge.needs) for judge in self.judges}
         self._waiting: list[Frame] = []
+        self._ignition_on = False
         self._until = -np.inf
         self._first = np.inf
         self._newest: dict[str, float] = {}
@@ -163,6 +171,7 @@ class Engine:
             self.say("silence", {"time": self._until, "text": text})
         if self.decoder.known is None:
             return
+        self._look_at_ignition(frames)
         for judge in self.judges:
             if not judge.broken:
                 self._feed(judge, self._streams[judge.name], frames, rest)
@@ -200,6 +209,17 @@ class Engine:
         stream.past = piece
         judge.add(judge.paced(piece))
 
+    def _look_at_ignition(self, frames: Frames) -> None:
+        """Whether the signal of the ignition was on before and is off now."""
+        known = self.decoder.known
+        if not self.ignition or known is None or self.ignition not in known.places:
+            return
+        (channel,) = self.decoder.channels(frames, [self.ignition])
+        if len(channel.values):
+            on = bool(channel.values[-1] > 0.5)
+            self.ignition_off = self._ignition_on and not on
+            self._ignition_on |= on
+
     def _follow(self, channels: Sequence[Channel]) -> None:
         for channel in channels:
             if len(channel.time):
@@ -223,10 +243,10 @@ class Engine:
                 content = {"time": self._until, "monitor": each.monitor, "status": now[0], "since": each.since}
                 self.say("verdict", content | ({"reason": each.reason} if each.reason else {}))
 
-    def finish(self) -> list[tuple[Diagnosis, MemoryFeed | None]]:
+    def finish(self) -> list[tuple[Judge, Diagnosis, MemoryFeed | None]]:
         """Judge the rest, and give the diagnoses of the monitors that ran; the log is finished."""
         self.judge(rest=True)
-        found = [done for judge in self.judges if (done := judge.finish()) is not None]
+        found = [(judge, *done) for judge in self.judges if (done := judge.finish()) is not None]
         if self.log is not None:
             try:
                 self.log.finish()

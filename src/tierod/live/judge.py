@@ -29,7 +29,7 @@ HISTORY = 60
 """Values of each estimate that are kept for the terminal."""
 
 BEHIND = 1.5e-6
-"""Samples that come within a microsecond behind a step of the grid belong to it, as where a recording is aligned [s]."""
+"""Samples that come a microsecond behind a step of the grid belong to it, as where a recording is aligned [s]."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,6 @@ class Judge:
         self.definition, self.variant = find(name)
         self.run: Run | None = None
         self.reason = "no frame came yet"
-        self.taken_up: Memory | None = None
         self._newest = _Newest()
         self._feed: MemoryFeed | None = None
         self.broken = False
@@ -147,8 +146,6 @@ class Judge:
         run.kept = self._newest  # type: ignore[assignment]  # takes the same two arguments
         if self.plan.memory is not None:
             run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
-        if self.taken_up is not None and isinstance(run.session, BlockSession):
-            run.session.memory = self.taken_up
         self.run = run
 
     def _baseline(self) -> Baseline | None:
@@ -170,6 +167,11 @@ class Judge:
         values = {name: value for name, value in self._newest.values.items() if name in own}
         history = {name: tuple(each) for name, each in self._newest.history.items() if name in own}
         return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history)
+
+    def go_on(self, memory: Memory) -> None:
+        """Go on from a state of an earlier session; what was judged since the beginning of this one is left behind."""
+        if self.run is not None and isinstance(self.run.session, BlockSession):
+            self.run.session.memory = memory
 
     def cut(self, piece: Recording, until: float) -> float:
         """Where a piece may end so that cutting it changes nothing: just behind the last step of the grid before.

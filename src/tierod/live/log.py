@@ -51,7 +51,9 @@ class _Blocks:
         """Append a text; gives its address."""
         return self.add(kind, (), text.encode() + b"\0")
 
-    def channel(self, following: int, part: int, name: str, layout: tuple[int, int, int, int, int], unit: int = 0) -> int:
+    def channel(
+        self, following: int, part: int, name: str, layout: tuple[int, int, int, int, int], unit: int = 0
+    ) -> int:
         """Append a channel: (type, synchronisation, data type, byte, bits) and what follows; gives its address."""
         kind, sync, data_type, byte, bits = layout
         body = struct.pack("<4B4I2BHddd3d", kind, sync, data_type, 0, byte, bits, 0, 0, 0, 0, 0, *([0.0] * 6))

@@ -183,7 +183,7 @@ class Reader:
                 return np.asarray(samples[f"{FRAME}.{name}"])
             return np.zeros(count)
 
-        data = np.ascontiguousarray(column("DataBytes"), dtype=np.uint8).reshape(count, -1)
+        data = np.ascontiguousarray(column("DataBytes"), dtype=np.uint8).reshape(count, -1 if count else 8)
         return {
             "time": np.asarray(signal.timestamps, dtype=float),
             "identifier": column("ID").astype(np.uint32),

@@ -198,6 +198,20 @@ def open_source(path: str | Path, dbc: Paths = None, time: TimeEntry | None = No
     return replace(_decoded(path, opened, dbc, kind), size=kind.content.size), kind
 
 
+def frames_in(path: Path) -> Log | None:
+    """The frames of a file that is a bus log; None where it holds channels.
+
+    Raises:
+        InputError: the file cannot be used
+        MissingExtra: the library for this format is not installed
+    """
+    if os.path.isdir(path):
+        return None
+    kind = detect(path)
+    opened = _opened(kind, GUESSED)
+    return opened if isinstance(opened, Log) else None
+
+
 def open_parts(paths: Sequence[Path], dbc: Paths = None, time: TimeEntry | None = None) -> tuple[Source, Kind]:
     """Several files of one drive as one, in the order of their time; arguments and errors as of `open_source`."""
     from tierod.io.readers.parts import joined_source

@@ -1,0 +1,214 @@
+"""Follow live buses: verdicts while driving, a log that survives a kill, fault memory and report at the end."""
+
+from __future__ import annotations
+
+import shlex
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from tierod.live.buses import Address
+    from tierod.live.drive import Drive
+
+
+def live(
+    interface: Annotated[str, typer.Option(help="Interface of python-can: socketcan, vector, udp_multicast, ...")],
+    channel: Annotated[list[str], typer.Option(help="Channel of the interface; once for every bus.")],
+    vehicle: Annotated[str, typer.Option(help="A vehicle's name or the path of its TOML file.")],
+    dbc: Annotated[list[Path] | None, typer.Option(help="CAN database; the vehicle's own where not given.")] = None,
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
+    ] = None,
+    monitor: Annotated[
+        list[str] | None, typer.Option(help="What to watch; every monitor that can run where not given.")
+    ] = None,
+    log: Annotated[Path | None, typer.Option(help="MF4 file that takes every frame as it comes.")] = None,
+    memory: Annotated[Path | None, typer.Option(help="Fault memory; every drive is one operation cycle.")] = None,
+    report: Annotated[Path | None, typer.Option(help="HTML page at the end of the drive.")] = None,
+    checkpoint: Annotated[
+        Path | None, typer.Option(help="File that keeps the states of the monitors; they go on from it.")
+    ] = None,
+    baselines: Annotated[Path | None, typer.Option(help="Folder with the baseline that each monitor learnt.")] = None,
+    bitrate: Annotated[int | None, typer.Option(help="Bit rate [bit/s]; as the driver has it where not given.")] = None,
+    fd: Annotated[bool, typer.Option("--fd", help="Frames of CAN FD come.")] = False,
+    period: Annotated[float, typer.Option(help="Time between two judgements [s].")] = 1.0,
+    silence: Annotated[float, typer.Option(help="Time without a frame after which the drive has ended [s].")] = 30.0,
+    ignition: Annotated[
+        str, typer.Option(help='Signal of a database, as "Message.Signal", whose zero ends the drive.')
+    ] = "",
+    drives: Annotated[int, typer.Option(help="End after so many drives; 0 goes on.")] = 0,
+    seconds: Annotated[float, typer.Option(help="End after this time [s]; 0 goes on until Ctrl-C.")] = 0.0,
+    expected: Annotated[float, typer.Option(help="Expected length of a drive [s].")] = 1800.0,
+    websocket: Annotated[int | None, typer.Option(help="Port on this computer for the events; 0 takes any.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Events as JSON lines, as without a terminal.")] = False,
+) -> int:
+    """Follow live buses until Ctrl-C: healthy (0), fault (1), could not judge (2), bad input (3)."""
+    from tierod.core.errors import ParameterError
+    from tierod.live.buses import Address
+    from tierod.vehicles import load
+
+    for name, value in (("--period", period), ("--silence", silence), ("--expected", expected)):
+        if not value > 0.0:
+            raise ParameterError(f"{name} needs a positive time, not {value:g} s")
+    load(vehicle)
+    _refuse_what_cannot_be_written([log, report, checkpoint, memory], [*(dbc or []), channel_map])
+    addresses = [Address(interface, each, bitrate, fd) for each in channel]
+    drive, hub = _drive(
+        addresses, vehicle, dbc, channel_map, monitor, (log, report, checkpoint, memory, baselines),
+        (period, silence, expected), ignition, fd,
+    )  # fmt: skip
+    socket = None
+    if websocket is not None:
+        from tierod.live.events import Socket
+
+        socket = Socket(websocket)
+        hub.add(socket)
+        print(f"events: ws://127.0.0.1:{socket.port}", file=sys.stderr)
+    _end_cleanly(drive)
+    try:
+        return _followed(drive, drives, seconds, as_json or not sys.stdout.isatty())
+    finally:
+        if socket is not None:
+            socket.close()
+
+
+def _drive(
+    addresses: list[Address],
+    vehicle: str,
+    dbc: list[Path] | None,
+    channel_map: Path | None,
+    monitor: list[str] | None,
+    files: tuple[Path | None, ...],
+    times: tuple[float, float, float],
+    ignition: str,
+    fd: bool,
+) -> tuple[Drive, Any]:
+    import queue
+
+    from tierod.cli.terminal import origin
+    from tierod.core.errors import ParameterError
+    from tierod.io.readers.dbc import load_databases
+    from tierod.io.readers.opening import shipped
+    from tierod.io.readers.streaming import loaded_map
+    from tierod.live.drive import Drive, Outputs
+    from tierod.live.engine import Pace
+    from tierod.live.events import Hub
+    from tierod.live.judge import Plan
+    from tierod.live.receiving import receiver
+    from tierod.monitors.registry import MONITORS
+    from tierod.vehicles import load
+
+    car = load(vehicle)
+    given = dbc or ([car.database] if car.database else [])
+    if not given:
+        raise ParameterError(f"the vehicle '{car.name}' names no CAN database; give one with --dbc")
+    paths = [shipped(each, ".dbc") for each in given]
+    database = load_databases(paths)
+    used = channel_map or car.channel_map or _beside(paths)
+    log, report, checkpoint, memory, baselines = files
+    period, silence, expected = times
+    names = monitor or [each.name for each in MONITORS.values() if each.default is not None and not each.condition]
+    plan = Plan(car, expected, memory, baselines, shlex.join(["tierod", *sys.argv[1:]]))
+    hub, inbox = Hub(), queue.SimpleQueue[Any]()
+    outputs = Outputs(log, report, checkpoint, 5.0, silence, ignition, 64 if fd else 8)
+    receivers = [receiver(number, each, inbox) for number, each in enumerate(addresses, 1)]
+    drive = Drive(receivers, inbox, database, loaded_map(used), names, plan, outputs, hub, Pace(period=period), origin)
+    mapped = ["--map", str(used)] if isinstance(used, str | Path) else []
+    databases = [word for path in paths for word in ("--dbc", str(path))]
+    drive.report_words = lambda path: [
+        "diagnose", str(path), "--vehicle", vehicle, "--monitor", "all", *databases, *mapped,
+        "-o", str(path.with_name(f"{path.stem}-{int(drive.engine.clock.latest)}s.html")),
+    ]  # fmt: skip
+    return drive, hub
+
+
+def _beside(paths: list[Path]) -> Any:
+    from tierod.io.readers.channel_map import load_maps_beside, maps_beside
+
+    found = maps_beside(paths)
+    return load_maps_beside(found) if found else None
+
+
+def _refuse_what_cannot_be_written(targets: list[Path | None], given: list[Path | None]) -> None:
+    from tierod.cli.terminal import refuse_to_overwrite
+    from tierod.core.files import require_folder
+
+    for place, path in enumerate(targets):
+        refuse_to_overwrite(path, [*given, *targets[:place]], "output", "its option")
+        if path is not None:
+            require_folder(path)
+
+
+def _end_cleanly(drive: Drive) -> None:
+    def end(*_: object) -> None:
+        drive.ended = True
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+
+
+def _followed(drive: Drive, drives: int, seconds: float, lines: bool) -> int:
+    import time
+
+    until = time.monotonic() + seconds if seconds > 0.0 else float("inf")
+
+    def look(now: float) -> None:
+        drive.ended |= now > until or bool(drives and drive.drives >= drives)
+
+    drive.looking.append(look)
+    if not lines:
+        return _in_terminal(drive)
+    drive.hub.add(lambda text: print(text, flush=True))
+    return drive.run()
+
+
+def _in_terminal(drive: Drive) -> int:
+    from rich.live import Live
+
+    from tierod.cli.terminal import output
+    from tierod.live.view import keys, picture, pressed
+
+    notes: list[str] = []
+    drive.hub.add(lambda text: notes.append(text) if '"event": "state"' not in text else None)
+    console, count = output(), [0]
+    with keys(), Live(console=console, auto_refresh=False) as screen:
+
+        def look(now: float) -> None:
+            count[0] += 1
+            if count[0] % 5 == 0:
+                _press(drive, pressed())
+            if count[0] % 25 == 0:
+                screen.update(picture(drive), refresh=True)
+            while notes:
+                console.print(notes.pop(0), markup=False, soft_wrap=True)
+
+        drive.looking.append(look)
+        return drive.run()
+
+
+def _press(drive: Drive, key: str) -> None:
+    if key == "m":
+        drive.mark()
+    elif key == "p":
+        drive.paused = not drive.paused
+    elif key == "r":
+        _report_now(drive)
+    elif key == "q":
+        drive.ended = True
+
+
+def _report_now(drive: Drive) -> None:
+    """A page of the log so far, by a process of its own: the drive goes on meanwhile."""
+    import subprocess
+
+    log = drive.engine.log
+    if log is None:
+        drive.hub.say("problem", {"text": "a report of the drive so far is made from its log; begin with --log"})
+        return
+    words = drive.report_words(log.path)
+    subprocess.Popen([sys.executable, "-m", "tierod", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    drive.hub.say("report", {"path": words[-1]})

@@ -1,0 +1,67 @@
+"""Play a recording onto a bus: its frames, or its signals encoded by a DBC; with loss and disorder by seed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def replay(
+    recording: Annotated[Path, typer.Argument(help="Bus log, or a recording whose signals a DBC encodes.")],
+    interface: Annotated[str, typer.Option(help="Interface of python-can: socketcan, udp_multicast, ...")],
+    channel: Annotated[list[str], typer.Option(help="Channel of the interface; once for every bus.")],
+    dbc: Annotated[list[Path] | None, typer.Option(help="CAN database; may be given more than once.")] = None,
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="TOML file that says which signal of the DBC a canonical one is.")
+    ] = None,
+    speed: Annotated[float, typer.Option(help="Times real time; 0 as fast as the bus takes it.")] = 1.0,
+    seed: Annotated[int, typer.Option(help="Of all that goes wrong.")] = 0,
+    loss: Annotated[float, typer.Option(help="Share of frames that are lost.")] = 0.0,
+    doubled: Annotated[float, typer.Option(help="Share of frames that come twice.")] = 0.0,
+    jitter: Annotated[float, typer.Option(help="Standard deviation of a delay [s].")] = 0.0,
+    reordered: Annotated[float, typer.Option(help="Share of frames that are held back by 20 ms.")] = 0.0,
+    bus_off: Annotated[float, typer.Option(help="Bus-offs per minute, of half a second each.")] = 0.0,
+    as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
+) -> None:
+    """Play a recording onto a bus; Ctrl-C ends it."""
+    import dataclasses
+
+    from tierod.cli.terminal import messages, output, print_json
+    from tierod.core.errors import ParameterError
+    from tierod.io.readers.dbc import load_databases
+    from tierod.io.readers.opening import shipped
+    from tierod.io.readers.streaming import loaded_map
+    from tierod.live.buses import Address, open_bus
+    from tierod.live.replay import Disturbance, Played, disturbed, frames_of_file, play
+
+    for name, value in (("--loss", loss), ("--doubled", doubled), ("--reordered", reordered)):
+        if not 0.0 <= value <= 1.0:
+            raise ParameterError(f"{name} is a share between 0 and 1, not {value:g}")
+    for name, value in (("--speed", speed), ("--jitter", jitter), ("--bus-off", bus_off)):
+        if not 0.0 <= value < float("inf"):
+            raise ParameterError(f"{name} needs a number from 0 on, not {value:g}")
+    database = load_databases([shipped(each, ".dbc") for each in dbc]) if dbc else []
+    frames = frames_of_file(recording, database, loaded_map(channel_map))
+    buses, played = [open_bus(Address(interface, each)) for each in channel], Played()
+    try:
+        messages().print(f"playing {recording} onto {interface} {' '.join(channel)}", markup=False, soft_wrap=True)
+        play(
+            disturbed(frames, Disturbance(seed, loss, doubled, jitter, reordered, bus_off), played),
+            buses,
+            speed,
+            played,
+        )
+    finally:
+        for bus in buses:
+            bus.shutdown()
+    if as_json:
+        print_json(dataclasses.asdict(played))
+    else:
+        output().print(
+            f"{played.sent} frames sent, {played.lost} lost, {played.doubled} doubled, {played.held} held back, "
+            f"{played.off} bus-offs, {played.failed} refused by the bus",
+            soft_wrap=True,
+            markup=False,
+        )

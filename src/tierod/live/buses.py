@@ -1,0 +1,167 @@
+"""Buses of python-can by the name of their interface: opening, receiving, and coming back after they were lost."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, Annotated, Any
+
+from tierod.core.errors import InputError, MissingExtra, ParameterError, nearest
+from tierod.io.readers.frames import EXTENDED
+from tierod.live.frame import Frame, Notice
+
+if TYPE_CHECKING:
+    import can
+
+FIRST, LONGEST = 0.2, 5.0
+"""Pause before a lost bus is opened again, and to which it grows [s]."""
+
+WAIT = 0.2
+"""Time that is waited for a frame [s]."""
+
+BUFFER: Annotated[int, "byte"] = 1 << 23
+"""What the system may keep: some seconds of a busy bus."""
+
+_FORCED = 33
+"""SO_RCVBUFFORCE of Linux, beyond the usual limit, for those who may."""
+
+Inbox = SimpleQueue[Frame | Notice]
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where a bus is.
+
+    Args:
+        interface: name of python-can
+        channel: of the interface
+        bitrate: of a classic bus; None leaves it as the driver has it
+        fd: whether frames of CAN FD come
+        options: further ones of the interface
+    """
+
+    interface: str
+    channel: str
+    bitrate: Annotated[int, "bit/s"] | None = None
+    fd: bool = False
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def open_bus(address: Address) -> can.BusABC:
+    """The opened bus.
+
+    Raises:
+        MissingExtra: python-can is not installed
+        ParameterError: there is no such interface
+        InputError: driver, device or permission are missing
+    """
+    try:
+        import can
+    except ImportError:
+        raise MissingExtra("python-can", "live", "listening to a bus") from None
+    known = sorted(map(str, can.VALID_INTERFACES))
+    if address.interface not in known:
+        raise ParameterError(f"python-can has no interface '{address.interface}'{nearest(address.interface, known)}")
+    options = dict(address.options) | ({"bitrate": address.bitrate} if address.bitrate else {})
+    options |= {"fd": True} if address.fd else {}
+    place = f"the bus {address.interface} {address.channel}"
+    try:
+        bus = can.Bus(interface=address.interface, channel=address.channel, **options)
+    except PermissionError:
+        raise InputError(f"{place} may not be opened; run as a user who may, or ask for the right to use it") from None
+    except (can.CanInterfaceNotImplementedError, ImportError, NameError, AttributeError) as error:
+        raise InputError(
+            f"{place} cannot be opened: its driver is not installed ({_reason(error)}); install that of the vendor"
+        ) from None
+    except (can.CanError, OSError, ValueError, TypeError, NotImplementedError) as error:
+        raise InputError(
+            f"{place} cannot be opened ({_reason(error)}); check that the device is plugged in, up, and named so"
+        ) from None
+    _enlarge(bus)
+    return bus
+
+
+def _enlarge(bus: can.BusABC) -> None:
+    """Let the system keep more frames while nothing receives, as far as it allows; without a socket do nothing."""
+    with contextlib.suppress(Exception), socket.socket(fileno=os.dup(bus.fileno())) as twin:
+        for option in (_FORCED, socket.SO_RCVBUF):
+            with contextlib.suppress(OSError):
+                twin.setsockopt(socket.SOL_SOCKET, option, BUFFER)
+                return
+
+
+def _reason(error: BaseException) -> str:
+    return " ".join(str(error).split())[:160] or type(error).__name__
+
+
+class Receiver(threading.Thread):
+    """Receives in a loop of its own; a bus that fails is opened again and again.
+
+    Args:
+        number: of the bus, from 1
+        address: where it is
+        inbox: takes frames and notices
+
+    Raises:
+        InputError: the bus cannot be opened now, as of `open_bus`
+    """
+
+    def __init__(self, number: int, address: Address, inbox: Inbox):
+        super().__init__(name=f"bus {number}", daemon=True)
+        self.number, self.address, self._inbox = number, address, inbox
+        self._bus: can.BusABC | None = open_bus(address)
+        self._ended = threading.Event()
+
+    def run(self) -> None:
+        """Receive until `end`."""
+        while not self._ended.is_set():
+            try:
+                self._receive()
+            except Exception as error:  # drivers raise whatever they like; the bus is opened again
+                self._inbox.put(Notice(self.number, "lost", f"bus {self.number} was lost: {_reason(error)}"))
+                self._close()
+                self._reopen()
+        self._close()
+
+    def _receive(self) -> None:
+        bus, number, put = self._bus, self.number, self._inbox.put
+        assert bus is not None
+        while not self._ended.is_set():
+            message = bus.recv(WAIT)
+            if message is None or message.is_remote_frame:
+                continue
+            if message.is_error_frame:
+                put(Notice(number, "error frame", f"bus {number} reports an error frame"))
+                continue
+            identifier = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
+            put(Frame(message.timestamp, identifier, number, bytes(message.data)))
+
+    def _reopen(self) -> None:
+        pause = FIRST
+        while not self._ended.wait(pause):
+            pause = min(2.0 * pause, LONGEST)
+            try:
+                self._bus = open_bus(self.address)
+            except (InputError, ParameterError):
+                continue
+            self._inbox.put(Notice(self.number, "back", f"bus {self.number} is back"))
+            return
+
+    def _close(self) -> None:
+        bus, self._bus = self._bus, None
+        if bus is not None:
+            with contextlib.suppress(Exception):
+                bus.shutdown()
+
+    def end(self) -> None:
+        """Stop receiving and close the bus."""
+        self._ended.set()
+        if self.is_alive():
+            self.join(2.0)
+        else:
+            self._close()

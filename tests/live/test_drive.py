@@ -1,0 +1,271 @@
+"""Whole drives: buses, memory, report, checkpoint, ignition, lost buses, kills."""
+
+import io
+import json
+import queue
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from live_drives import START, database_file, frames_of_drive, messages
+from tierod.core.errors import InputError, ParameterError
+from tierod.diagnosis.fault_memory import FaultMemory
+from tierod.live import checkpoint
+from tierod.live.buses import Address, Receiver, open_bus
+from tierod.live.drive import Drive, Outputs
+from tierod.live.events import Hub, Socket, line
+from tierod.live.frame import Frame, Notice
+from tierod.live.judge import Plan
+from tierod.live.receiving import ProcessReceiver
+from tierod.vehicles import load
+
+can = pytest.importorskip("can")
+pytest.importorskip("cantools")
+pytest.importorskip("asammdf")
+
+CAR = load("midsize-eps")
+
+
+def started(folder, outputs, memory=None, car=CAR):
+    events = []
+    hub = Hub()
+    hub.add(lambda text: events.append(json.loads(text)))
+    inbox = queue.SimpleQueue()
+    plan = Plan(car, 12.0, memory)
+    return Drive([], inbox, messages(folder), None, ["friction"], plan, outputs, hub), inbox, events
+
+
+def driven(drive, inbox, frames):
+    for begin in range(0, len(frames), 40):
+        for frame in frames[begin : begin + 40]:
+            inbox.put(frame)
+        drive.tick(frames[begin].time, frames[begin].time)
+
+
+def kinds(events):
+    return [each["event"] for each in events]
+
+
+def test_a_drive_leaves_log_memory_and_checkpoint(tmp_path):
+    outputs = Outputs(tmp_path / "log.mf4", None, tmp_path / "state.json", every=2.0)
+    drive, inbox, events = started(tmp_path, outputs, tmp_path / "car.json")
+    driven(drive, inbox, frames_of_drive(tmp_path, 8.0))
+    assert (tmp_path / "state.json").exists()
+    drive.close()
+    assert {"begin", "state", "verdict", "memory", "end"} <= set(kinds(events))
+    memory = FaultMemory.opened(tmp_path / "car.json", CAR.name)
+    assert (memory.cycles, memory.open) == (1, False)
+    assert (tmp_path / "log.mf4").read_bytes()[:3] == b"MDF"
+    assert events[-1]["verdicts"].keys() == {"friction"}
+
+
+def test_silence_ends_a_drive_and_the_next_one_gets_files_of_its_own(tmp_path):
+    drive, inbox, events = started(tmp_path, Outputs(tmp_path / "log.mf4", silence=10.0))
+    frames = frames_of_drive(tmp_path, 5.0)
+    driven(drive, inbox, frames)
+    drive.tick(frames[-1].time + 11.0, frames[-1].time + 11.0)
+    assert kinds(events)[-1] == "end"
+    driven(drive, inbox, [each._replace(time=each.time + 60.0) for each in frames])
+    drive.close()
+    assert drive.drives == 2
+    assert (tmp_path / "log-2.mf4").exists()
+
+
+def test_the_ignition_ends_a_drive(tmp_path):
+    drive, inbox, events = started(tmp_path, Outputs(ignition="ESP.ignition"))
+    frames = []
+    for frame in frames_of_drive(tmp_path, 8.0):
+        on = frame.identifier == 0x200 and frame.time < START + 5.0
+        frames.append(frame._replace(data=frame.data[:6] + bytes([1]) + frame.data[7:]) if on else frame)
+    driven(drive, inbox, frames)
+    assert kinds(events).count("end") == 1
+
+
+def test_going_on_from_a_checkpoint(tmp_path):
+    frames = frames_of_drive(tmp_path, 12.0)
+    drive, inbox, _ = started(tmp_path, Outputs(None, None, tmp_path / "state.json", every=1.0))
+    driven(drive, inbox, [each for each in frames if each.time < START + 5.0])
+    known = drive.engine.judges[0].run.session.memory.count
+    drive.close()
+    drive, inbox, events = started(tmp_path, Outputs(None, None, tmp_path / "state.json", every=1.0))
+    driven(drive, inbox, [each for each in frames if each.time >= START + 5.0])
+    assert any("goes on from the checkpoint" in each["text"] for each in events if each["event"] == "checkpoint")
+    assert drive.engine.judges[0].run.session.memory.count > known
+
+
+def test_checkpoints_of_others_are_refused_with_the_reason(tmp_path):
+    path = tmp_path / "state.json"
+    checkpoint.stored([], CAR, path)
+    assert checkpoint.taken_up(path, CAR) == {}
+    with pytest.raises(InputError, match="of the vehicle 'midsize-eps', and this is 'compact"):
+        checkpoint.taken_up(path, load("compact-eps") if "compact-eps" in _names() else _renamed())
+    with pytest.raises(InputError, match="s old, and -1 s are the limit"):
+        checkpoint.taken_up(path, CAR, oldest=-1.0)
+    path.write_text(path.read_text().replace('"version": "', '"version": "0.0.'))
+    with pytest.raises(InputError, match="it is of version 0.0"):
+        checkpoint.taken_up(path, CAR)
+    for damaged in ('{"layout": 1}', "[]", "{", ""):
+        path.write_text(damaged)
+        with pytest.raises(InputError, match="damaged"):
+            checkpoint.taken_up(path, CAR)
+
+
+def _names():
+    from tierod.vehicles import VEHICLES
+
+    return tuple(VEHICLES.own)
+
+
+def _renamed():
+    from dataclasses import replace
+
+    return replace(CAR, name="compact")
+
+
+def test_what_happens_to_a_bus_is_said(tmp_path):
+    drive, inbox, events = started(tmp_path, Outputs())
+    now = time.monotonic()
+    inbox.put(Notice(1, "lost", "bus 1 was lost: cable"))
+    for _ in range(20):
+        inbox.put(Notice(1, "error frame", "bus 1 reports an error frame"))
+    drive.tick(now, START)
+    drive.tick(now + 6.0, START + 6.0)
+    texts = [each["text"] for each in events]
+    assert "bus 1 was lost: cable" in texts
+    assert texts.count("bus 1 reports an error frame") == 2
+    assert any("the bit rate is wrong; give that of the bus with --bitrate" in text for text in texts)
+
+
+def test_a_silent_bus_is_said_once(tmp_path):
+    drive, _, events = started(tmp_path, Outputs())
+    for more in (6.0, 7.0, 8.0):
+        drive.tick(time.monotonic() + more, START)
+    assert [each["text"] for each in events] == [
+        "no frame came for 5 s; switch the ignition on, and check channel and bit rate"
+    ]
+
+
+def test_a_receiver_on_a_virtual_bus_comes_back_after_the_bus_was_lost(monkeypatch):
+    inbox = queue.SimpleQueue()
+    receiver = Receiver(1, Address("virtual", "lost"), inbox)
+    failing = receiver._bus
+
+    def fail(timeout):
+        raise can.CanOperationError("bus off")
+
+    monkeypatch.setattr(failing, "recv", fail)
+    receiver.start()
+    found = [inbox.get(timeout=5.0), inbox.get(timeout=5.0)]
+    assert [each.what for each in found] == ["lost", "back"]
+    with can.Bus(interface="virtual", channel="lost") as other:
+        other.send(can.Message(arbitration_id=5, data=[1, 2], is_extended_id=False))
+        frame = inbox.get(timeout=5.0)
+    receiver.end()
+    assert (frame.identifier, frame.bus, frame.data) == (5, 1, b"\1\2")
+    assert isinstance(frame, Frame)
+
+
+@pytest.mark.parametrize(
+    ("address", "error", "sentence"),
+    [
+        (Address("socketcam", "can0"), ParameterError, "no interface 'socketcam'; did you mean 'socketcan'"),
+        (Address("socketcan", "can77"), InputError, "the bus socketcan can77 cannot be opened"),
+        (Address("kvaser", "0"), InputError, "the bus kvaser 0 cannot be opened"),
+    ],
+)
+def test_a_bus_that_cannot_be_opened(address, error, sentence):
+    with pytest.raises(error, match=sentence):
+        open_bus(address)
+
+
+def test_a_process_says_that_its_bus_cannot_be_opened():
+    with pytest.raises(ParameterError, match="did you mean 'socketcan'"):
+        ProcessReceiver(1, Address("socketcam", "can0"), queue.SimpleQueue())
+
+
+def test_events_over_websocket():
+    client = pytest.importorskip("websockets.sync.client")
+    socket = Socket(0)
+    with client.connect(f"ws://127.0.0.1:{socket.port}") as connection:
+        until = time.monotonic() + 5.0
+        while not socket._clients and time.monotonic() < until:
+            time.sleep(0.01)
+        socket(line("mark", {"time": 1.5, "value": float("nan")}))
+        assert json.loads(connection.recv(5.0)) == {"event": "mark", "schema": 1, "time": 1.5, "value": None}
+    socket.close()
+
+
+CHANNEL = "239.74.163.77"
+
+
+def _live(folder, *more):
+    words = ["live", "--interface", "udp_multicast", "--channel", CHANNEL, "--vehicle", "midsize-eps", "--monitor"]
+    words += ["friction", "--dbc", str(folder / "car.dbc"), "--log", str(folder / "log.mf4"), "--json", *more]
+    return subprocess.Popen(
+        [sys.executable, "-m", "tierod", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def _sent(frames, until):
+    with can.Bus(interface="udp_multicast", channel=CHANNEL) as bus:
+        for frame in frames:
+            if not until(frame):
+                return
+            message = can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False)
+            bus.send(message)
+            time.sleep(0.0005)
+
+
+@pytest.fixture
+def multicast():
+    try:
+        with can.Bus(interface="udp_multicast", channel=CHANNEL):
+            pass
+    except (OSError, can.CanError) as error:
+        pytest.skip(f"no multicast on this computer: {error}")
+
+
+@pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGTERM])
+def test_a_session_over_multicast_that_is_ended(tmp_path, multicast, ending):
+    database_file(tmp_path)
+    process = _live(tmp_path, "--checkpoint", str(tmp_path / "state.json"))
+    log, frames = tmp_path / "log.mf4", frames_of_drive(tmp_path, 6.0)
+    begun = time.monotonic()
+    # The first frames come while the session starts; they are sent again until the log is there.
+    while not log.exists() and time.monotonic() < begun + 60.0:
+        _sent(frames[:20], lambda frame: True)
+    _sent(frames, lambda frame: True)
+    time.sleep(0.3)
+    process.send_signal(ending)
+    out, err = process.communicate(timeout=60)
+    from tierod.io.readers.log import heard
+    from tierod.io.readers.mdf import open_mdf
+
+    assert heard(open_mdf(log)).frames >= 0.99 * len(frames)
+    if ending == signal.SIGTERM:
+        assert process.returncode in (0, 1, 2), err
+        assert json.loads(out.splitlines()[-1])["event"] == "end"
+        assert (tmp_path / "state.json").exists()
+        assert log.read_bytes()[:3] == b"MDF"
+    else:
+        assert log.read_bytes()[:7] == b"UnFinMF"
+
+
+def test_the_view_shows_verdicts_and_bars(tmp_path):
+    from rich.console import Console
+
+    from tierod.live.view import picture, sparkline
+
+    drive, inbox, _ = started(tmp_path, Outputs())
+    driven(drive, inbox, frames_of_drive(tmp_path, 6.0))
+    console = Console(width=150, file=io.StringIO(), record=True)
+    console.print(picture(drive))
+    text = console.export_text()
+    assert "friction" in text
+    assert "all signals are there" in text
+    assert sparkline([0.0, 1.0, np.nan, 7.0]) == "▁▂ █"
+    assert sparkline([np.nan]) == ""
