@@ -32,8 +32,8 @@ def simulate_fleet(
         OutputError: the folder cannot be written
     """
     from tierod.cli.terminal import messages, print_json, progress, say
+    from tierod.experiments.doors import cores
     from tierod.fleet import virtual, virtual_writing
-    from tierod.report.campaign.running import cores
 
     file = virtual.load(path)
     file = file if seed is None else replace(file, seed=seed)

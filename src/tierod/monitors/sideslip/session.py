@@ -142,9 +142,9 @@ class CombinedSession(SideslipSession):
         """The finding, with shares of what was identified, the limit, and new starts."""
         conclusion = super().conclude()
         finding = conclusion.finding
-        if finding.status not in (Status.HEALTHY, Status.SUSPECT, Status.NOT_IDENTIFIABLE) or self._memory is None:
+        if finding.status not in (Status.HEALTHY, Status.SUSPECT, Status.NOT_IDENTIFIABLE) or self.memory is None:
             return conclusion
-        shown = identifiability(self._estimator, self._memory)
+        shown = identifiability(self._estimator, self.memory)
         evidence = dict(finding.evidence) | {
             f"{WORDS[name]}, identified share": share for name, share in shown.shares.items()
         }
