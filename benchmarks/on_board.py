@@ -53,7 +53,9 @@ def run() -> list[dict]:
 
 def _samples(drive: Drive) -> np.ndarray:
     recording = recorded(drive)
-    columns = [recording[name].values for name in ConditionSample._fields]
+    length = max(len(recording[name].values) for name in ConditionSample._fields if name in recording)
+    absent = np.full(length, np.nan)  # signals that these cars do not have
+    columns = [recording[name].values if name in recording else absent for name in ConditionSample._fields]
     return np.ascontiguousarray(np.column_stack(columns)[:STEPS])
 
 
