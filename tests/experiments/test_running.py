@@ -17,6 +17,7 @@ from experiments.worker_tasks import environment
 from tierod.core.errors import OutputError
 from tierod.core.files import write_text
 from tierod.experiments import running
+from tierod.experiments.executor import Executor
 from tierod.experiments.matrix import Point
 from tierod.experiments.plan import Cell
 from tierod.experiments.running import run
@@ -48,7 +49,7 @@ def contents(store):
 def ran(store, planned, processes=2):
     """Reports of the progress."""
     reports = []
-    run(planned, store, processes, reports.append)
+    run(planned, store, Executor(processes), reports.append)
     return reports
 
 
@@ -167,7 +168,7 @@ def test_a_full_disk_stops_the_campaign_and_leaves_what_is_finished(whole, store
             (store.folder / "verdicts").rename(store.folder / "gone")
 
     with pytest.raises(OutputError, match="cannot be written"):
-        run(plan(*MIXED), store, 1, filling)
+        run(plan(*MIXED), store, Executor(1), filling)
     (store.folder / "gone").rename(store.folder / "verdicts")
     left = contents(store)
     assert left.items() < contents(whole).items()
@@ -210,6 +211,7 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from experiments.toy_scenario import FAULT, ToyScenario, plan
+from tierod.experiments.executor import Executor
 from tierod.experiments.running import run
 from tierod.experiments.store import Store
 
@@ -218,7 +220,7 @@ if __name__ == "__main__":
     store.prepare()
     with store.alone():
         scenarios = [ToyScenario(seed=n, faults=(FAULT,) if n % 2 else (), duration=40.0) for n in range(14)]
-        run(plan(*scenarios), store, 2)
+        run(plan(*scenarios), store, Executor(2))
 """
 
 

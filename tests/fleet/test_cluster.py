@@ -1,5 +1,6 @@
 """A Dask cluster behind the one door: results, failures, kills, and clusters that cannot be used."""
 
+import json
 import os
 import random
 import signal
@@ -9,13 +10,17 @@ import time
 
 import pytest
 
+from experiments.toy_scenario import ToyScenario, plan
 from experiments.worker_tasks import do, environment
 from fleet.drives import DAY, NOVEMBER, judged, written
 from tierod.core.errors import OutputError, ParameterError
 from tierod.experiments import cluster
 from tierod.experiments.cluster import Cluster
 from tierod.experiments.doors import workers_of
+from tierod.experiments.effort import Effort
 from tierod.experiments.executor import Executor, Failure
+from tierod.experiments.running import run as run_campaign
+from tierod.experiments.store import Store
 from tierod.fleet.results import findings_of, ledger_of
 
 pytest.importorskip("distributed", reason="distributed is not installed")
@@ -39,8 +44,6 @@ class Processes:
         while not (file.exists() and file.read_text().endswith("}")):
             assert time.monotonic() < end
             time.sleep(0.05)
-        import json
-
         self.address = json.loads(file.read_text())["address"]
 
     def start_worker(self):
@@ -208,3 +211,22 @@ def test_no_kill_of_worker_scheduler_or_client_costs_or_doubles_a_result(tmp_pat
 @pytest.mark.slow
 def test_sixty_kills_at_random_moments(tmp_path):
     kill_study(tmp_path, drives=400, kills=60, seed=11)
+
+
+def test_a_campaign_takes_the_same_door(processes, tmp_path):
+    scenarios = [ToyScenario(seed=number, duration=40.0) for number in range(3)]
+    kept = {}
+    for name, workers in (("here", workers_of(1)), ("there", workers_of(None, processes.address))):
+        store = Store(tmp_path / name)
+        store.prepare()
+        with store.alone():
+            run_campaign(plan(*scenarios), store, workers)
+        verdicts = sorted((tmp_path / name / "verdicts").iterdir())
+        kept[name] = {path.name: json.loads(path.read_text()) for path in verdicts}
+    assert kept["there"] == kept["here"]
+    assert len(kept["here"]) == 3
+
+
+def test_a_study_takes_the_same_door(processes, tmp_path):
+    with Effort(scheduler=processes.address).kept(None) as effort:
+        assert effort.made(do, [("square", 3), ("square", 4)]) == [9, 16]

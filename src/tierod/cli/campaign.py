@@ -37,6 +37,9 @@ def campaign(
         tuple[Path, Path] | None, typer.Option(help="Folders of two campaigns, to be compared drive by drive.")
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; one per core where not given.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler, as tcp://host:8786; its workers share the folder.")
+    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Check the file, show the matrix and what it costs.")
     ] = False,
@@ -57,7 +60,7 @@ def campaign(
     if file is None:
         _list(shipped())
         return 0
-    from tierod.report.campaign.running import cores
+    from tierod.experiments.doors import cores
 
     chosen = load(file)
     if toml:
@@ -66,7 +69,7 @@ def campaign(
     processes = workers or cores()
     if dry_run:
         return _dry(chosen, output, processes, as_json)
-    return _run(chosen, output, processes, summary_only, as_json)
+    return _run(chosen, output, workers, scheduler, summary_only, as_json)
 
 
 def _list(names: tuple[str, ...]) -> None:
@@ -109,7 +112,9 @@ def _dry(chosen: Campaign, folder: Path, processes: int, as_json: bool) -> int:
     return 0
 
 
-def _run(chosen: Campaign, folder: Path, processes: int, summary_only: bool, as_json: bool) -> int:
+def _run(
+    chosen: Campaign, folder: Path, workers: int | None, scheduler: str | None, summary_only: bool, as_json: bool
+) -> int:
     from tierod.core.errors import OutputError
     from tierod.report.campaign import show
     from tierod.report.campaign.running import campaign as run
@@ -120,7 +125,7 @@ def _run(chosen: Campaign, folder: Path, processes: int, summary_only: bool, as_
     else:
         with _shown_progress(chosen.file.name, len(chosen.plan.cells)) as progress, _stopped_by_sigterm():
             try:
-                found = run(chosen, folder, processes, command=command, progress=progress)
+                found = run(chosen, folder, workers, scheduler=scheduler, command=command, progress=progress)
             except (KeyboardInterrupt, OSError, OutputError):
                 _say_what_is_kept(chosen, folder)
                 raise

@@ -22,6 +22,7 @@ def study(
     ] = Path("out"),
     quick: Annotated[bool, typer.Option("--quick", help="A few minutes of driving only: a try, no figures.")] = False,
     processes: Annotated[int | None, typer.Option(min=1, help="Worker processes; one per core.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Address of a Dask scheduler, as tcp://host:8786.")] = None,
     thorough: Annotated[
         bool,
         typer.Option("--thorough", help="Hours of driving more where rare events are counted; takes up to an hour."),
@@ -35,7 +36,7 @@ def study(
 
     if name is not None and name not in STUDIES:
         raise ParameterError(f"there is no study '{name}'{nearest(name, STUDIES)}")
-    with Effort(quick, processes, thorough).kept(_results_folder()) as effort:
+    with Effort(quick, processes, thorough, scheduler=scheduler).kept(_results_folder()) as effort:
         for chosen in STUDIES.values() if name is None else [STUDIES[name]]:
             folder = output / chosen.name if name is None else output
             for path in _run(chosen, effort, folder):

@@ -13,7 +13,8 @@ from typing import Any
 
 from tierod.core.errors import InputError
 from tierod.core.graph.kernel_cache import Bounds, KernelCache
-from tierod.experiments.executor import Executor, Failure, Given, Passing, Result, Work, run
+from tierod.experiments.doors import workers_of
+from tierod.experiments.executor import Failure, Given, Passing, Result, Work, Workers, run
 from tierod.experiments.fingerprint import fingerprint, work_code
 
 Progress = Callable[[float, str], None]
@@ -32,7 +33,8 @@ class Effort:
         processes: worker processes; one per core if None
         thorough: hours of driving more, where a study counts what is rare
         results: results of drives that are kept from run to run; None keeps nothing
-        executor: processes that are kept from part to part of a study; None starts new ones for every lot of drives,
+        scheduler: address of a Dask scheduler whose workers make the drives; None for processes of this machine
+        executor: workers that are kept from part to part of a study; None starts new ones for every lot of drives,
             and makes a single drive, or all where one process is wanted, in this process
     """
 
@@ -40,7 +42,8 @@ class Effort:
     processes: int | None = None
     thorough: bool = False
     results: Results | None = field(default=None, compare=False, repr=False)
-    executor: Executor | None = field(default=None, compare=False, repr=False)
+    scheduler: str | None = None
+    executor: Workers | None = field(default=None, compare=False, repr=False)
 
     @property
     def workers(self) -> int:
@@ -54,7 +57,8 @@ class Effort:
         Args:
             folder: made where it is absent; None keeps no results
         """
-        with Executor(self.workers) as executor:
+        count = self.workers if self.scheduler is None else self.processes
+        with workers_of(count, self.scheduler) as executor:
             yield replace(self, executor=executor, results=Results(folder) if folder else None)
 
     def outcomes(

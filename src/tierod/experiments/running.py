@@ -9,7 +9,7 @@ from typing import NamedTuple
 from tierod.core.block import structure
 from tierod.core.errors import TierodError
 from tierod.core.graph.kernel import kernel
-from tierod.experiments.executor import Executor, Failure
+from tierod.experiments.executor import Failure, Workers
 from tierod.experiments.plan import Cell, Judge, Plan
 from tierod.experiments.store import Store
 from tierod.experiments.work import DRIVEN, Lesson, Task, Verdict, code, failed, work
@@ -36,13 +36,13 @@ class Progress(NamedTuple):
     outcome: str
 
 
-def run(plan: Plan, store: Store, processes: int, progress: Callable[[Progress], None] = lambda _: None) -> None:
+def run(plan: Plan, store: Store, workers: Workers, progress: Callable[[Progress], None] = lambda _: None) -> None:
     """Drive and judge whatever is not there yet.
 
     Args:
         plan: all cells
         store: where everything is kept; prepared, and held alone
-        processes: how many work at a time
+        workers: which do the work, opened and closed here; those of a cluster have to reach the store's folder
         progress: called as each cell ends
 
     Raises:
@@ -52,7 +52,7 @@ def run(plan: Plan, store: Store, processes: int, progress: Callable[[Progress],
     done, total = len(plan.cells) - len(missing), len(plan.cells)
     first = [number for number in missing if plan.cells[number].teacher is None]
     then = [number for number in missing if plan.cells[number].teacher is not None]
-    with Executor(processes) as executor:
+    with workers as executor:
         executor.start(work, len(missing))
         compile_once([plan.cells[number] for number in missing], plan.judges if missing else ())
         progress(Progress(done, total, "", ""))

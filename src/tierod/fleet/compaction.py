@@ -132,7 +132,7 @@ def _joined(table: pa.Table, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
 
     for name in schema.OF_FLEET:
         field = table.schema.field(name)
-        values = [list(row[name].items()) if isinstance(row[name], dict) else row[name] for row in rows]
+        values = [list(value.items()) if isinstance(value := row.get(name), dict) else value for row in rows]
         table = table.set_column(table.schema.get_field_index(name), field, pa.array(values, field.type))
     return table
 

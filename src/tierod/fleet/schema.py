@@ -212,17 +212,21 @@ def table_of(table: str, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
     import pyarrow as pa
 
     whole = {"findings": findings, "ledger": ledger, "levels": levels}[table]()
-    columns = []
-    for field in whole:
-        values = [row.get(field.name) for row in rows]
-        if pa.types.is_timestamp(field.type):
-            values = [None if each is None else round(1e6 * each) for each in values]
-            columns.append(pa.array(values, pa.int64()).cast(field.type))
-        elif pa.types.is_map(field.type):
-            columns.append(pa.array([None if each is None else list(each.items()) for each in values], field.type))
-        else:
-            columns.append(pa.array(values, field.type))
-    return pa.table(columns, schema=whole)
+    times = [each.name for each in whole if pa.types.is_timestamp(each.type)]
+    maps = [each.name for each in whole if pa.types.is_map(each.type)]
+    made = []
+    for row in rows:
+        now = dict(row)
+        for name in times:
+            if now.get(name) is not None:
+                now[name] = round(1e6 * now[name])
+        for name in maps:
+            if now.get(name) is not None:
+                now[name] = list(now[name].items())
+        made.append(now)
+    # One conversion of whole rows: column by column takes ten times as long for the few rows of a result.
+    struct = pa.array(made, pa.struct(list(whole)))
+    return pa.table(struct.flatten(), schema=whole)
 
 
 def shown_time(seconds: float) -> str:

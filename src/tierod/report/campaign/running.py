@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from tierod.core.errors import InputError
 from tierod.core.files import write_text
 from tierod.experiments import compare as comparing
 from tierod.experiments.campaign import Campaign, load
+from tierod.experiments.doors import workers_of
 from tierod.experiments.running import Progress, run
 from tierod.experiments.store import Store
 from tierod.experiments.summary import document, summarise, text
@@ -35,16 +35,12 @@ class Outcome:
     exit_code: int = 0
 
 
-def cores() -> int:
-    """Processor cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def campaign(
     campaign: Campaign | str | Path,
     folder: str | Path,
     workers: int | None = None,
     *,
+    scheduler: str | None = None,
     summary_only: bool = False,
     command: str = "",
     progress: Callable[[Progress], None] = lambda progress: None,
@@ -55,21 +51,22 @@ def campaign(
         campaign: a name that `tierod campaign` lists, the path of a campaign file, or a loaded campaign
         folder: of recordings, verdicts and report; one that holds a part of the campaign is gone on with
         workers: processes; one per core where not given
+        scheduler: address of a Dask scheduler whose workers drive and judge; they have to reach the folder
         summary_only: write table and report of what is there, and drive nothing
         command: what the user typed, for the report
         progress: called as each drive ends
 
     Raises:
-        ParameterError: no such campaign, or one with a slip
+        ParameterError: no such campaign, one with a slip, or a cluster that cannot be used
         InputError: with `summary_only`, no verdict is there
         OutputError: the folder cannot be written
     """
     chosen = campaign if isinstance(campaign, Campaign) else load(campaign)
-    store = Store(Path(folder))
+    store = Store(Path(folder) if scheduler is None else Path(folder).absolute())
     store.prepare()
     with store.alone():
         if not summary_only:
-            run(chosen.plan, store, workers or cores(), progress)
+            run(chosen.plan, store, workers_of(workers, scheduler), progress)
         summary = summarise(chosen, store)
         if summary_only and not any(row.judged for row in summary.rows):
             raise InputError(

@@ -1,0 +1,181 @@
+"""What a fleet costs: processor time per hour, memory, scaling, overhead of the engine, and of keeping results.
+
+python -m benchmarks.fleet                 # all, on generated recordings of ten minutes
+python -m benchmarks.fleet --seconds 3600  # longer recordings
+python -m benchmarks.fleet --dask          # the overhead on a Dask cluster of this machine, too
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from tierod.experiments.doors import cores, workers_of
+from tierod.fleet import schema
+from tierod.fleet.compaction import compact
+from tierod.fleet.fleet_file import one_vehicle
+from tierod.fleet.judging import Asked, chunk, judge, pieces_of
+from tierod.fleet.ledger import Ledger, prepare
+from tierod.fleet.places import place_of
+from tierod.fleet.recordings import Found
+from tierod.fleet.results import findings_of
+from tierod.fleet.running import run
+from tierod.fleet.task import _about, _stream, part_of
+from tierod.monitors.together import Chosen, Together, usual
+from tierod.vehicles import load
+
+VEHICLE = "midsize-eps"
+FRICTION = (Chosen("friction"),)
+RESULTS = 5000
+
+
+def recordings(folder, count, seconds):
+    """Recordings with other noise each, since the same one would be a double."""
+    import numpy as np
+
+    from tierod.core.recording import Recording
+    from tierod.io.writers.parquet import write_parquet
+    from tierod.proving_ground.scenarios import load as scenario
+
+    made = scenario("mixed-drive-healthy").with_run(seconds=seconds, seed=1).run().recording
+    names = [name for name in made.names if not name.startswith("truth_")]
+    for number in range(count):
+        chance = np.random.default_rng(number)
+        channels = {name: made[name] for name in names}
+        speed = channels["vehicle_speed"]
+        noise = chance.normal(0.0, 1e-4, len(speed.values))
+        channels["vehicle_speed"] = type(speed)(speed.name, speed.time, speed.values + noise, speed.unit)
+        write_parquet(Recording(channels, {"origin": 1.79e9 + 7200.0 * number}), folder / f"{number}.parquet")
+    return sorted(folder.glob("*.parquet"))
+
+
+def alone(path, chosen, repeats):
+    """Processor time of judging a recording without any engine, the best of some [s]."""
+    car = load(VEHICLE)
+    best = float("inf")
+    for _ in range(repeats):
+        began = time.process_time()
+        together, asked = Together(car, chosen), Asked(chosen)
+        judge(pieces_of(path, car, together.needs, chunk(asked)), together, asked)
+        best = min(best, time.process_time() - began)
+    return best
+
+
+def judged(paths, folder, workers, chosen, with_levels=True):
+    """(wall [s], summary) of a run into a new folder."""
+    shutil.rmtree(folder, ignore_errors=True)
+    began = time.perf_counter()
+    found = run(list(map(str, paths)), one_vehicle(VEHICLE), folder, Asked(chosen), workers, with_levels=with_levels)
+    return time.perf_counter() - began, found
+
+
+def engine(paths, folder, workers, chosen):
+    """Overhead of the engine as a share of the processor time of its tasks.
+
+    What is compared is the wall time between the first and the last result of one worker with the processor time that
+    it took for these, so that the start of processes is left out.
+    """
+    shutil.rmtree(folder, ignore_errors=True)
+    seen = []
+    found = run(
+        list(map(str, paths)), one_vehicle(VEHICLE), folder, Asked(chosen), workers,
+        progress=lambda progress: seen.append((time.perf_counter(), progress.name)),
+    )  # fmt: skip
+    first = next(at for at, (_, name) in enumerate(seen) if name)
+    busy = sum(found.rows[name]["processor_s"] for _, name in seen[first + 1 :])
+    return (seen[-1][0] - seen[first][0]) / busy - 1.0
+
+
+def keeping(path, folder):
+    """Seconds for results of so many recordings: written, put together, read."""
+    car = load(VEHICLE)
+    together, asked = Together(car, FRICTION), Asked(FRICTION)
+    found = judge(pieces_of(path, car, together.needs, chunk(asked)), together, asked)
+    place = place_of(folder)
+    prepare(place)
+    about = _about(found)
+    began = time.perf_counter()
+    with Ledger(place) as ledger:
+        for number in range(RESULTS):
+            key = f"{number:064x}"[::-1]
+            place.write(part_of(key), _stream(found, key, key, "", about))
+            row = {"outcome": schema.JUDGED, "reason": "", "lasting": True, "recording": key, "key": key} | about
+            row |= {"vehicle": f"car-{number % 1000}", "cohort": {"batch": "A"}, "mileage_m": None}
+            ledger.add(Found(f"drive-{number}.parquet", 1, ""), "", row)
+        written = time.perf_counter() - began
+        fresh = {row["key"]: place.read(part_of(row["key"])) for row in ledger.rows.values()}
+        began = time.perf_counter()
+        compact(place, ledger, fresh)
+        compacted = time.perf_counter() - began
+    began = time.perf_counter()
+    assert len(findings_of(folder)) == RESULTS
+    return written, compacted, time.perf_counter() - began
+
+
+def dask(paths, folder):
+    """Overhead on a Dask cluster with one worker of one thread."""
+    from distributed import LocalCluster
+
+    os.environ["MALLOC_MMAP_THRESHOLD_"] = str(32 * 1024**2)
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, silence_logs=50) as made:
+        return engine(paths, folder, workers_of(None, made.scheduler_address), FRICTION)
+
+
+def size_of(folder):
+    return sum(path.stat().st_size for path in Path(folder).rglob("*") if path.is_file())
+
+
+class Shown(dict):
+    """Figures that are shown as they are found: a measurement that is ended has not been in vain."""
+
+    def __setitem__(self, name, value):
+        print(f"{name}: {value}", file=sys.stderr, flush=True)
+        super().__setitem__(name, value)
+
+
+def measured(seconds, count, with_dask):
+    with tempfile.TemporaryDirectory(prefix="tierod-bench-") as top:
+        top = Path(top)
+        (top / "drives").mkdir()
+        paths = recordings(top / "drives", count, seconds)
+        per_hour = 3600.0 / seconds
+        figures = Shown(machine=platform.machine(), cores=cores(), load=os.getloadavg()[0])
+        figures |= {"recordings": count, "seconds": seconds, "recording_bytes": paths[0].stat().st_size}
+        for name, chosen in (("friction", FRICTION), ("all", usual())):
+            figures[f"{name}_alone_ms_per_hour"] = 1e3 * per_hour * alone(paths[0], chosen, 3)
+            _, found = judged(paths, top / name, workers_of(1), chosen)
+            figures[f"{name}_fleet_ms_per_hour"] = 1e3 * found.processor / found.hours
+            figures[f"{name}_memory_MB"] = found.memory / 1e6
+            figures[f"{name}_result_bytes_per_hour"] = size_of(top / name) / found.hours
+        one, alone_found = judged(paths, top / "one", workers_of(1), FRICTION)
+        two, both_found = judged(paths, top / "two", workers_of(2), FRICTION)
+        figures["one_to_two_workers"] = one / two
+        figures["processor_growth"] = both_found.processor / alone_found.processor - 1.0
+        figures["engine_overhead"] = min(engine(paths, top / "e", workers_of(1), FRICTION) for _ in range(2))
+        if with_dask:
+            figures["dask_overhead"] = min(dask(paths, top / "d") for _ in range(2))
+        names = ("written_s", "compacted_s", "read_s")
+        for name, each in zip(names, keeping(paths[0], top / "k"), strict=True):
+            figures[f"results_{name}"] = each
+        return figures
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--count", type=int, default=12)
+    parser.add_argument("--dask", action="store_true")
+    given = parser.parse_args()
+    json.dump(measured(given.seconds, given.count, given.dask), sys.stdout, indent=2)
+    print()
+
+
+if __name__ == "__main__":
+    main()
