@@ -142,3 +142,11 @@ def test_named_rows_stand_in_place_of_numbers_and_need_no_legend():
 def test_a_way_is_drawn_to_scale():
     figure = study_figure(Chart("way", "Way", "", "", (Panel("", "x", "y", (Lines("a", [0], [0]),), to_scale=True),)))
     assert figure.layout["yaxis"]["scaleanchor"] == "x"
+
+
+def test_points_that_stand_sideways_have_their_ranges_along():
+    marks = (Points("effect", ["a", "b"], [1.0, 2.0], [0.5, 1.0], [1.5, 4.0]),)
+    (drawn,) = study_figure(Chart("c", "", "", "", (Panel("", "", "", marks, sideways=True),))).data
+    assert drawn["y"] == ["a", "b"]
+    assert drawn["error_x"]["array"] == [0.5, 2.0]
+    assert "error_y" not in drawn

@@ -13,7 +13,7 @@ from tierod.fleet.virtual_drives import VirtualDrive
 from tierod.fleet.virtual_estimates import ErrorLaw, error_law
 from tierod.monitors.diagnose import diagnose
 
-CARS, QUICK_CARS = 32, 3
+CARS, QUICK_CARS = 16, 3
 FRICTIONS = (4.0, 4.0, 4.0, 4.5, 5.0, 6.0)
 """Of the drives of each car on each set of tyres [N*m]."""
 
