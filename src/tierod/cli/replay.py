@@ -27,6 +27,7 @@ def replay(
 ) -> None:
     """Play a recording onto a bus; Ctrl-C ends it."""
     import dataclasses
+    import itertools
 
     from tierod.cli.terminal import messages, output, print_json
     from tierod.core.errors import ParameterError
@@ -44,6 +45,8 @@ def replay(
             raise ParameterError(f"{name} needs a number from 0 on, not {value:g}")
     database = load_databases([shipped(each, ".dbc") for each in dbc]) if dbc else []
     frames = frames_of_file(recording, database, loaded_map(channel_map))
+    # A recording that cannot be read is refused before a bus is opened.
+    frames = itertools.chain([next(frames)], frames)
     buses, played = [open_bus(Address(interface, each)) for each in channel], Played()
     try:
         messages().print(f"playing {recording} onto {interface} {' '.join(channel)}", markup=False, soft_wrap=True)

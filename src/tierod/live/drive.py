@@ -118,7 +118,7 @@ class Drive:
         )
         self.engine = self._made()
         self._came = self._checked = self._begun = time.monotonic()
-        self._told: set[str] = set()
+        self._said: set[str] = set()
         self._running = False
         self._waiting = self._checkpoint()
 
@@ -206,13 +206,13 @@ class Drive:
         return frames
 
     def _once(self, key: str, text: str) -> None:
-        if key not in self._told:
-            self._told.add(key)
+        if key not in self._said:
+            self._said.add(key)
             self.hub.say("problem", {"text": text})
 
     def _begin(self, first: Frame, now: float, calendar: float) -> None:
         self._running, self._begun, self._checked = True, now, now
-        self._told.clear()
+        self._said.clear()
         self.engine.clock.begin(first, now, calendar)
         path = self._log_path()
         if path is not None:

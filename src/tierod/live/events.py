@@ -44,7 +44,7 @@ class Hub:
         self._listeners.append(listener)
 
     def say(self, kind: str, content: Mapping[str, Any]) -> None:
-        """Tell all listeners of an event."""
+        """Give an event to all listeners."""
         text = line(kind, content)
         for listener in list(self._listeners):
             try:

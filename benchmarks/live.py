@@ -1,0 +1,218 @@
+"""Live monitoring: share of a core, ticks, memory over a long drive.
+
+python -m benchmarks.live                 share of a core of four monitors at 2 000 frames/s, and ticks over loopback
+python -m benchmarks.live --soak 20       twenty minutes of drive at 5 000 frames/s with 1 000 disturbances, by seed 5
+
+The frames of the first and third are given to the engine in the time of the drive, as fast as it takes them; what is
+measured is processor time. The second receives 5 000 frames/s over udp_multicast in real time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import queue
+import random
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+
+from live_drives import START, frames_of_drive, messages
+from tierod.live.drive import Drive, Outputs
+from tierod.live.engine import Engine
+from tierod.live.events import Hub
+from tierod.live.frame import Frame
+from tierod.live.judge import Plan
+from tierod.live.log import FrameLog
+from tierod.vehicles import load
+
+MONITORS = ("friction", "sideslip", "driver-torque", "condition")
+"""The last one only where the vehicle has what it needs; `smartload` has."""
+VEHICLE = "midsize-eps"
+CHANNEL = "239.74.163.99"
+
+
+def padded(drive: list[Frame], rate: float) -> list[Frame]:
+    """A drive with further frames, of messages that the database does not describe, up to so many a second."""
+    seconds = drive[-1].time - drive[0].time
+    more = max(int(rate * seconds) - len(drive), 0)
+    others = [Frame(drive[0].time + seconds * n / more, 0x600 + n % 40, 1, bytes(8)) for n in range(more)]
+    return sorted([*drive, *others], key=lambda frame: frame.time)
+
+
+def repeated(drive: list[Frame], seconds: float) -> Iterator[Frame]:
+    """The drive over and over, with time going on."""
+    length, begun = drive[-1].time - drive[0].time + 0.005, 0.0
+    while begun < seconds:
+        for frame in drive:
+            yield frame._replace(time=frame.time + begun)
+        begun += length
+
+
+def disturbed(frames: Iterator[Frame], seed: int, count: int, seconds: float) -> Iterator[Frame]:
+    """About `count` disturbances: frames lost in a row, doubled, held back, pauses, jumps of the clock."""
+    chance, added, hold = random.Random(seed), 0.0, None
+    due = [START + chance.uniform(5.0, seconds) for _ in range(count)]
+    due.sort(reverse=True)
+    skip_until = 0.0
+    for frame in frames:
+        while due and frame.time >= due[-1]:
+            due.pop()
+            kind = chance.choice(("lost", "doubled", "held", "pause", "jump"))
+            if kind == "doubled":
+                yield frame._replace(time=frame.time + added)
+            elif kind == "held":
+                hold = frame
+            elif kind == "jump":
+                added += chance.choice((-40.0, 3600.0))
+            else:
+                skip_until = frame.time + (0.05 if kind == "lost" else 2.0)
+        if frame.time < skip_until:
+            continue
+        yield frame._replace(time=frame.time + added)
+        if hold is not None and frame.time > hold.time + 0.05:
+            yield hold._replace(time=hold.time + added)
+            hold = None
+
+
+def fed(engine: Engine, frames: Iterator[Frame]) -> None:
+    """Give frames to an engine, forty at a time, by the clock of the undisturbed drive."""
+    part: list[Frame] = []
+    came = START
+    for frame in frames:
+        part.append(frame)
+        if len(part) == 40:
+            came += 40 / 5000.0
+            engine.take(part, came, came)
+            part = []
+            if engine.due:
+                engine.judge()
+
+
+def used() -> float:
+    return time.process_time()
+
+
+def share(folder: Path, rate: float = 2000.0, seconds: float = 120.0) -> None:
+    """Processor time of four monitors per second of drive, decode and log included."""
+    drive = padded(frames_of_drive(folder, 30.0), rate)
+    cases = [(VEHICLE, names) for names in ((), *((name,) for name in MONITORS[:3]), MONITORS[:3])]
+    for vehicle, names in [*cases, ("smartload", ("condition",))]:
+        plan = Plan(load(vehicle), seconds)
+        engine = Engine(messages(folder), None, names, plan, log=FrameLog(folder / "log.mf4", START))
+        begun, first = None, 0.0
+        part: list[Frame] = []
+        for frame in repeated(drive, seconds):
+            part.append(frame)
+            if len(part) == 40:
+                engine.take(part, frame.time, frame.time)
+                part = []
+                if engine.due:
+                    engine.judge()
+                if begun is None and frame.time > START + 45.0:
+                    begun, first = used(), frame.time
+        spent = (used() - (begun or 0.0)) / (frame.time - first)
+        ran = [each.monitor for each in engine.shown() if not each.reason]
+        print(f"{rate:.0f} frames/s, monitors {', '.join(ran) or 'none'}: {100 * spent:.2f} % of a core")
+
+
+def ticks(folder: Path, rate: float = 5000.0, seconds: float = 20.0) -> None:
+    """Real time over loopback: frames that came of those sent, share of a core, and how late ticks were."""
+    from tierod.live.buses import Address
+    from tierod.live.receiving import receiver
+
+    inbox: queue.SimpleQueue = queue.SimpleQueue()
+    hub = Hub()
+    bus = receiver(1, Address("udp_multicast", CHANNEL), inbox)
+    plan, outputs = Plan(load(VEHICLE)), Outputs(folder / "ticks.mf4")
+    drive = Drive([bus], inbox, messages(folder), None, ("friction", "sideslip"), plan, outputs, hub)
+    code = f"import sys; sys.path[:0] = {sys.path!r}; from benchmarks.live import send; send({rate}, {seconds})"
+    sender = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    seen = []
+    drive.looking.append(lambda now: seen.append(drive.engine.tally.frames))
+    drive.looking.append(lambda now: setattr(drive, "ended", sender.poll() is not None and drive.inbox.empty()))
+    begun = used()
+    wall = time.monotonic()
+    drive.run()
+    wall = time.monotonic() - wall
+    sent = int(sender.communicate()[0])
+    spent = used() - begun
+    late = sorted(1e3 * each for each in drive.health.late)
+    print(f"udp_multicast: {max(seen)} of {sent} frames; {100 * spent / wall:.1f} % of a core beside the receiver")
+    print(f"ticks late by: median {statistics.median(late):.2f} ms, 99 % {late[int(0.99 * len(late))]:.2f} ms")
+    pauses = []
+    for _ in range(500):
+        due = time.monotonic() + 0.02
+        time.sleep(0.02)
+        pauses.append(1e3 * (time.monotonic() - due))
+    pauses.sort()
+    print(f"timer of this computer: median {statistics.median(pauses):.2f} ms, 99 % {pauses[494]:.2f} ms")
+
+
+def send(rate: float, seconds: float) -> None:
+    """Send frames at a rate; print how many."""
+    import can
+
+    count = int(rate * seconds)
+    with tempfile.TemporaryDirectory() as folder, can.Bus(interface="udp_multicast", channel=CHANNEL) as bus:
+        drive = padded(frames_of_drive(Path(folder), 10.0), rate)
+        begun = time.monotonic()
+        for number in range(count):
+            frame = drive[number % len(drive)]
+            bus.send(can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False))
+            if number % 50 == 0 and (ahead := begun + number / rate - time.monotonic()) > 0.0:
+                time.sleep(ahead)
+    print(count)
+
+
+def resident() -> int:
+    """Memory of this process [kB]."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() // 1024
+
+
+def soak(folder: Path, minutes: float, rate: float = 5000.0, seed: int = 5) -> None:
+    """A long drive with disturbances: what was counted, and the memory at a tenth and at the end."""
+    drive = padded(frames_of_drive(folder, 30.0), rate)
+    seconds = 60.0 * minutes
+    engine = Engine(messages(folder), None, ("friction", "sideslip"), Plan(load(VEHICLE), seconds))
+    sizes: list[int] = []
+    count = 0
+
+    def counted() -> Iterator[Frame]:
+        nonlocal count
+        for frame in disturbed(repeated(drive, seconds), seed, int(50 * minutes), seconds):
+            count += 1
+            if count % 100_000 == 0:
+                sizes.append(resident())
+            yield frame
+
+    fed(engine, counted())
+    found = engine.finish()
+    print(f"{minutes:g} min, seed {seed}: {engine.tally.frames} frames of {count}, jumps {engine.clock.jumps}, "
+          f"late {engine.clock.late}, too late {engine.tally.too_late}, doubled {engine.clock.doubled}, "
+          f"lost {engine.gaps.lost}")  # fmt: skip
+    print("verdicts: " + ", ".join(f"{judge.name} {each.findings[0].status}" for judge, each, _ in found))
+    tenth = sizes[max(len(sizes) // 10, 0)] if sizes else 0
+    print(f"memory: {tenth / 1024:.0f} MB after a tenth, {resident() / 1024:.0f} MB at the end")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--soak", type=float, default=0.0, help="minutes of a drive with disturbances")
+    chosen = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        if chosen.soak:
+            soak(Path(name), chosen.soak)
+        else:
+            share(Path(name))
+            ticks(Path(name))
+
+
+if __name__ == "__main__":
+    main()
