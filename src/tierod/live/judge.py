@@ -15,10 +15,10 @@ from tierod.core.errors import TierodError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
 from tierod.io.readers import SHARE_READ
-from tierod.monitors.diagnose import find, suited_to
+from tierod.monitors.diagnose import find
 from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
-from tierod.monitors.harness.run import Run
+from tierod.monitors.harness.run import Run, fitting
 from tierod.monitors.harness.session import BlockSession
 from tierod.vehicles import Vehicle
 
@@ -141,8 +141,8 @@ class Judge:
                 self.run = None
 
     def _begin(self, piece: Recording) -> None:
-        definition, picked = suited_to(self.definition, None, piece)
-        run = Run(definition, picked or self.variant, self.plan.vehicle, self._baseline(), None, uncertain=True)
+        definition, variant = fitting(self.definition, self.variant, piece, asked=False)
+        run = Run(definition, variant, self.plan.vehicle, self._baseline(), None, uncertain=True)
         run.kept = self._newest  # type: ignore[assignment]  # takes the same two arguments
         if self.plan.memory is not None:
             run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
@@ -180,10 +180,10 @@ class Judge:
             piece: what waits, from the first sample of the drive or the last cut on
             until: end of what has come [s]
         """
-        rate = (self.run.monitor if self.run else suited_to(self.definition, None, piece)[0]).rate
+        suited = self.run.monitor if self.run else fitting(self.definition, self.variant, piece, asked=False)[0]
         if self._start is None:
             self._start = piece.span[0]
-        return self._start + math.floor((until - self._start) * rate) / rate + BEHIND
+        return self._start + math.floor((until - self._start) * suited.rate) / suited.rate + BEHIND
 
     def finish(self) -> tuple[Diagnosis, MemoryFeed | None] | None:
         """The diagnosis over the drive, and what the fault memory takes of it; None where it did not run."""

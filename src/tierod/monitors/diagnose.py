@@ -10,7 +10,6 @@ from typing import Any
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
-from tierod.io.derive import complete
 from tierod.io.writers import require_writable, write
 from tierod.monitors.harness.baseline import Baseline, keep_first, load_baseline
 from tierod.monitors.harness.named_vehicle import vehicle_named_in
@@ -38,7 +37,7 @@ def diagnose(
     signals: str | Path | None = None,
     spread: bool = True,
     command: str = "",
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> Diagnosis:
     """What a monitor finds in a recording.
 
@@ -66,32 +65,34 @@ def diagnose(
         ParameterError: no such vehicle, monitor or variant; none, and the recording names none; or no variant, and the
             monitor has no default
     """
-    if signals is not None:
-        require_writable(signals)
+    kept = None if signals is None else _kept_for(signals)
     named = vehicle_named_in(source, dbc, channel_map) if vehicle is None else vehicle
     car = named if isinstance(named, Vehicle) else load(named)
     definition, chosen = find(monitor or usual_monitor(car), variant)
-    asked = variant is not None or isinstance(monitor, Variant)
     known = own_level if isinstance(own_level, Baseline) else _stored(own_level)
-    kept = None if signals is None else OverTime()
     run = Run(definition, chosen, car, known, memory, kept, uncertain=spread)
     for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
-        if place == 0:
-            suited, picked = suited_to(definition, chosen if asked else None, piece)
-            if (suited, picked) != (definition, None):
-                run = Run(suited, picked or chosen, car, known, memory, kept, uncertain=spread)
+        run = run if place else run.fitted(piece, asked=variant is not None or isinstance(monitor, Variant))
         run.add(piece)
-        if progress:
-            progress(share_read(piece))
+        progress(share_read(piece))
     diagnosis = run.finish(command)
     if not spread:
         diagnosis = diagnosis.remarked("parameters", EXACT)
     if signals is not None and kept is not None:
-        units = {name: each.unit for name, each in diagnosis.traces.items()}
-        write(kept.recording(units, f"tierod, monitor {run.monitor.name}"), signals)
+        _write_signals(kept, diagnosis, run.monitor.name, signals)
     if isinstance(own_level, str | Path):
         diagnosis = diagnosis.remarked("baseline", _kept(run, own_level, known, diagnosis))
     return diagnosis
+
+
+def _kept_for(path: str | Path) -> OverTime:
+    require_writable(path)
+    return OverTime()
+
+
+def _write_signals(kept: OverTime, diagnosis: Diagnosis, monitor: str, path: str | Path) -> None:
+    units = {name: each.unit for name, each in diagnosis.traces.items()}
+    write(kept.recording(units, f"tierod, monitor {monitor}"), path)
 
 
 def _kept(run: Run, path: str | Path, known: Baseline | None, diagnosis: Diagnosis) -> str:
@@ -108,22 +109,6 @@ def _kept(run: Run, path: str | Path, known: Baseline | None, diagnosis: Diagnos
     else:
         reason = "too little of the recording could be judged to learn one"
     return f"{path} was not written: {reason}"
-
-
-def suited_to(definition: Monitor, asked: Variant | None, piece: Recording) -> tuple[Monitor, Variant | None]:
-    """The monitor on the grid of a recording, and the variant other than the default that this has signals for.
-
-    Args:
-        definition: with the needs of the variant, as `find` gives it
-        asked: the variant, where the user chose it; None where it may be another one than the default
-        piece: the first one of the recording
-    """
-    picked = None
-    if asked is None:
-        picked = definition.variant_for(complete(piece, [*definition.required, *definition.optional]))
-    if picked is None or picked.name == definition.default:
-        return definition.suited_to(piece), None
-    return definition.needing(picked).suited_to(piece), picked
 
 
 def _stored(path: str | Path | None) -> Baseline | None:

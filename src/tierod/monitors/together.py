@@ -10,7 +10,7 @@ from tierod.core.block import Block
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
-from tierod.monitors.diagnose import find, suited_to
+from tierod.monitors.diagnose import find
 from tierod.monitors.harness.run import Run
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import Vehicle
@@ -111,7 +111,7 @@ class Together:
         for name in list(self._runs):
             with self._refusing(name):
                 if first:
-                    self._runs[name] = self._fitted(self._runs[name], name, piece)
+                    self._runs[name] = self._runs[name].fitted(piece, bool(self._asked[name]))
                 self._runs[name].add(piece)
 
     def concluded(self) -> Iterator[tuple[str, Concluded]]:
@@ -120,13 +120,6 @@ class Together:
             with self._refusing(name):
                 run = self._runs[name]
                 yield name, Concluded(run.finish(), run.variant.name, tuple(run.session.traces))
-
-    def _fitted(self, run: Run, name: str, piece: Recording) -> Run:
-        """The run on the grid of the recording, and as the variant that it has signals for."""
-        suited, picked = suited_to(run.monitor, run.variant if self._asked[name] else None, piece)
-        if (suited, picked) == (run.monitor, None):
-            return run
-        return Run(suited, picked or run.variant, self.car, uncertain=True)
 
     def _refusing(self, name: str) -> _Refusing:
         return _Refusing(self, name)

@@ -34,6 +34,21 @@ if TYPE_CHECKING:
     from tierod.monitors.harness.into_memory import MemoryFeed
 
 
+def fitting(monitor: Monitor, variant: Variant, piece: Recording, asked: bool) -> tuple[Monitor, Variant]:
+    """The monitor on the grid of a recording, and the variant that this has signals for.
+
+    Args:
+        monitor: with the needs of the variant
+        variant: the default, or what the user chose
+        piece: the first of the recording
+        asked: whether the user chose the variant, which stays then
+    """
+    picked = None if asked else monitor.variant_for(complete(piece, [*monitor.required, *monitor.optional]))
+    if picked is None or picked.name == monitor.default:
+        return monitor.suited_to(piece), variant
+    return monitor.needing(picked).suited_to(piece), picked
+
+
 class Run:
     """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut.
 
@@ -62,6 +77,7 @@ class Run:
         uncertain: bool = False,
     ):
         self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
+        self._given = (own_level, memory, kept, uncertain)
         if own_level is not None:
             refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
         self._uncertain = Uncertain(monitor, variant, vehicle, own_level) if uncertain else None
@@ -91,6 +107,18 @@ class Run:
     def begun(self) -> bool:
         """Whether something was judged."""
         return self._steps > 0
+
+    def fitted(self, piece: Recording, asked: bool) -> Run:
+        """The run on the grid of a recording, and as the variant that it has signals for.
+
+        Args:
+            piece: the first of the recording
+            asked: whether the user chose the variant, which stays then
+        """
+        suited, picked = fitting(self.monitor, self.variant, piece, asked)
+        if (suited, picked) == (self.monitor, self.variant):
+            return self
+        return Run(suited, picked, self.vehicle, *self._given)
 
     def add(self, piece: Recording) -> None:
         """The next piece of the recording.
