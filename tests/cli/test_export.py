@@ -28,3 +28,10 @@ def test_what_cannot_be_exported_is_refused_in_a_sentence(tmp_path, capsys, word
     assert sentence in said
     assert said.count("\n") == 1
     assert not (tmp_path / "ecu").exists()
+
+
+def test_a_readme_of_the_user_is_not_overwritten(tmp_path, capsys):
+    (tmp_path / "README.md").write_text("mine")
+    assert main(["export", "c", "sideslip", "--vehicle", "midsize-eps", "-o", str(tmp_path)]) == 3
+    assert "name a folder of its own" in capsys.readouterr().err
+    assert (tmp_path / "README.md").read_text() == "mine"

@@ -78,9 +78,10 @@ def export(
 
 def _write_c(face: Interface, car: Vehicle, drive: str | None, output: Path) -> list[str]:
     """Write the files of an export, and give their names."""
-    from tierod.export.c_export import files, write_folder
+    from tierod.export.c_export import files, refuse_foreign, write_folder
     from tierod.export.vectors import STEPS, vectors_of
 
+    refuse_foreign(output, face)
     inputs, source = inputs_of(face.subject, car, drive, STEPS)
     texts = files(face, vectors_of(face.subject, inputs, source))
     write_folder(texts, output)

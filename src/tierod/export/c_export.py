@@ -38,6 +38,22 @@ def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:
     }
 
 
+def refuse_foreign(folder: str | Path, face: Interface) -> None:
+    """See that an export does not overwrite a file that is none of an earlier one.
+
+    Args:
+        folder: that shall take it
+        face: of the export
+
+    Raises:
+        OutputError: a README or Makefile lies there, and no header of this export
+    """
+    place = expanded(folder)
+    taken = next((name for name in ("README.md", "Makefile") if (place / name).exists()), None)
+    if taken is not None and not (place / f"{face.prefix}.h").exists():
+        raise OutputError(f"{place} holds a {taken} that is not of this export; name a folder of its own with --output")
+
+
 def write_folder(texts: Mapping[str, str], folder: str | Path) -> Path:
     """Write files into a folder, which is made if there is none; each appears whole or not at all.
 

@@ -11,11 +11,10 @@ FLAGS = "-std=c99 -O2 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -ffp-contra
 def makefile(face: Interface) -> str:
     """What builds the comparison and runs it."""
     prefix = face.prefix
-    libraries = "-lm" if face.options.libm else "-lm  # for the comparison alone; the monitor calls nothing of it"
     return (
         f"# Builds {prefix} with the comparison, and runs it over the test vectors.\n"
         "# For a target: make CC=arm-none-eabi-gcc CFLAGS='...' RUN='qemu-arm -cpu cortex-r5f'\n"
-        f"CC ?= cc\nCFLAGS ?= {FLAGS}\nLDLIBS = {libraries}\nRUN ?=\n\n"
+        f"CC ?= cc\nCFLAGS ?= {FLAGS}\nLDLIBS = -lm\nRUN ?=\n\n"
         "test: build/compare\n\t$(RUN) build/compare test/inputs.csv test/expected.csv\n\n"
         f"build/compare: {prefix}.c {prefix}_parameters.c test/compare.c {prefix}.h\n"
         "\tmkdir -p build\n"

@@ -26,12 +26,10 @@ class Options:
     Args:
         precision: of all numbers
         validity: whether a mask says which inputs are valid, in place of NaN
-        libm: whether functions of the C library are called, or own ones
     """
 
     precision: Precision = "single"
     validity: bool = False
-    libm: bool = True
 
 
 @dataclass(frozen=True)
