@@ -210,7 +210,7 @@ def test_no_kill_of_worker_scheduler_or_client_costs_or_doubles_a_result(tmp_pat
 
 @pytest.mark.slow
 def test_sixty_kills_at_random_moments(tmp_path):
-    kill_study(tmp_path, drives=400, kills=60, seed=11)
+    kill_study(tmp_path, drives=100, kills=60, seed=11)
 
 
 def test_a_campaign_takes_the_same_door(processes, tmp_path):
