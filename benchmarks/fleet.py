@@ -28,11 +28,12 @@ from tierod.fleet.recordings import Found
 from tierod.fleet.results import findings_of
 from tierod.fleet.running import run
 from tierod.fleet.task import _about, _stream, part_of
-from tierod.monitors.together import Chosen, Together, usual
+from tierod.monitors.together import Chosen, usual
 from tierod.vehicles import load
 
 VEHICLE = "midsize-eps"
-FRICTION = (Chosen("friction"),)
+FRICTION = Asked((Chosen("friction"),))
+EXACT = Asked(FRICTION.monitors, spread=False)
 RESULTS = 5000
 
 
@@ -56,27 +57,27 @@ def recordings(folder, count, seconds):
     return sorted(folder.glob("*.parquet"))
 
 
-def alone(path, chosen, repeats):
+def alone(path, asked, repeats):
     """Processor time of judging a recording without any engine, the best of some [s]."""
     car = load(VEHICLE)
     best = float("inf")
     for _ in range(repeats):
         began = time.process_time()
-        together, asked = Together(car, chosen), Asked(chosen)
+        together = asked.together(car)
         judge(pieces_of(path, car, together.needs, chunk(asked)), together, asked)
         best = min(best, time.process_time() - began)
     return best
 
 
-def judged(paths, folder, workers, chosen, with_levels=True):
+def judged(paths, folder, workers, asked, with_levels=True):
     """(wall [s], summary) of a run into a new folder."""
     shutil.rmtree(folder, ignore_errors=True)
     began = time.perf_counter()
-    found = run(list(map(str, paths)), one_vehicle(VEHICLE), folder, Asked(chosen), workers, with_levels=with_levels)
+    found = run(list(map(str, paths)), one_vehicle(VEHICLE), folder, asked, workers, with_levels=with_levels)
     return time.perf_counter() - began, found
 
 
-def engine(paths, folder, workers, chosen):
+def engine(paths, folder, workers, asked):
     """Overhead of the engine as a share of the processor time of its tasks, from the first result to the last.
 
     What is counted is the processor time of this process, which hands out tasks, and with Dask runs the scheduler too,
@@ -85,7 +86,7 @@ def engine(paths, folder, workers, chosen):
     shutil.rmtree(folder, ignore_errors=True)
     seen = []
     found = run(
-        list(map(str, paths)), one_vehicle(VEHICLE), folder, Asked(chosen), workers,
+        list(map(str, paths)), one_vehicle(VEHICLE), folder, asked, workers,
         progress=lambda progress: seen.append((time.process_time(), progress.name)),
     )  # fmt: skip
     first = next(at for at, (_, name) in enumerate(seen) if name)
@@ -96,8 +97,8 @@ def engine(paths, folder, workers, chosen):
 def keeping(path, folder):
     """Seconds for results of so many recordings: written, put together, read."""
     car = load(VEHICLE)
-    together, asked = Together(car, FRICTION), Asked(FRICTION)
-    found = judge(pieces_of(path, car, together.needs, chunk(asked)), together, asked)
+    together = FRICTION.together(car)
+    found = judge(pieces_of(path, car, together.needs, chunk(FRICTION)), together, FRICTION)
     place = place_of(folder)
     prepare(place)
     about = _about(found)
@@ -148,9 +149,11 @@ def measured(seconds, count, with_dask):
         per_hour = 3600.0 / seconds
         figures = Shown(machine=platform.machine(), cores=cores(), load=os.getloadavg()[0])
         figures |= {"recordings": count, "seconds": seconds, "recording_bytes": paths[0].stat().st_size}
-        for name, chosen in (("friction", FRICTION), ("all", usual())):
-            figures[f"{name}_alone_ms_per_hour"] = 1e3 * per_hour * alone(paths[0], chosen, 3)
-            _, found = judged(paths, top / name, workers_of(1), chosen)
+        every = Asked(usual())
+        exact = Asked(usual(), spread=False)
+        for name, asked in (("friction", FRICTION), ("all", every), ("friction_exact", EXACT), ("all_exact", exact)):
+            figures[f"{name}_alone_ms_per_hour"] = 1e3 * per_hour * alone(paths[0], asked, 3)
+            _, found = judged(paths, top / name, workers_of(1), asked)
             figures[f"{name}_fleet_ms_per_hour"] = 1e3 * found.processor / found.hours
             figures[f"{name}_memory_MB"] = found.memory / 1e6
             figures[f"{name}_result_bytes_per_hour"] = size_of(top / name) / found.hours

@@ -62,7 +62,7 @@ class Here:
             yield number, result
 
 
-FRICTION = Asked((Chosen("friction"),))
+FRICTION = Asked((Chosen("friction"),), spread=False)
 
 
 def judged(recordings, results, fleet=None, asked=FRICTION, workers=None, **options):

@@ -5,6 +5,7 @@ import errno
 import os
 import shutil
 import time
+from dataclasses import replace
 
 import pytest
 
@@ -181,7 +182,7 @@ def test_a_folder_of_something_else_and_a_pattern_without_a_match_are_refused(tm
 
 def test_spans_of_a_long_recording_carry_the_state_on(tmp_path):
     path = written(tmp_path / "drives/a.parquet", seconds=100.0)
-    judged(path, tmp_path / "results", asked=Asked(FRICTION.monitors, span=40.0))
+    judged(path, tmp_path / "results", asked=replace(FRICTION, span=40.0))
     rows = findings_of(tmp_path / "results").to_pylist()
     assert [row["span"] for row in rows] == [0, 1, 2]
     assert [round(row["duration_s"]) for row in rows] == [40, 80, 100]
@@ -202,10 +203,21 @@ def test_drives_of_one_vehicle_that_overlap_are_remarked(tmp_path):
 
 def test_several_monitors_share_one_reading_and_say_why_one_did_not_run(tmp_path):
     path = written(tmp_path / "drives/a.parquet")
-    judged(path, tmp_path / "results", asked=Asked((Chosen("friction"), Chosen("motor-angle"))))
+    judged(path, tmp_path / "results", asked=Asked((Chosen("friction"), Chosen("motor-angle")), spread=False))
     assert findings_of(tmp_path / "results")["monitor"].to_pylist() == ["friction"]
     (row,) = ledger_of(tmp_path / "results").to_pylist()
     assert row["remarks"][0].startswith("motor-angle did not run: the monitor 'motor-angle' cannot run")
+
+
+def test_with_the_spread_of_parameters_a_drive_is_judged_anew(tmp_path):
+    path = written(tmp_path / "drives/a.parquet")
+    found = {}
+    for spread in (False, True):
+        judged(path, tmp_path / "results", asked=replace(FRICTION, spread=spread))
+        (row,), (finding,) = (table(tmp_path / "results").to_pylist() for table in (ledger_of, findings_of))
+        found[spread] = row["key"], finding["estimate"]
+    assert found[False][0] != found[True][0]
+    assert found[False][1] == found[True][1]
 
 
 def test_months_are_apart_and_an_undated_drive_is_under_its_own(tmp_path):

@@ -65,6 +65,10 @@ def fleet(
     scheduler: Scheduler = None,
     span: Span = None,
     shortest: Shortest = 30.0,
+    spread: Annotated[
+        bool,
+        typer.Option(help="Carry the spread of parameters into bands and verdicts; without, it is much faster."),
+    ] = True,
     again: Annotated[bool, typer.Option("--again", help="Try recordings again that failed.")] = False,
     levels: Annotated[bool, typer.Option(help="Keep estimates over time, decimated in levels.")] = True,
     prior: Annotated[
@@ -88,7 +92,7 @@ def fleet(
     from tierod.fleet.judging import Asked
     from tierod.fleet.running import document, run
 
-    asked = Asked(chosen, float("inf") if span is None else 60.0 * span, shortest)
+    asked = Asked(chosen, float("inf") if span is None else 60.0 * span, shortest, spread)
     with _stopped_by_sigterm(), _shown_progress() as progress:
         try:
             found = run(

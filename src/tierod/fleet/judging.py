@@ -47,11 +47,22 @@ class Asked:
         monitors: that judge
         span: of a long recording after which a verdict is kept, the state carried on; infinite for one verdict [s]
         shortest: recording that is judged [s]
+        spread: whether the spread of a vehicle's parameters is carried into bands and verdict. An error of a parameter
+            is the same in all drives of a car, so that it moves its level and not its trend
     """
 
     monitors: tuple[Chosen, ...]
     span: Annotated[float, "s"] = float("inf")
     shortest: Annotated[float, "s"] = 30.0
+    spread: bool = True
+
+    def together(self, car: Vehicle) -> Together:
+        """The monitors, ready for a recording.
+
+        Args:
+            car: as which it is judged
+        """
+        return Together(car, self.monitors, self.spread)
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,6 @@ from tierod.fleet.places import Place, place_of
 from tierod.fleet.recordings import Found, find
 from tierod.fleet.stamps import code
 from tierod.fleet.task import Done, Job, Task, work
-from tierod.monitors.together import Together
 from tierod.vehicles import load
 
 if TYPE_CHECKING:
@@ -240,7 +239,7 @@ def _compile(plan: _Plan) -> None:
     names = {task.assigned.parameters for task in plan.tasks if task.assigned is not None}
     for name in sorted(filter(None, names))[:4]:
         try:
-            together = Together(load(name), plan.tasks[0].job.asked.monitors)
+            together = plan.tasks[0].job.asked.together(load(name))
         except TierodError:
             continue  # reported of the recordings
         for block in together.blocks:

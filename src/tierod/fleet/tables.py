@@ -18,7 +18,7 @@ from tierod.fleet import schema
 from tierod.fleet.judging import CHUNK, Asked, Judgement, judge
 from tierod.fleet.stamps import code, vehicle_digest
 from tierod.io.readers import SHARE_READ
-from tierod.monitors.together import Chosen, Together, usual
+from tierod.monitors.together import Chosen, usual
 from tierod.vehicles import Vehicle, load
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ def _rows(about: Mapping[str, Any], samples: pa.Table, car: Vehicle, asked: Aske
 
 def _judged(samples: pa.Table, car: Vehicle, asked: Asked, start: float | None) -> Judgement:
     whole = Recording.from_arrow(samples, TIME)
-    return judge(_pieces(whole), Together(car, asked.monitors), asked, start)
+    return judge(_pieces(whole), asked.together(car), asked, start)
 
 
 def _pieces(whole: Recording) -> Iterator[Recording]:

@@ -25,7 +25,6 @@ from tierod.fleet.judging import Asked, Judgement, TooShort, chunk, judge, piece
 from tierod.fleet.places import LOCAL, Place, of_storage, protocol_of, reason_of, storage_of
 from tierod.fleet.recordings import Found
 from tierod.fleet.stamps import code, vehicle_digest
-from tierod.monitors.together import Together
 from tierod.vehicles import Vehicle
 
 if TYPE_CHECKING:
@@ -205,7 +204,7 @@ def _judged(job: Job, path: Path, assigned: Assigned, row: dict[str, Any]) -> by
     if kept is not None:
         row |= kept[0]
         return kept[1]
-    together = Together(car, job.asked.monitors)
+    together = job.asked.together(car)
     pieces = pieces_of(path, car, together.needs, chunk(job.asked)) if together.running else iter(())
     found = judge(pieces, together, job.asked, assigned.start)
     if not found.rows:

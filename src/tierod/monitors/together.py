@@ -66,11 +66,12 @@ class Together:
     Args:
         car: as which the recording is judged
         chosen: the monitors
+        spread: whether the spread of the parameters is carried into bands and verdict
 
     `refused` says of each monitor that does not run why; `span` is what was fed [s]; `metadata` is of the recording.
     """
 
-    def __init__(self, car: Vehicle, chosen: Sequence[Chosen]):
+    def __init__(self, car: Vehicle, chosen: Sequence[Chosen], spread: bool = True):
         self.car = car
         self.refused: dict[str, str] = {}
         self.span: Annotated[tuple[float, float], "s"] | None = None
@@ -80,7 +81,7 @@ class Together:
         for each in chosen:
             with self._refusing(each.monitor):
                 definition, variant = find(each.monitor, each.variant or None)
-                self._runs[each.monitor] = Run(definition, variant, car, uncertain=True)
+                self._runs[each.monitor] = Run(definition, variant, car, uncertain=spread)
 
     @property
     def needs(self) -> tuple[str, ...]:
