@@ -67,8 +67,8 @@ def test_what_is_mutated_is_valid(pool, target):
         assert any(accepted), (name, result.stderr)
 
 
-def test_ten_readers_and_eight_kinds_of_user_files():
-    assert len(READERS) == 10
+def test_fifteen_readers_and_eight_kinds_of_user_files():
+    assert len(READERS) == 15
     assert set(TARGETS) == {*READERS, *user_files()}
     assert len(user_files()) == 8
     for target in TARGETS.values():

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.core.errors import ParameterError
+from tierod.core.errors import ParameterError, TierodError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.files import expanded
 from tierod.core.toml import Document, build
@@ -127,13 +127,12 @@ def load(path: str | Path) -> FleetFile:
 
 def describes_fleet(path: str | Path) -> bool:
     """Whether a file describes a virtual fleet, and not a scenario of one drive."""
-    import tomllib
-
-    try:
-        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+    if not Path(path).is_file():
         return False
-    return "cars" in content
+    try:
+        return "cars" in Document.read(Path(path), "virtual fleet").content
+    except TierodError:
+        return False
 
 
 def _first_day(start: str) -> float:
