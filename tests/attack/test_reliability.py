@@ -5,7 +5,7 @@ import copy
 import pytest
 
 from attack import reliability
-from attack.targets import TARGETS
+from attack.targets import READERS, TARGETS
 
 TARGET = {
     "cases": 9, "codes": {"0": 4, "2": 1, "3": 4}, "failed": {}, "unrepeated": 0, "slowest": 0.5, "largest": 1e6,
