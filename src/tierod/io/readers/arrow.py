@@ -36,11 +36,11 @@ def open_arrow(path: Path, time: TimeEntry = GUESSED) -> Source:
     """
     schema, first = _guarded(path, lambda: _opened(path))
     file = SimpleNamespace(schema_arrow=schema)
-    columns = {column.name: column for column in _columns(file, {})}
+    columns = {column.name: column for column in _guarded(path, lambda: _columns(file, {}))}
     try:
         clocks = find_clocks_of(file, {}, time)
         units = {clock.column: unit_of(columns[clock.column], time) for clock in clocks}
-        head = _guarded(path, lambda: next(first, None))
+        head = _guarded(path, lambda: _next(first))
         if head is None:
             raise InputError("it holds columns but no samples; record again")
         plain = [(name, unit) for name, unit in units.items() if not unit and is_number(schema.field(name).type)]
@@ -82,7 +82,7 @@ def _lane(
     given = False
     while True:
         try:
-            batch = _guarded(path, lambda: next(batches, None))
+            batch = _guarded(path, lambda: _next(batches))
         except InputError:
             if not given:
                 raise
@@ -110,13 +110,22 @@ def _channels(batch: Any, columns: Sequence[Column], clock_of: dict[str, str], u
     return made
 
 
+def _next(batches: Iterator[Any]) -> Any:
+    """The next batch, None at the end; pyarrow itself does not compare what a batch claims with the bytes it has."""
+    batch = next(batches, None)
+    if batch is not None:
+        batch.validate()
+    return batch
+
+
 def _guarded(path: Path, work: Callable[[], Result]) -> Result:
     import pyarrow as pa
 
     try:
         return work()
     except (pa.ArrowException, OSError, UnicodeDecodeError, ValueError) as error:
-        reason = " ".join(str(error).split())[:120]
+        large = isinstance(error, MemoryError)
+        reason = "a block claims more than the memory" if large else " ".join(str(error).split())[:120]
         raise InputError(
             f"{path} is damaged or cut off and cannot be read as Arrow ({reason}); write it again"
         ) from None
