@@ -11,7 +11,7 @@ from attack.pool import Pool
 from attack.seeds import seeds, user_files
 from attack.targets import BESIDE, FILE, FITTING, READERS, TARGETS, Case, case
 
-COUNT = 20
+COUNT = 8
 """Cases of each target in the suite: a few seconds for all of them. `make attack` runs thousands."""
 
 FEW = 4

@@ -135,7 +135,7 @@ def test_a_verdict_needs_no_truth_and_no_names_of_ours(drive, tmp_path, capsys, 
     ours = drive(scenario, seconds)
     foreign, channel_map = as_a_car_gives_it(ours, tmp_path, ending)
     chosen = ["--variant", variant] if variant else more
-    options = ["--monitor", monitor, "--vehicle", vehicle, *chosen, "--no-report"]
+    options = ["--monitor", monitor, "--vehicle", vehicle, *chosen, "--no-report", "--no-spread"]
     code, expected = document(capsys, ["diagnose", str(ours), *options])
     again, found = document(capsys, ["diagnose", str(foreign), *options, "--map", str(channel_map)])
     assert again == code < 3, found
