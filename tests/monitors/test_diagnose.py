@@ -146,7 +146,27 @@ def test_a_pause_of_ten_minutes_is_judged_as_a_whole(healthy):
     absorb = run.session.absorb
     run.session.absorb = lambda aligned: lengths.append(len(aligned.time)) or absorb(aligned)
     run.add(later(healthy, 240.0, 599.0))
+    run.finish()
     assert sum(lengths) == round((480.0 + 599.0) * 100.0)
+
+
+def test_cuts_between_the_steps_of_the_grid_change_nothing(healthy):
+    """Channels of clocks of their own, cut where no step of the grid is."""
+    chance = np.random.default_rng(4)
+    part = healthy.slice(stop=60.0)
+    shifted = [
+        dataclasses.replace(each, time=each.time + chance.uniform(0.0, 0.009)) for each in part.channels.values()
+    ]
+    part, places = part.with_channels(shifted), [0.0, *np.sort(chance.uniform(1.0, 59.0, 7)), 100.0]
+    found = []
+    for cuts in ([0.0, 100.0], places):
+        run = Run(*find("friction"), load("midsize-eps"))
+        for begin, end in itertools.pairwise(cuts):
+            run.add(part.slice(begin, end))
+        found.append(run.finish())
+    for name, trace in found[0].traces.items():
+        np.testing.assert_array_equal(trace.mean, found[1].traces[name].mean, err_msg=name)
+    assert found[0].findings == found[1].findings
 
 
 def test_work_follows_the_samples_not_their_stamps(healthy):

@@ -98,11 +98,13 @@ class SignalsOverDrive:
     def __init__(self) -> None:
         self._parts: list[np.ndarray] = []
         self._start: float | None = None
+        self._stride = Stride(2)
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
         """Signals that follow those already added."""
         self._start = float(time[0]) if self._start is None else self._start
-        rows = np.flatnonzero(time < self._start + self.LONGEST)[::2]
+        rows = np.arange(*self._stride.over(len(time)).indices(len(time)))
+        rows = rows[time[rows] < self._start + self.LONGEST]
         self._parts.append(np.column_stack([time[rows], *(signals[name][rows] for name in self.SIGNALS)]))
 
     def presence(self) -> HysteresisPresence | None:

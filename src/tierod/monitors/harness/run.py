@@ -49,6 +49,10 @@ def fitting(monitor: Monitor, variant: Variant, piece: Recording, asked: bool) -
     return monitor.needing(picked).suited_to(piece), picked
 
 
+ROUNDING = 1e-6
+"""Behind a step of the grid a sample still belongs to it, as where a recording is aligned [s]."""
+
+
 class Run:
     """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut.
 
@@ -143,9 +147,14 @@ class Run:
                 self._spread = self._uncertain.spread((last - begin) / max(share_read(piece), 1e-3))
         self._inputs.refuse_slow()
         self._before = piece.slice(last - OVERLAP)
+        # The step at the last sample and those behind it wait: the next piece may hold samples that belong to them.
+        self._judge(whole, begin, last - ROUNDING)
+
+    def _judge(self, whole: Recording, begin: float, stop: float) -> None:
+        """Judge what follows on what was judged already, up to a time."""
         waiting: list[tuple[Aligned, Aligned]] = []
         count = 0
-        for aligned in self._grid(whole, begin, last):
+        for aligned in self._grid(whole, begin, stop):
             # Every piece that a session takes in costs some milliseconds: what lies between pauses goes together.
             count += len(aligned.time)
             if count > CHUNK * self.monitor.rate:
@@ -154,13 +163,13 @@ class Run:
             waiting.append((aligned, self._inputs.stuck.without(aligned, whole)))
         self._absorb(waiting, whole)
 
-    def _grid(self, whole: Recording, begin: float, last: float) -> Iterator[Aligned]:
+    def _grid(self, whole: Recording, begin: float, stop: float) -> Iterator[Aligned]:
         """What is judged of a piece, on the grid of the monitor, in the order of time."""
         assert self._start is not None
         stamps = [whole[name].time for name in self.session.signals if name in whole]
-        for skip_to, stop in self._silence.stretches(stamps, begin, last + 0.5 / self.monitor.rate):
+        for skip_to, end in self._silence.stretches(stamps, begin, stop):
             self._steps = max(self._steps, math.floor((skip_to - self._start) * self.monitor.rate))
-            while len((aligned := self._aligned(whole, stop)).time):
+            while len((aligned := self._aligned(whole, end)).time):
                 if not self._steps:
                     self.session.refuse(aligned)
                 self._steps += len(aligned.time)
@@ -207,8 +216,11 @@ class Run:
         Raises:
             InputError: there was no sample, or a signal that the monitor needs was constant or missing throughout
         """
-        if not self._steps:
+        if self._before is None or not self._steps:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
+        last = self._before.span[1]
+        whole = complete(self._before, [*self.monitor.required, *self.monitor.optional])
+        self._judge(whole, last, last + 0.5 / self.monitor.rate)
         self._inputs.quality.refuse_unusable(self.monitor.required)
         contradictions = self._inputs.quality.contradictions()
         concluded, effects = self._concluded()
