@@ -17,6 +17,7 @@ from tierod.core.timestamps import CALENDAR
 from tierod.experiments.fingerprint import fingerprint
 from tierod.fleet.schema import WHOLE
 from tierod.io.readers import open_chunks
+from tierod.monitors.harness.pieces import CHUNK
 from tierod.monitors.together import Chosen, Concluded, Together
 from tierod.vehicles import Vehicle
 
@@ -25,10 +26,6 @@ TEMPERATURE = "ambient_temperature"
 
 Row = dict[str, Any]
 """Of the findings, without what the fleet file decides."""
-
-
-CHUNK: Annotated[float, "s"] = 120.0
-"""Seconds of a recording in memory at a time: a worker of several has a share of the memory, and no page to make."""
 
 
 EDGE: Annotated[float, "s"] = 0.5

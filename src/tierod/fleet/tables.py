@@ -15,9 +15,10 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
 from tierod.experiments.fingerprint import fingerprint
 from tierod.fleet import schema
-from tierod.fleet.judging import CHUNK, Asked, Judgement, judge
+from tierod.fleet.judging import Asked, Judgement, judge
 from tierod.fleet.stamps import code, vehicle_digest
 from tierod.io.readers import SHARE_READ
+from tierod.monitors.harness.pieces import CHUNK
 from tierod.monitors.together import Chosen, usual
 from tierod.vehicles import Vehicle, load
 

@@ -12,12 +12,15 @@ from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.acceptance import refusals, taken
-from tierod.monitors.harness.pieces import CHUNK, joined
+from tierod.monitors.harness.pieces import joined
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import Vehicle
 
 ALL = "all"
 """Name that stands for every monitor that can run."""
+
+LOOK = 600.0
+"""Seconds at the beginning of a recording by which it is decided which monitors can run."""
 
 
 class NotRun(NamedTuple):
@@ -109,7 +112,7 @@ def source_of(
     if not first < last:
         raise InputError(f"a stretch from {first:g} to {last:g} s is empty; give --from before --to")
     whole, seen = None, (float("inf"), float("-inf"))
-    for piece in _pieces(path, car, dbc, channel_map, CHUNK):
+    for piece in _pieces(path, car, dbc, channel_map, LOOK):
         seen = (min(seen[0], piece.span[0]), max(seen[1], piece.span[1]))
         part = piece.slice(first, last)
         if any(len(channel.time) for channel in part.channels.values()):
@@ -139,7 +142,7 @@ def able(path: Path, car: Vehicle, dbc: Any, channel_map: Any) -> tuple[str, ...
     Raises:
         InputError: it cannot be read
     """
-    piece = next(iter(_pieces(path, car, dbc, channel_map, CHUNK)))
+    piece = next(iter(_pieces(path, car, dbc, channel_map, LOOK)))
     usual = (each for each in MONITORS.values() if each.default is not None and not each.condition)
     return tuple(each.name for each in usual if taken(each, refusals(each, car, piece)))
 
