@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -115,6 +114,7 @@ def _dry(chosen: Campaign, folder: Path, processes: int, as_json: bool) -> int:
 def _run(
     chosen: Campaign, folder: Path, workers: int | None, scheduler: str | None, summary_only: bool, as_json: bool
 ) -> int:
+    from tierod.cli.terminal import stopped_by_sigterm
     from tierod.core.errors import OutputError
     from tierod.report.campaign import show
     from tierod.report.campaign.running import campaign as run
@@ -123,7 +123,7 @@ def _run(
     if summary_only:
         found = run(chosen, folder, summary_only=True, command=command)
     else:
-        with _shown_progress(chosen.file.name, len(chosen.plan.cells)) as progress, _stopped_by_sigterm():
+        with _shown_progress(chosen.file.name, len(chosen.plan.cells)) as progress, stopped_by_sigterm():
             try:
                 found = run(chosen, folder, workers, scheduler=scheduler, command=command, progress=progress)
             except (KeyboardInterrupt, OSError, OutputError):
@@ -147,20 +147,6 @@ def _say_what_is_kept(chosen: Campaign, folder: Path) -> None:
         soft_wrap=True,
         markup=False,
     )
-
-
-@contextmanager
-def _stopped_by_sigterm() -> Iterator[None]:
-    """SIGTERM ends like Ctrl-C: a message counts what is finished, and no process is left behind."""
-
-    def stop(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 @contextmanager

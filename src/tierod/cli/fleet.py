@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import shlex
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -93,7 +92,9 @@ def fleet(
     from tierod.fleet.running import document, run
 
     asked = Asked(chosen, float("inf") if span is None else 60.0 * span, shortest, spread)
-    with _stopped_by_sigterm(), _shown_progress() as progress:
+    from tierod.cli.terminal import stopped_by_sigterm
+
+    with stopped_by_sigterm(), _shown_progress() as progress:
         try:
             found = run(
                 recordings, cars, output, asked, workers_of(workers, scheduler), again=again, with_levels=levels,
@@ -176,20 +177,6 @@ def _show(found: Summary) -> None:
     console.print(f"\nresults: {found.results.root}", soft_wrap=True, markup=False)
     console.print(f"'tierod fleet report {shlex.quote(found.results.root)}' says which vehicle to inspect first",
                   soft_wrap=True, markup=False)  # fmt: skip
-
-
-@contextmanager
-def _stopped_by_sigterm() -> Iterator[None]:
-    """SIGTERM ends like Ctrl-C: what is finished is in the ledger, and no process is left behind."""
-
-    def stop(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 @contextmanager

@@ -50,17 +50,8 @@ def simulate_fleet(
     took = time.perf_counter() - began
     for failure in failures[:10]:
         messages().print(f"failed: {failure}", soft_wrap=True, markup=False)
-    words = ["tierod", "fleet", "report", str(folder)]
-    if not estimates:
-        words = [
-            "tierod",
-            "fleet",
-            str(folder / "recordings"),
-            "--vehicles",
-            str(folder / "fleet.toml"),
-            "-o",
-            "results",
-        ]
+    drives = [str(folder / "recordings"), "--vehicles", str(folder / "fleet.toml"), "-o", "results"]
+    words = ["tierod", "fleet", *(["report", str(folder)] if estimates else drives)]
     if as_json:
         print_json({
             "schema": "tierod.virtual-fleet/1", "folder": str(folder), "cars": file.cars, "drives": int(cars.day.size),

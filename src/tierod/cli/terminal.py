@@ -7,6 +7,7 @@ import contextlib
 import json
 import math
 import re
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -225,3 +226,17 @@ def show(found: Analysis) -> None:
             console.print(rows(item.header, item.rows, right=item.numeric))
             if item.note:
                 console.print(Text(item.note))
+
+
+@contextmanager
+def stopped_by_sigterm() -> Iterator[None]:
+    """SIGTERM ends like Ctrl-C: what is finished is kept, and no process is left behind."""
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

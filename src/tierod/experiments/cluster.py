@@ -209,7 +209,7 @@ class _Watch:
         if client.status in ("closed", "closing"):
             raise self._cluster._gone()
         if client.status == "running":
-            # Asked in the same breath as told by the scheduler every two seconds: costs no message.
+            # Read from what the scheduler sends every two seconds anyway: costs no message.
             found = len(client.scheduler_info(n_workers=-1)["workers"])
             self._count = max(found, 1)
             if found:
