@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tierod.monitors.friction.over_drive import EstimateOverDrive
+from tierod.monitors.friction.over_drive import STROKES, EstimateOverDrive, HysteresisOverDrive
 
 
 def stretches(seconds, change=None):
@@ -35,3 +35,38 @@ def test_no_length_of_a_drive_makes_two_titles_alike(seconds):
 
 def test_a_change_parts_the_drive_in_two():
     assert stretches(600, change=300.0) == ["before the change", "after the change"]
+
+
+def views_of(seconds, pieces):
+    """Views of a drive at 100 Hz whose friction counts its samples, with more samples used later, cut in pieces."""
+    rate, over = 100, HysteresisOverDrive(100.0)
+    time = np.arange(seconds * rate) / rate
+    used = np.sin(0.1 * time) < -0.9 + time / seconds
+    for each in np.array_split(np.arange(len(time)), pieces):
+        over.add(time[each], time[each], time[each] * 2.0, used[each])
+    return over.views(None)
+
+
+def test_strokes_are_the_same_however_the_drive_is_cut():
+    whole, cut = views_of(1500, 1), views_of(1500, 1499)
+    assert list(whole) == list(cut) == ["2 to 13 min", "13 to 25 min"]
+    for name in whole:
+        np.testing.assert_array_equal(whole[name], cut[name])
+
+
+def test_the_busiest_strokes_of_ten_minutes_are_shown():
+    angle, friction = views_of(600, 60)["6.5 to 9.2 min"]
+    known = np.isfinite(friction)
+    np.testing.assert_allclose(friction[known], 2.0 * angle[known])
+    assert np.isnan(angle).sum() <= STROKES, "a gap after each stroke"
+    assert known.mean() > 0.85, "the estimator used most samples of the busiest strokes"
+
+
+def test_strokes_of_ten_hours_take_little_memory():
+    over = HysteresisOverDrive(100.0)
+    time = np.arange(36_000) / 100.0
+    for number in range(100):
+        over.add(time + number * 360.0, time, time, np.ones(len(time), bool))
+    kept = [stroke.points for stroke in over._closed]
+    assert all(points.base is None for points in kept), "no stroke holds the piece that it was cut from"
+    assert sum(points.nbytes for points in kept) < 3e6

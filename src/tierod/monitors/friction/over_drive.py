@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,9 @@ BINS = 60
 
 STROKES, STROKE_SECONDS, STROKE_RATE = 12, 8.0, 25.0
 """Strokes of one hysteresis view, their length [s] and points per second: enough to see how wide the loops are."""
+
+STROKES_OF = 600.0
+"""Stretch whose busiest strokes are kept [s]."""
 
 
 class EstimateOverDrive:
@@ -54,39 +58,72 @@ class EstimateOverDrive:
 
 
 class HysteresisOverDrive:
-    """Strokes of the steering wheel with the friction that acted in them: the busiest few seconds of each piece."""
+    """Strokes of the steering wheel with the friction that acted in them: the busiest few seconds of every ten minutes.
+
+    Strokes follow one another from the first sample on, however the drive is cut into pieces.
+
+    Args:
+        rate: of the samples [Hz]
+    """
 
     def __init__(self, rate: float):
-        self._length = max(round(STROKE_SECONDS * rate), 2)
-        self._step = max(round(rate / STROKE_RATE), 1)
-        self._strokes: list[tuple[float, float, np.ndarray]] = []
+        step = max(round(rate / STROKE_RATE), 1)
+        self._stride, self._length = Stride(step), max(round(STROKE_SECONDS * rate / step), 2)
+        self._open = np.empty((0, 3))
+        self._strokes: list[Stroke] = []
+        self._closed: list[Stroke] = []
 
     def add(self, time: np.ndarray, angle: np.ndarray, friction: np.ndarray, used: np.ndarray) -> None:
         """Samples of a piece: angle [rad], friction that acts there [N*m], whether the estimator used the sample."""
         acting = np.where(used & np.isfinite(angle), friction, np.nan)
-        found = []
-        for start in range(0, len(time) - self._length + 1, self._length):
-            part = slice(start, start + self._length)
-            busy = float(np.mean(np.isfinite(acting[part])))
+        rows = np.column_stack([time, angle, acting])[self._stride.over(len(time))]
+        rows = np.vstack([self._open, rows])
+        whole = len(rows) // self._length * self._length
+        for stroke in rows[:whole].reshape(-1, self._length, 3):
+            busy = float(np.mean(np.isfinite(stroke[:, 2])))
             if busy > 0.0:
-                found.append((busy, float(time[start]), np.column_stack([angle[part], acting[part]])[:: self._step]))
-        self._strokes += sorted(found, key=lambda stroke: stroke[:2], reverse=True)[:STROKES]
+                self._keep(Stroke(busy, float(stroke[0, 0]), stroke[:, 1:].copy()))
+        self._open = rows[whole:].copy()
+
+    def _keep(self, stroke: Stroke) -> None:
+        """Of the last ten minutes only the busiest strokes stay."""
+        if self._strokes and stroke.start - self._strokes[0].start > STROKES_OF:
+            self._closed += _busiest(self._strokes)
+            self._strokes = []
+        self._strokes.append(stroke)
 
     def views(self, change: float | None) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Name of a stretch -> (angle, friction that acts), a gap after every stroke."""
-        times = np.array([time for _, time, _ in self._strokes])
+        strokes = [*self._closed, *_busiest(self._strokes)]
+        times = np.array([stroke.start for stroke in strokes])
+        gap = np.full((1, 2), np.nan)
         found = {}
-        for name, inside in _stretches(np.sort(times), change, parts=2).items():
-            low, high = np.sort(times)[inside][[0, -1]] if inside.any() else (np.inf, -np.inf)
-            chosen = [stroke for stroke in self._ordered() if low <= stroke[1] <= high][-STROKES:]
+        for name, inside in _stretches(times, change, parts=2).items():
+            chosen = [strokes[at] for at in np.flatnonzero(inside)[-STROKES:]]
             if chosen:
-                gap = np.full((1, 2), np.nan)
-                points = np.vstack([part for _, _, values in chosen for part in (values, gap)])
+                points = np.vstack([part for stroke in chosen for part in (stroke.points, gap)])
                 found[name] = (points[:, 0], points[:, 1])
         return found
 
-    def _ordered(self) -> list[tuple[float, float, np.ndarray]]:
-        return sorted(self._strokes, key=lambda stroke: stroke[:2])
+
+class Stroke(NamedTuple):
+    """A few seconds of steering.
+
+    Args:
+        busy: share of the samples that the estimator used []
+        start: of the first sample
+        points: angle [rad] and friction that acts [N*m], (n, 2)
+    """
+
+    busy: float
+    start: Annotated[float, "s"]
+    points: np.ndarray
+
+
+def _busiest(strokes: list[Stroke]) -> list[Stroke]:
+    """The busiest few in the order of time; of equally busy ones the latest."""
+    chosen = sorted(strokes, key=lambda stroke: (stroke.busy, stroke.start))[-STROKES:]
+    return sorted(chosen, key=lambda stroke: stroke.start)
 
 
 class SignalsOverDrive:

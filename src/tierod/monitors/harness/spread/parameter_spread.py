@@ -9,7 +9,6 @@ import numpy as np
 
 from tierod.core.recording import Aligned
 from tierod.monitors.harness.decision import Decision
-from tierod.monitors.harness.pieces import together
 from tierod.monitors.harness.session import Session
 from tierod.monitors.harness.spread.directions import Direction, Sensitivities
 from tierod.monitors.harness.spread.points import Concluded, Open, Points, part_of
@@ -172,7 +171,8 @@ class ParameterSpread:
                 for side in (1.0, -1.0)
             ]
             self._along = Points(self._open, self.vehicle, ways)
-            self._along.absorb(together(self._buffer))
+            for block in self._buffer:
+                self._along.absorb(block)
         self._buffer = []
 
     def _carry(self, aligned: Aligned, shown: Mapping[str, np.ndarray], variances: Mapping[str, np.ndarray]) -> None:
