@@ -14,7 +14,7 @@ from tierod.monitors.together import Chosen
 
 SECONDS = 40.0
 DAY = 86400.0
-NOVEMBER = 1793491200.0  # 2026-11-01 00:00 UTC
+NOVEMBER = 1761955200.0  # 2025-11-01 00:00 UTC
 SIGNALS = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "motor_torque", "yaw_rate",
            "lateral_acceleration", "vehicle_speed")  # fmt: skip
 

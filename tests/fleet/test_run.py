@@ -226,4 +226,4 @@ def test_months_are_apart_and_an_undated_drive_is_under_its_own(tmp_path):
     written(tmp_path / "drives/c.parquet", seed=3, start=0.0)
     judged(tmp_path / "drives", tmp_path / "results")
     assert sorted(path.name for path in (tmp_path / "results/findings").iterdir()) == [
-        "month=2026-10", "month=2026-11", "month=unknown"]  # fmt: skip
+        "month=2025-10", "month=2025-11", "month=unknown"]  # fmt: skip
