@@ -34,7 +34,7 @@ def test_findings_are_those_of_diagnose(tmp_path):
     (alone,) = diagnose(path, "midsize-eps", "friction").findings
     assert (row["monitor"], row["variant"], row["status"], row["cause"]) == (
         "friction", "pre-sliding", str(alone.status), alone.cause)  # fmt: skip
-    assert row["start"] == dt.datetime(2026, 11, 1, tzinfo=dt.UTC)
+    assert row["start"] == dt.datetime(2025, 11, 1, tzinfo=dt.UTC)
     assert row["duration_s"] == pytest.approx(40.0, abs=0.02)
     assert row["vehicle"] == "midsize-eps"
     assert row["recording_name"] == str(path)
