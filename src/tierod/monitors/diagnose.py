@@ -20,9 +20,6 @@ from tierod.monitors.harness.session import Monitor, Variant
 from tierod.monitors.registry import MONITORS, obstacle
 from tierod.vehicles import Vehicle, load
 
-EXACT = "all parameters of the vehicle are assumed to be exact: bands and verdict do not hold their spread"
-"""Remark of a diagnosis without spread."""
-
 
 def diagnose(
     source: Recording | str | Path,
@@ -76,8 +73,6 @@ def diagnose(
         run.add(piece)
         progress(share_read(piece))
     diagnosis = run.finish(command)
-    if not spread:
-        diagnosis = diagnosis.remarked("parameters", EXACT)
     if signals is not None and kept is not None:
         _write_signals(kept, diagnosis, run.monitor.name, signals)
     if isinstance(own_level, str | Path):

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tierod.core.errors import InputError, ParameterError
+from tierod.core.errors import InputError
 from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
-from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.acceptance import refusals, taken
-from tierod.monitors.harness.pieces import joined
+from tierod.monitors.harness.pieces import joined, pieces_of, share_read
 from tierod.monitors.registry import MONITORS
+from tierod.monitors.together import Chosen, Together
 from tierod.vehicles import Vehicle
 
 ALL = "all"
@@ -80,22 +80,20 @@ def judge(
     if isinstance(source, Path):
         require_readable(path, car, dbc, channel_map)
     names = tuple(MONITORS) if monitors is None else tuple(monitors)
-    found, missed = {}, []
-    for place, name in enumerate(names):
-        if MONITORS.required(name).default is None and monitors is None:
-            missed.append(NotRun(name, f"it has no default variant: choose with --monitor {name} and --variant"))
-            continue
-
-        def advance(share: float, place: int = place) -> None:
-            progress((place + share) / len(names))
-
-        try:
-            found[name] = diagnose(
-                source, car, name, dbc=dbc, channel_map=channel_map, spread=spread, command=command, progress=advance
-            )
-        except (InputError, ParameterError) as error:
-            missed.append(NotRun(name, str(error)))
-    return Judged(path, car.name, found, tuple(missed))
+    undecided = {name for name in names if MONITORS.required(name).default is None and monitors is None}
+    together = Together(car, [Chosen(name) for name in names if name not in undecided], spread)
+    try:
+        for piece in pieces_of(source, together.needs, car, dbc, channel_map):
+            together.add(piece)
+            progress(share_read(piece))
+    except InputError as error:
+        for name in names:
+            together.refuse(name, str(error))
+    found = {name: each.diagnosis for name, each in together.concluded(command)}
+    reasons = together.refused | {
+        name: f"it has no default variant: choose with --monitor {name} and --variant" for name in undecided
+    }
+    return Judged(path, car.name, found, tuple(NotRun(name, reasons[name]) for name in names if name in reasons))
 
 
 def source_of(

@@ -115,12 +115,16 @@ class Together:
                     self._runs[name] = self._runs[name].fitted(piece, bool(self._asked[name]))
                 self._runs[name].add(piece)
 
-    def concluded(self) -> Iterator[tuple[str, Concluded]]:
-        """(monitor, what it found) up to now; a monitor that finds that it cannot judge is refused."""
+    def concluded(self, command: str = "") -> Iterator[tuple[str, Concluded]]:
+        """(monitor, what it found) up to now; a monitor that finds that it cannot judge is refused.
+
+        Args:
+            command: that asked for it, for the report
+        """
         for name in list(self._runs):
             with self._refusing(name):
                 run = self._runs[name]
-                yield name, Concluded(run.finish(), run.variant.name, tuple(run.session.traces))
+                yield name, Concluded(run.finish(command), run.variant.name, tuple(run.session.traces))
 
     def _refusing(self, name: str) -> _Refusing:
         return _Refusing(self, name)

@@ -53,6 +53,10 @@ ROUNDING = 1e-6
 """Behind a step of the grid a sample still belongs to it, as where a recording is aligned [s]."""
 
 
+EXACT = "all parameters of the vehicle are assumed to be exact: bands and verdict do not hold their spread"
+"""Remark of a diagnosis without spread."""
+
+
 class Run:
     """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut.
 
@@ -228,6 +232,8 @@ class Run:
         self.learnt, self.course = conclusion.own_level, conclusion.course
         self.code_courses = conclusion.code_courses
         diagnosis = dataclasses.replace(self._diagnosis(conclusion, contradictions, command), parameter_effects=effects)
+        if self._uncertain is None:
+            diagnosis = diagnosis.remarked("parameters", EXACT)
         if self.feed and self._digest:
             taken = self.feed.finish(diagnosis, self.course, self.code_courses, self._digest.result())
             diagnosis = diagnosis.remarked("fault memory", taken)
