@@ -55,7 +55,10 @@ class Small:
 
 
 def quadricycle() -> TwoTrack:
-    """A light quadricycle with two seats, assumed: 450 kg, short, narrow tyres of low pressure, engine behind."""
+    """A light quadricycle with two seats, assumed: 450 kg, short, narrow tyres of low pressure, engine behind.
+
+    It leans 5 degrees at 0.6 g, more than any larger car.
+    """
     tyre = Tyre(
         radius=0.25, nominal_load=1100.0, cornering_stiffness=16.0, friction=0.9, lateral_relaxation=0.3, trail=0.015
     )
@@ -69,8 +72,8 @@ def quadricycle() -> TwoTrack:
         drag_area=0.7,
         side_area=3.0,
         side_force_lead=0.2,
-        front=Axle(1.10, 0.03, 7e3, 310.0, 0.0, 0.4, tyre),
-        rear=Axle(1.09, 0.06, 5.7e3, 255.0, 0.0, 0.4, tyre),
+        front=Axle(1.10, 0.03, 10.6e3, 380.0, 0.0, 0.4, tyre),
+        rear=Axle(1.09, 0.06, 8.6e3, 310.0, 0.0, 0.4, tyre),
         kingpins=Kingpins(mechanical_trail=0.015, scrub_radius=0.02, inclination=0.15),
     ).with_axle_stiffness(21.3e3, 29.8e3)
 

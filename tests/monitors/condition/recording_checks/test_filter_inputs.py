@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.monitors.condition.recording_checks.filter_inputs import AccelerationCheck
+from tierod.monitors.condition.recording_checks.filter_inputs import BOUNDS, AccelerationCheck
 from tierod.monitors.condition.signals import ACCELERATIONS, ConditionSample
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.recorded import recorded
@@ -64,6 +64,43 @@ def test_one_that_fails_is_found_and_no_other(drive, name, change):
     assert SINCE - 0.5 <= found.start <= found.found <= SINCE + 15.0
     assert found.window <= found.start
     assert drive[0][failed[name]] == pytest.approx(found.found, abs=0.011)
+
+
+def near_the_limit(drive):
+    """Signals whose rear wheels and steering angle indicate half as much yaw rate again, as where tyres slip."""
+    signals = dict(drive[1])
+    left, right = signals["wheel_speed_rear_left"], signals["wheel_speed_rear_right"]
+    middle, half = 0.5 * (left + right), 0.5 * (right - left)
+    return signals | {
+        "wheel_speed_rear_left": middle - 1.8 * half,
+        "wheel_speed_rear_right": middle + 1.8 * half,
+        "steering_wheel_angle": 1.8 * signals["steering_wheel_angle"],
+    }
+
+
+def test_the_yaw_rate_sensor_alone_vouches_for_a_lateral_acceleration_where_tyres_slip(drive):
+    made, _ = check((drive[0], near_the_limit(drive)))
+    assert ACROSS not in made.found
+
+
+@pytest.mark.parametrize("change", ["stuck", "sign", "off"])
+def test_a_lateral_acceleration_that_no_yaw_rate_explains_is_found_all_the_same(drive, change):
+    made, _ = check((drive[0], near_the_limit(drive)), **{ACROSS: CHANGES[change](drive[1][ACROSS])})
+    assert made.gone(ACROSS)
+
+
+def test_a_soft_body_and_the_slip_of_its_rear_tyres_are_no_fault(drive):
+    time, signals = drive
+    moved = signals["yaw_rate"] * 0.5 * (signals["wheel_speed_rear_left"] + signals["wheel_speed_rear_right"])
+    known = np.isfinite(moved)
+    moved = np.interp(time, time[known], moved[known]) / PARAMETERS.wheel_speed_scale
+    moved = np.convolve(moved, np.ones(20) / 20.0, "same")
+    leaning = 1.15 * moved - 0.12 * np.gradient(moved, 0.01)
+    made, _ = check((time, signals | {ACROSS: leaning}))
+    assert ACROSS not in made.found
+    rigid = AccelerationCheck(PARAMETERS, 100.0, across=BOUNDS)
+    rigid.add(time, signals | {ACROSS: leaning})
+    assert ACROSS in rigid.found, "it is what a stiff car never shows"
 
 
 def test_swapped_ones_are_both_found(drive):

@@ -78,6 +78,8 @@ def roughness(values: np.ndarray) -> np.ndarray:
 
 LEVEL_TIME, SHAPE_TIME = 3.0, 10.0
 """Windows of the mean and of the standard deviation of a difference [s]."""
+SWEEPS = 8
+"""Of the search for gain and lag, one after the other: a quadratic form in a box has one minimum."""
 HALF = 0.7
 """Share of the blocks of a window in which both estimates must exist [-]."""
 
@@ -88,11 +90,13 @@ class Bounds:
 
     Args:
         single: in one block
-        level: mean over `LEVEL_TIME`
-        shape: standard deviation over `SHAPE_TIME`, where the quantity changes little
+        level: mean over `LEVEL_TIME`, less what the gain explains
+        shape: standard deviation over `SHAPE_TIME`, where the quantity changes little, less gain and lag
         share: the same, as a share of the standard deviation of the quantity [-]
         noise: of the reading from sample to sample, over `LEVEL_TIME`
         doubtful: share of these bounds beyond which a difference is doubtful [-]
+        gain: most that the difference follows the quantity without a fault, as a share of it [-]
+        lag: longest time by which the reading follows the quantity without a fault
     """
 
     single: float
@@ -101,12 +105,33 @@ class Bounds:
     share: Annotated[float, ""]
     noise: float
     doubtful: Annotated[float, ""] = 0.7
+    gain: Annotated[float, ""] = 0.0
+    lag: Annotated[float, "s"] = 0.0
 
 
 def _deviation(values: Sequence[float]) -> float:
     """Standard deviation of a few values, for which an array would be slower."""
     mean = sum(values) / len(values)
     return sqrt(sum((each - mean) ** 2 for each in values) / len(values))
+
+
+def _unexplained(rows: Sequence[Row], gain: float, lag: float) -> float:
+    """Standard deviation of the difference less what a gain and a lag within bounds explain of it.
+
+    Least squares of apart = a reference - b d(reference)/dt with 0 <= a <= gain and 0 <= b <= lag.
+    """
+    apart = np.array([each.apart for each in rows])
+    motion = np.array([each.reference for each in rows])
+    columns = np.array([motion, -np.gradient(motion, [each.end for each in rows])])
+    columns -= columns.mean(axis=1, keepdims=True)
+    squares, products = columns @ columns.T, columns @ apart
+    most, share = np.array([gain, lag]), np.zeros(2)
+    for _ in range(SWEEPS):
+        for place in (0, 1):
+            left = products[place] - squares[place] @ share + squares[place, place] * share[place]
+            if squares[place, place] > 0.0:
+                share[place] = min(max(left / squares[place, place], 0.0), most[place])
+    return float(np.std(apart - share @ columns))
 
 
 class Row(NamedTuple):
@@ -190,9 +215,12 @@ class DifferenceCheck:
         recent = [each for each in known if each.end > last.end - LEVEL_TIME - 0.5 * BLOCK][-short:]
         if len(recent) >= HALF * short:
             begin, count = recent[0].end - BLOCK, len(recent)
-            found.append(_Measure(begin, abs(sum(each.apart for each in recent)) / count, bounds.level))
+            apart, most = sum(each.apart for each in recent), bounds.gain * sum(each.reference for each in recent)
+            beyond = apart - min(max(apart, min(most, 0.0)), max(most, 0.0))
+            found.append(_Measure(begin, abs(beyond) / count, bounds.level))
             found.append(_Measure(begin, sum(each.noise for each in recent) / count, bounds.noise))
         if len(known) >= HALF * SHAPE_TIME / BLOCK:
             bound = max(bounds.shape, bounds.share * _deviation([each.reference for each in known]))
-            found.append(_Measure(known[0].end - BLOCK, _deviation([each.apart for each in known]), bound))
+            apart = _unexplained(known, bounds.gain, bounds.lag)
+            found.append(_Measure(known[0].end - BLOCK, apart, bound))
         return found

@@ -40,8 +40,9 @@ class Block(NamedTuple):
 class Motion:
     """Averages a drive block by block, in pieces; the result does not depend on how a recording is cut.
 
-    Along the vehicle the change of speed is used, across it yaw rate times speed. Of three yaw rates the middle one is
-    used, so that one faulty sensor does not matter; of two wheels that disagree, neither.
+    Along the vehicle the change of speed is used, across it yaw rate times speed. Of three yaw rates two must agree, so
+    that one faulty sensor does not matter; of two wheels that disagree, neither is used. Where tyres slip, rear wheels
+    and steering angle err alike: across the vehicle the motion is as near to the reading as the yaw rates allow.
 
     Args:
         vehicle: its parameters
@@ -63,11 +64,15 @@ class Motion:
             return []
         p, line = self._vehicle, self._blocks.line
         yaws, slopes = zip(*(line(YAW[name].estimate(cut, p)) for name in SENSED), strict=True)
-        yaw, turning_in = _middle(np.array(yaws), np.array(slopes))
+        yaws, slopes = np.array(yaws), np.array(slopes)
+        yaw, turning_in = _middle(yaws, slopes)
         wheels = [line(cut[name] / p.wheel_speed_scale) for name in WHEELS]
         speed, slope = _speed(wheels, 0.5 * p.track_width * yaw, 0.5 * p.track_width * turning_in)
         read = [line(cut[name])[0] - getattr(p, f"{name}_offset", 0.0) for name in ACCELERATIONS]
-        predicted = (slope - p.rear_distance * yaw * yaw, speed * yaw + p.rear_distance * turning_in)
+        across = speed * yaw + p.rear_distance * turning_in
+        least, most = (speed * (bound(yaws, axis=0) - yaw) for bound in (np.fmin.reduce, np.fmax.reduce))
+        nearest = np.clip(read[1], across + least, across + most)
+        predicted = (slope - p.rear_distance * yaw * yaw, np.where(np.isfinite(read[1]), nearest, across))
         moved = [np.where(speed > MOVING, each, np.nan) for each in predicted]
         rough = [roughness(cut[name]) for name in ACCELERATIONS]
         return [
