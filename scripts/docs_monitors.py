@@ -86,7 +86,7 @@ def _signals(monitor: Monitor) -> str:
         f"Needed signals come at {monitor.minimum_rate:g} Hz or faster. The monitor runs at {monitor.rate:g} Hz"
         f"{slower if monitor.slower else ''}; a sample older than {monitor.maximum_age:g} s is missing."
         + (f" It runs only if {monitor.condition}." if monitor.condition else "")
-        + (" It learns a baseline of the vehicle (`--own-level`)." if monitor.learns else "")
+        + (" It learns a baseline of the vehicle (`--baseline`)." if monitor.learns else "")
         + " [All signals](../signals.md).",
     ]
     others = [each for each in monitor.variants.values() if each.required is not None]

@@ -222,7 +222,7 @@ def commands(count: int, seed: int, folder: Path) -> dict[str, int]:
     whole = Recording(drive(minutes=8.0, seed=seed).channels)
     for number in range(count):
         write(whole.slice(0.0, 400.0 + (number - 1 if number % 4 == 3 else number)), folder / f"{number}.parquet")
-    kept = ("--memory", "memory.json", "--own-level", "car.json", "--no-report")
+    kept = ("--memory", "memory.json", "--baseline", "car.json", "--no-report")
     running = [
         subprocess.Popen(
             [sys.executable, "-m", "tierod", "diagnose", f"{number}.parquet", "--vehicle", VEHICLE, *kept],

@@ -21,7 +21,7 @@ start = "10 s"
 [[monitors]]
 monitor = "friction"
 vehicle = "midsize-eps"
-own_level = "none"
+baseline = "none"
 """
 BASE = """name = "country"
 description = "A country road."
@@ -131,7 +131,7 @@ def _motor(folder: Path) -> None:
 
 
 def _judged(recording: str) -> tuple[str, ...]:
-    kept = ("--own-level", "car.json", "--memory", "memory.json", "--signals", "signals.parquet", "-o", "page.html")
+    kept = ("--baseline", "car.json", "--memory", "memory.json", "--signals", "signals.parquet", "-o", "page.html")
     return ("diagnose", f"../inputs/{recording}.parquet", "--vehicle", "midsize-eps", *kept)
 
 

@@ -299,7 +299,7 @@ def user_files() -> dict[str, dict[str, bytes]]:
         "vehicle": ("vehicles", ("midsize-eps.toml", "smartload.toml")),
         "channel-map": ("vehicles", ("rav4.channels.toml",)),
         "scenario": ("proving_ground/scenarios", ("step-steer.toml", "slalom-winter-tyres.toml", "hands-off.toml")),
-        "campaign": ("experiments", ("friction-steps.toml", "friction-own-level.toml")),
+        "campaign": ("experiments", ("friction-steps.toml", "friction-baseline.toml")),
         "fault": ("proving_ground/faults/shipped", ("friction-step.toml", "yaw-rate-delay.toml", "motor-hot.toml")),
         "dbc": ("vehicles", ("rav4.dbc",)),
     }
@@ -309,7 +309,7 @@ def user_files() -> dict[str, dict[str, bytes]]:
     }
     found["channel-map"]["drive.channels.toml"] = DRIVE_MAP.encode()
     level = Baseline("midsize-eps", "friction, pre-sliding", 4.05, 0.15, "N*m", 1310.0, "2026-11-21T10:00:00+00:00")
-    found["own-level"] = {"level.json": _written("level.json", lambda path: store_baseline(level, path))}
+    found["baseline"] = {"level.json": _written("level.json", lambda path: store_baseline(level, path))}
     found["fault-memory"] = {"memory.json": _written("memory.json", _memory)}
     return found
 

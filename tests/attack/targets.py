@@ -101,9 +101,9 @@ TARGETS: dict[str, Target] = {
             "fault", "toml", ((3, ("faults", FILE)), (1, ("faults", FILE, "--json")), (1, ("faults", FILE, "--toml")))
         ),
         Target(
-            "own-level",
+            "baseline",
             "json",
-            ((1, ("diagnose", BESIDE, "--vehicle", "midsize-eps", "--own-level", FILE, "--no-report", "--json")),),
+            ((1, ("diagnose", BESIDE, "--vehicle", "midsize-eps", "--baseline", FILE, "--no-report", "--json")),),
         ),
         Target(
             "fault-memory",

@@ -89,7 +89,7 @@ def test_what_goes_wrong_becomes_one_line(verb, capsys, error, code, sentence):
 
 
 @pytest.mark.parametrize(
-    "arguments", [("inspect", "DRIVE", "--map", "LOOP"), ("diagnose", "DRIVE", "--own-level", "LOOP")]
+    "arguments", [("inspect", "DRIVE", "--map", "LOOP"), ("diagnose", "DRIVE", "--baseline", "LOOP")]
 )
 def test_a_link_to_itself_is_bad_input(arguments, tmp_path, capsys):
     loop, drive = tmp_path / "loop", tmp_path / "drive.csv"

@@ -32,7 +32,7 @@ start = "10 s"
 [[monitors]]
 monitor = "friction"
 vehicle = "midsize-eps"
-own_level = "none"
+baseline = "none"
 """
 GATE = '[[gates]]\nfigure = "{}"\ngoal = "{}"\n'
 
@@ -70,7 +70,12 @@ def test_a_campaign_leaves_recordings_verdicts_table_document_and_page(ran, caps
     runs = ran / "runs"
     for kind, count in (("drives", 4), ("recordings", 4), ("verdicts", 4)):
         assert len(list((runs / kind).iterdir())) == count
-    assert [row.given for row in read_table(runs / "cells.parquet")] == ["sound", "sound", "yaw-rate", "yaw-rate"]
+    assert [row.given for row in read_table(runs / "cells.parquet")] == [
+        "fault_free",
+        "fault_free",
+        "yaw-rate",
+        "yaw-rate",
+    ]
     page = (runs / "report.html").read_text(encoding="utf-8")
     for recording in (runs / "recordings").iterdir():
         assert f'href="recordings/{recording.name}"' in page

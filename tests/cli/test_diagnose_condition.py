@@ -62,8 +62,8 @@ def test_what_replaces_a_sensor_goes_into_a_recording(place, faulty, capsys):
     truth = faulty["truth_steering_wheel_angle"].values[: len(lost)]
     assert np.all(reading.values[lost & (supplied.time < 24.9)] == 0.0)
     assert np.std((supplied.values - truth)[lost]) < 0.3 * np.std(truth[lost])
-    sound = ~lost & (supplied.time > 1.0) & (supplied.time < 14.9)
-    np.testing.assert_allclose(supplied.values[sound], reading.values[sound])
+    fault_free = ~lost & (supplied.time > 1.0) & (supplied.time < 14.9)
+    np.testing.assert_allclose(supplied.values[fault_free], reading.values[fault_free])
 
 
 def test_signals_go_over_nothing_that_was_given_and_into_a_known_format(place, faulty, capsys):
@@ -94,8 +94,8 @@ def test_the_fault_memory_takes_the_code_and_gives_it_back(place, faulty, capsys
 
 
 def test_a_missing_sensor_is_no_error_and_stores_nothing(place, faulty, capsys):
-    sound = without(recorded(Drive("long-round", 40.0, 1, 11)), "tie_rod_force")
-    assert diagnose(sound, "--no-report", "--memory", "memory.json") == 0
+    fault_free = without(recorded(Drive("long-round", 40.0, 1, 11)), "tie_rod_force")
+    assert diagnose(fault_free, "--no-report", "--memory", "memory.json") == 0
     assert "the recording has no tie rod force" in " ".join(capsys.readouterr().out.split())
     assert main(["faults", "read", "memory.json", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["items"] == []

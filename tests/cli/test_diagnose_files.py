@@ -36,15 +36,15 @@ def diagnose(recording, *arguments):
 
 
 def test_a_remark_says_whether_a_baseline_was_written_or_used(recordings, place, capsys):
-    assert diagnose(recordings / "healthy.parquet", "--own-level", "car.json") == 0
+    assert diagnose(recordings / "healthy.parquet", "--baseline", "car.json") == 0
     assert "baseline: written to car.json; later recordings are judged against it" in capsys.readouterr().out
     learnt = load_baseline("car.json").learnt
-    assert diagnose(recordings / "faulty.parquet", "--own-level", "car.json") == 1
+    assert diagnose(recordings / "faulty.parquet", "--baseline", "car.json") == 1
     assert f"baseline: judged against car.json, learnt {learnt}; the file stays as it is" in capsys.readouterr().out
 
 
 def test_in_json_it_is_a_remark_and_on_the_side_a_line(recordings, place, capsys):
-    assert diagnose(recordings / "healthy.parquet", "--own-level", "car.json", "--memory", "m.json", "--json") == 0
+    assert diagnose(recordings / "healthy.parquet", "--baseline", "car.json", "--memory", "m.json", "--json") == 0
     captured = capsys.readouterr()
     remarks = json.loads(captured.out)["remarks"]
     assert remarks["baseline"].startswith("written to car.json")
@@ -62,7 +62,7 @@ def test_in_json_it_is_a_remark_and_on_the_side_a_line(recordings, place, capsys
     ],
 )
 def test_a_remark_says_why_a_baseline_was_not_written(recordings, place, capsys, recording, arguments, reason):
-    diagnose(recordings / f"{recording}.parquet", "--own-level", "car.json", *arguments)
+    diagnose(recordings / f"{recording}.parquet", "--baseline", "car.json", *arguments)
     (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("baseline: ")]
     assert line.startswith("baseline: car.json was not written: ")
     assert line.endswith(reason)
@@ -79,7 +79,7 @@ def test_a_baseline_that_appeared_meanwhile_is_left_as_it_is(recordings, place, 
         return real(*arguments)
 
     monkeypatch.setattr(Run, "finish", judged)
-    assert diagnose(recordings / "healthy.parquet", "--own-level", "car.json") == 0
+    assert diagnose(recordings / "healthy.parquet", "--baseline", "car.json") == 0
     assert "car.json was written by another program meanwhile and stays" in capsys.readouterr().out
     assert load_baseline("car.json") == other
 

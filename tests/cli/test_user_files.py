@@ -34,13 +34,13 @@ TEXTS = {
     "inspect --dbc": ["inspect", "LOG", "--dbc", "FILE.dbc"],
     "diagnose --vehicle": ["diagnose", "DRIVE", "--no-report", "--vehicle", "FILE.toml"],
     "diagnose --map": ["diagnose", "DRIVE", "--no-report", "--vehicle", "midsize-eps", "--map", "FILE.toml"],
-    "diagnose --own-level": [
+    "diagnose --baseline": [
         "diagnose",
         "DRIVE",
         "--no-report",
         "--vehicle",
         "midsize-eps",
-        "--own-level",
+        "--baseline",
         "FILE.json",
     ],
     "diagnose --memory": ["diagnose", "DRIVE", "--no-report", "--vehicle", "midsize-eps", "--memory", "FILE.json"],
@@ -66,7 +66,7 @@ RECORDINGS = {
         "1 per h",
     ],
 }
-LEARNS = ("diagnose --own-level", "diagnose --memory")
+LEARNS = ("diagnose --baseline", "diagnose --memory")
 """Options whose file need not be there."""
 
 

@@ -75,7 +75,7 @@ def test_every_variant_declares_its_decisions(case):
         assert decision.distance
         assert decision.source
         assert decision.rule_told
-        # What is designed or counted has figures; what no sound part does may have none, and says so.
+        # What is designed or counted has figures; what no fault-free part does may have none, and says so.
         counted = decision.mean_time_between_false_alarms or decision.demonstrated
         assert counted or (isinstance(decision.rule, OwnRule) and "nothing observed" in decision.false_alarms_told)
 

@@ -71,7 +71,7 @@ SWITCH = Switchover(GRAPH, (2.0, 2.0, 0.1), FADE, SAMPLE_TIME)
 
 
 def driven(count, **columns):
-    """Outputs over `count` samples; columns as "left_faulty", all else sound at 10, 20, 0.5, substitutes beside it."""
+    """Outputs over `count` samples; columns as "left_faulty", all else without fault at 10, 20, 0.5."""
     usual = {
         "left": (10.0, 0.0, 10.3, 9.0),
         "right": (20.0, 0.0, 20.2, 22.0),
@@ -88,7 +88,7 @@ def after(count, start, value, before=0.0):
     return np.where(np.arange(count) >= start, value, before)
 
 
-def test_sound_sensors_are_passed_through():
+def test_fault_free_sensors_are_passed_through():
     substituted = driven(5)
     assert np.all(substituted["left.value"] == 10.0)
     assert np.all(substituted["left.source"] == SENSOR)
@@ -130,7 +130,7 @@ def test_with_nothing_left_the_last_value_is_held_and_grows_uncertain():
     assert grown == pytest.approx(0.1 * 40 * SAMPLE_TIME)
 
 
-def test_a_missing_sample_of_a_sound_sensor_is_supplied_like_a_lost_one():
+def test_a_missing_sample_of_a_fault_free_sensor_is_supplied_like_a_lost_one():
     measured = np.full(30, 10.0)
     measured[10] = NAN
     substituted = driven(30, left__measured=measured)

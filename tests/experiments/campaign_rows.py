@@ -4,7 +4,7 @@ import math
 
 from tierod.experiments.figures import Moments
 from tierod.experiments.judged import Judged
-from tierod.experiments.rows import SOUND, Row
+from tierod.experiments.rows import FAULT_FREE, Row
 
 
 def judged(outcome="quiet", **changes):
@@ -30,25 +30,25 @@ def judged(outcome="quiet", **changes):
         "seconds": 600.0,
         "enabled_s": 300.0,
         "judged_s": 480.0,
-        "sound_s": 300.0 if faulty else 600.0,
-        "sound_judged_s": 240.0 if faulty else 480.0,
-        "truth_sound": 4.0,
+        "fault_free_s": 300.0 if faulty else 600.0,
+        "fault_free_judged_s": 240.0 if faulty else 480.0,
+        "truth_fault_free": 4.0,
         "truth_faulty": 8.0 if faulty else math.nan,
-        "errors_sound": Moments(100, 0.1, 4.0),
+        "errors_fault_free": Moments(100, 0.1, 4.0),
         "errors_faulty": Moments(100, -0.3, 4.0) if faulty else Moments(),
         "area": 1.0 if faulty else math.nan,
-        "estimates_sound": (3.9, 4.1, 4.3),
+        "estimates_fault_free": (3.9, 4.1, 4.3),
         "estimates_faulty": (7.5, 7.7, 7.9) if faulty else (),
     }
     return Judged(**values | changes)
 
 
-def row(seed=1, fault=SOUND, size="", outcome="driven", monitor="friction", reason="", came=True, **judgement):
+def row(seed=1, fault=FAULT_FREE, size="", outcome="driven", monitor="friction", reason="", came=True, **judgement):
     """A row of a drive; `judgement` makes what was judged."""
     place = {"vehicle": "car", "fault": fault, "size": str(size), "seed": str(seed)}
-    windows = [] if fault == SOUND else [{"start": 300.0 if came else None, "end": 600.0 if came else None}]
+    windows = [] if fault == FAULT_FREE else [{"start": 300.0 if came else None, "end": 600.0 if came else None}]
     drive = {"outcome": outcome, "reason": reason, "recording": None, "windows": windows, "last_good_s": None}
     if outcome != "driven" or reason:
         return Row(place, drive, monitor, None, reason)
-    verdict = judgement.pop("verdict", "quiet" if fault == SOUND else "found")
+    verdict = judgement.pop("verdict", "quiet" if fault == FAULT_FREE else "found")
     return Row(place, drive, monitor, judged(verdict, **judgement))

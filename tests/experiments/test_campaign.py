@@ -38,7 +38,7 @@ sizes = [6.0, 8.0]
 [[monitors]]
 monitor = "friction"
 vehicle = "midsize-eps"
-own_level = "first sound drive"
+baseline = "first fault-free drive"
 
 [[gates]]
 figure = "missed_share"
@@ -66,7 +66,7 @@ def refusal(folder, text):
 def test_every_point_becomes_a_scenario_with_its_changes_faults_and_seed(folder):
     made = campaign(folder)
     assert made.axes == {
-        "friction": ["3", "4 N*m"], "fault": ["sound", "step"], "size": ["", "6", "8"], "seed": ["1", "2"],
+        "friction": ["3", "4 N*m"], "fault": ["fault_free", "step"], "size": ["", "6", "8"], "seed": ["1", "2"],
     }  # fmt: skip
     assert made.hours == pytest.approx(12 * 30.0 / 3600.0)
     cells = {tuple(cell.point.place.values()): cell for cell in made.plan.cells}
@@ -74,7 +74,7 @@ def test_every_point_becomes_a_scenario_with_its_changes_faults_and_seed(folder)
     assert (cell.scenario.seed, cell.scenario.duration) == (2, 30.0)
     assert cell.scenario.car.steering.friction.level == 4.0
     assert [fault.name for fault in cell.scenario.faults] == ["step"]
-    assert cells["3", "sound", "", "1"].scenario.car.steering.friction.level == 3.0
+    assert cells["3", "fault_free", "", "1"].scenario.car.steering.friction.level == 3.0
     assert len({cell.key for cell in made.plan.cells}) == 12
 
 
@@ -86,13 +86,13 @@ def test_the_text_of_a_drive_is_a_scenario_of_its_own(folder):
         assert getattr(again, name) == getattr(cell.scenario, name)
 
 
-def test_teachers_are_the_first_sound_drives_of_the_same_car(folder):
+def test_teachers_are_the_first_fault_free_drives_of_the_same_car(folder):
     made = campaign(folder)
     taught = {tuple(cell.point.place.values()): cell.teacher for cell in made.plan.cells}
     numbers = {place: number for number, place in enumerate(taught)}
-    assert taught["3", "sound", "", "1"] is None
-    assert taught["4 N*m", "step", "8", "2"] == numbers["3", "sound", "", "2"]
-    assert taught["4 N*m", "sound", "", "1"] == numbers["3", "sound", "", "1"]
+    assert taught["3", "fault_free", "", "1"] is None
+    assert taught["4 N*m", "step", "8", "2"] == numbers["3", "fault_free", "", "2"]
+    assert taught["4 N*m", "fault_free", "", "1"] == numbers["3", "fault_free", "", "1"]
 
 
 def test_keys_know_all_that_decides(folder):
@@ -126,15 +126,15 @@ def test_keys_know_all_that_decides(folder):
         ('"friction"\nvehicle', '"fricton"\nvehicle', 21, "no monitor 'fricton'; did you mean 'friction'?"),
         ('vehicle = "midsize-eps"', 'vehicle = "midsize"', 22, "did you mean 'midsize-eps'?"),
         ('vehicle = "midsize-eps"', 'vehicle = "midsize-eps"\nvariant = "refind"', 23, "did you mean 'refined'"),
-        ('own_level = "first sound drive"', 'own_level = "learnt"', 23, "not among none, first sound drive"),
+        ('baseline = "first fault-free drive"', 'baseline = "learnt"', 23, "not among none, first fault-free drive"),
         ('same_car = ["seed"]', 'same_car = ["sed"]', 5, "'sed' is no axis of cars; did you mean 'seed'?"),
-        ('same_car = ["seed"]', 'same_car = ["seed"]\nexclude = [{ fault = "sound", seed = 2 }]', 5,
+        ('same_car = ["seed"]', 'same_car = ["seed"]\nexclude = [{ fault = "fault-free", seed = 2 }]', 5,
          "no fault-free drive of the same car (seed 2)"),
         ('same_car = ["seed"]\n', "", None, "'same_car' is missing"),
         ('"missed_share"', '"missed_shar"', 26, "no figure is called 'missed_shar'; did you mean 'missed_share'"),
         ('"<= 0.1"', '"< 0.1"', 27, "'< 0.1' is no goal"),
         ("{ size = 8.0 }", "{ siz = 8 }", 28, "no axis is called 'siz'; did you mean 'size'?"),
-        ("{ size = 8.0 }", '{ size = 8.0, fault = "sound" }', 28, "no cell of the matrix is there"),
+        ("{ size = 8.0 }", '{ size = 8.0, fault = "fault-free" }', 28, "no cell of the matrix is there"),
         ("{ size = 8.0 }", '{ size = 8.0 }\nmonitor = "other"', 29, "no monitor is called 'other'"),
     ],
 )  # fmt: skip
@@ -184,6 +184,6 @@ def test_the_file_of_the_documentation_is_a_campaign(tmp_path):
     made = from_document(Document.parse(text, tmp_path / "c.toml"))
     places = [cell.point.place for cell in made.plan.cells]
     assert list(places[0]) == ["car", "route", "tyres", "fault", "size", "seed"]
-    # Two cars, routes, tyres; five seeds: sound, three sizes, the lost signal of one car; twenty more seeds of sound.
+    # Two cars, routes, tyres; five seeds: fault-free, three sizes, the lost signal of one car; twenty more fault-free.
     assert len(places) == 8 * 5 * 4 + 4 * 5 + 8 * 20
     assert len({cell.key for cell in made.plan.cells}) == len(places)

@@ -21,7 +21,7 @@ def folder(path, rows):
 
 def campaign(path, seconds, bias, **more):
     faulty = [
-        row(seed, **STEP, detection_s=seconds + seed, detection_enabled_s=seed, errors_sound=Moments(9, bias, 1.0),
+        row(seed, **STEP, detection_s=seconds + seed, detection_enabled_s=seed, errors_fault_free=Moments(9, bias, 1.0),
             errors_faulty=Moments(9, bias, 1.0), **more)
         for seed in range(8)
     ]  # fmt: skip

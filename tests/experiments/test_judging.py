@@ -44,7 +44,7 @@ class Scripted:
 
 
 def judged(course, final, fault=None, settling=0.0, truth=1.0):
-    variant = Variant("v", "", "", lambda vehicle, rate, own_level: Scripted(course, final))
+    variant = Variant("v", "", "", lambda vehicle, rate, baseline: Scripted(course, final))
     monitor = Monitor("m", "", "", "", ("vehicle_speed",), (), 10.0, 1.0, 0.5, {"v": variant}, "v")
     time = np.arange(1000) / 10.0
     channels = [
@@ -63,7 +63,7 @@ def test_a_quiet_drive():
     assert (found.status, found.outcome, found.false_alarms) == ("healthy", "quiet", 0)
     assert found.seconds == pytest.approx(100.0)
     assert (found.enabled_s, found.judged_s) == pytest.approx((50.0, 80.0))
-    assert (found.sound_s, found.sound_judged_s) == pytest.approx((100.0, 80.0))
+    assert (found.fault_free_s, found.fault_free_judged_s) == pytest.approx((100.0, 80.0))
     assert math.isnan(found.detection_s)
     assert found.errors_faulty.count == 0
 
@@ -74,7 +74,7 @@ def test_a_fault_that_is_found():
     assert (found.detection_s, found.fault_s) == pytest.approx((5.0, 15.0))
     assert found.detection_enabled_s == pytest.approx(3.0, abs=0.11)
     assert found.false_alarms == 0
-    assert (found.sound_s, found.sound_judged_s) == pytest.approx((60.0, 40.0))
+    assert (found.fault_free_s, found.fault_free_judged_s) == pytest.approx((60.0, 40.0))
 
 
 def test_an_alarm_before_the_fault_is_false_and_is_no_detection_while_it_stands():
@@ -113,15 +113,15 @@ def test_errors_are_those_of_settled_estimates_while_the_monitor_judges():
     found = judged(QUIET, HEALTHY, Window(60.0, math.inf), settling=5.0)
     time = np.arange(1000) / 10.0
     estimate = 1.0 + 0.1 * np.sin(time)
-    sound = estimate[(time >= 20.0) & (time < 60.0)] - 1.0
-    assert found.errors_sound.count == 400
-    assert found.errors_sound.mean == pytest.approx(sound.mean())
-    assert found.errors_sound.deviation == pytest.approx(sound.std())
+    fault_free = estimate[(time >= 20.0) & (time < 60.0)] - 1.0
+    assert found.errors_fault_free.count == 400
+    assert found.errors_fault_free.mean == pytest.approx(fault_free.mean())
+    assert found.errors_fault_free.deviation == pytest.approx(fault_free.std())
     # Enabled every second second: five enabled seconds after 60 s are over at 69 s.
     assert found.errors_faulty.count == pytest.approx(310, abs=1)
     assert found.errors_faulty.mean == pytest.approx(-2.0, abs=0.05)
-    assert (found.truth_sound, found.truth_faulty) == pytest.approx((1.0, 3.0))
-    assert len(found.estimates_sound) == 8
+    assert (found.truth_fault_free, found.truth_faulty) == pytest.approx((1.0, 3.0))
+    assert len(found.estimates_fault_free) == 8
 
 
 def test_a_judgement_survives_json():
@@ -139,15 +139,15 @@ def test_the_friction_monitor_finds_a_step_and_its_size():
     )
     assert found.outcome == "found"
     assert 0.0 < found.detection_enabled_s < found.detection_s < found.fault_s < 200.0
-    assert found.errors_sound.mean == pytest.approx(0.0, abs=0.6)
+    assert found.errors_fault_free.mean == pytest.approx(0.0, abs=0.6)
     assert found.errors_faulty.mean == pytest.approx(0.0, abs=0.8)
-    assert (found.truth_sound, found.truth_faulty) == pytest.approx((4.0, 8.0), abs=0.01)
+    assert (found.truth_fault_free, found.truth_faulty) == pytest.approx((4.0, 8.0), abs=0.01)
     assert found.area == 1.0
-    assert found.ratio == pytest.approx(found.value / (4.0 + found.errors_sound.mean), rel=0.1)
+    assert found.ratio == pytest.approx(found.value / (4.0 + found.errors_fault_free.mean), rel=0.1)
     assert learnt is None
 
 
-def test_a_sound_drive_teaches_the_own_level():
+def test_a_fault_free_drive_teaches_the_baseline():
     found, learnt = judge(drive(minutes=8.0, seed=3), find("friction"), load("midsize-eps"), None, None, 50.0)
     assert (found.outcome, found.status) == ("quiet", "healthy")
     assert learnt.value == pytest.approx(4.0, abs=0.8)

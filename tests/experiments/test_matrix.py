@@ -17,7 +17,7 @@ MONITORS = """
 [[monitors]]
 monitor = "friction"
 vehicle = "midsize-eps"
-own_level = "none"
+baseline = "none"
 """
 AXES = """
 [axes.car]
@@ -47,7 +47,8 @@ def test_the_product_of_all_axes_with_faults_and_seeds_innermost():
     assert len(found) == 2 * 2 * 3 * 2
     assert list(found[0].place) == ["car", "tyre", "fault", "size", "seed"]
     assert [" ".join(p.place.values()) for p in found[:4]] == [
-        "small summer sound  7", "small summer sound  8", "small summer step 1.5 7", "small summer step 1.5 8",
+        "small summer fault-free  7", "small summer fault-free  8",
+        "small summer step 1.5 7", "small summer step 1.5 8",
     ]  # fmt: skip
     assert [point.seed for point in found[:2]] == [7, 8]
 
@@ -78,25 +79,25 @@ together = [{ element = "driver_torque", behaviour = "total-loss" }]
 
 def test_an_axis_sets_what_it_is_told_to():
     text = HEAD + '[axes.mass]\nset = "parameters.chassis.mass"\nvalues = [1500.0, 1600.5]\n' + MONITORS
-    assert places(text) == ["1500 sound 7", "1500 sound 8", "1600.5 sound 7", "1600.5 sound 8"]
+    assert places(text) == ["1500 fault-free 7", "1500 fault-free 8", "1600.5 fault-free 7", "1600.5 fault-free 8"]
     assert matrix(text)[0].changes({}) == {"parameters.chassis.mass": 1500.0}
 
 
 def test_cells_are_excluded_and_included():
     text = HEAD.replace("seeds = { first = 7, count = 2 }", "seeds = [1]") + """
 exclude = [{ car = "large", tyre = "winter" }, { fault = "step", size = ["1.5"], tyre = "winter" }]
-include = [{ fault = "sound", car = "small", tyre = "summer", seeds = { first = 1, count = 3 } }]
+include = [{ fault = "fault-free", car = "small", tyre = "summer", seeds = { first = 1, count = 3 } }]
 """ + AXES + MONITORS  # fmt: skip
     assert places(text) == [
-        "small summer sound 1", "small summer step 1.5 1", "small summer step 4 N*m 1",
-        "small winter sound 1", "small winter step 4 N*m 1",
-        "large summer sound 1", "large summer step 1.5 1", "large summer step 4 N*m 1",
-        "small summer sound 2", "small summer sound 3",
+        "small summer fault-free 1", "small summer step 1.5 1", "small summer step 4 N*m 1",
+        "small winter fault-free 1", "small winter step 4 N*m 1",
+        "large summer fault-free 1", "large summer step 1.5 1", "large summer step 4 N*m 1",
+        "small summer fault-free 2", "small summer fault-free 3",
     ]  # fmt: skip
 
 
-def test_without_faults_all_drives_are_sound():
-    assert places(HEAD + MONITORS) == ["sound 7", "sound 8"]
+def test_without_faults_all_drives_are_fault_free():
+    assert places(HEAD + MONITORS) == ["fault-free 7", "fault-free 8"]
 
 
 @pytest.mark.parametrize(
@@ -107,14 +108,14 @@ def test_without_faults_all_drives_are_sound():
         (HEAD + "[axes.mass]\nvalues = [1]\nlevels = { a = {} }\n", 5, "either values or levels"),
         (HEAD + "[axes.mass]\nset = 'm'\nlevels = { a = {} }\n", 5, "'set' belongs to values"),
         (HEAD + "[axes.mass]\nvalues = [1,\n 1]\n", 7, "two levels '1'"),
-        (HEAD + "[faults.sound]\nelement = 'yaw_rate'\n", 5, "cannot be called 'sound'"),
+        (HEAD + "[faults.fault-free]\nelement = 'yaw_rate'\n", 5, "cannot be called 'fault-free'"),
         (HEAD + "[faults.step]\nsizes = []\n", 5, "'sizes' is a list"),
         (HEAD + "[faults.step]\nsize = 1\nsizes = [1]\n", 6, "say the same"),
         (HEAD + "[faults.step]\nelement = 'yaw_rate'\nbehaviour = 'ofset'\n", 7, "did you mean 'offset' or 'noise'?"),
-        (HEAD + "sound = false\n", 5, "the matrix is empty"),
-        (HEAD + "exclude = [{ fault = 'sound' }]\n", 5, "every cell of the matrix is excluded"),
-        (HEAD + "exclude = [{ faul = 'sound' }]\n", 5, "no axis is called 'faul'; did you mean 'fault'?"),
-        (HEAD + "include = [\n{ fault = 'soun' }]\n", 6, "no level 'soun'; did you mean 'sound'?"),
+        (HEAD + "fault-free = false\n", 5, "the matrix is empty"),
+        (HEAD + "exclude = [{ fault = 'fault-free' }]\n", 5, "every cell of the matrix is excluded"),
+        (HEAD + "exclude = [{ faul = 'fault-free' }]\n", 5, "no axis is called 'faul'; did you mean 'fault'?"),
+        (HEAD + "include = [\n{ fault = 'soun' }]\n", 6, "no level 'soun'; did you mean 'fault-free'?"),
         (HEAD + "exclude = [{ seed = 7 }, { seed = 7 }]\n", 5, "no cell is left that this excludes"),
         (HEAD.replace("{ first = 7, count = 2 }", "[1, 1]"), 4, "seeds are whole numbers"),
         (HEAD.replace("{ first = 7, count = 2 }", "[]"), 4, "seeds are whole numbers"),

@@ -14,7 +14,7 @@ FOUND = {"fault": "step", "size": 4}
 def test_detection_times_keep_what_was_missed_and_leave_out_what_was_early():
     rows = [row(seed, **FOUND, detection_s=float(seed), detection_enabled_s=0.5 * seed) for seed in range(1, 20)]
     found = pool([*rows, row(20, **FOUND, verdict="missed"), row(21, **FOUND, verdict="early", false_alarms=1)])
-    assert (found.faulty, found.found, found.missed, found.early, found.sound) == (21, 19, 1, 1, 0)
+    assert (found.faulty, found.found, found.missed, found.early, found.fault_free) == (21, 19, 1, 1, 0)
     assert found.missed_share == pytest.approx(1 / 20)
     assert (found.detection_median_s, found.detection_p95_s, found.detection_worst_s) == (10.0, 19.0, math.inf)
     assert found.detection_enabled_median_s == 5.0
@@ -29,8 +29,8 @@ def test_a_fault_that_was_never_judged_is_not_found():
 
 def test_false_alarms_are_counted_over_the_hours_that_were_judged():
     quiet = pool([row(seed) for seed in range(30)])
-    assert quiet.sound_hours == pytest.approx(5.0)
-    assert quiet.sound_judged_hours == pytest.approx(4.0)
+    assert quiet.fault_free_hours == pytest.approx(5.0)
+    assert quiet.fault_free_judged_hours == pytest.approx(4.0)
     assert quiet.false_alarm_rate == 0.0
     assert quiet.false_alarm_bound == pytest.approx(-math.log(0.05) / 4.0)
     noisy = pool([row(1, verdict="false alarm", false_alarms=2), row(2, **FOUND, false_alarms=1)])
@@ -40,26 +40,26 @@ def test_false_alarms_are_counted_over_the_hours_that_were_judged():
 
 def test_errors_are_pooled_over_samples_and_the_worst_drive_is_told():
     found = pool([row(1), row(2, **FOUND)])
-    assert found.bias_sound == pytest.approx(0.1)
+    assert found.bias_fault_free == pytest.approx(0.1)
     assert found.bias_faulty == pytest.approx(-0.3)
     assert found.bias == pytest.approx((0.1 * 200 - 0.3 * 100) / 300)
-    assert found.deviation_sound == pytest.approx(0.2)
+    assert found.deviation_fault_free == pytest.approx(0.2)
     assert found.largest_bias == pytest.approx(0.1)
 
 
 def test_areas_between_drives_and_within_them():
-    sound, faulty = [row(1, value=4.0), row(2, value=9.0)], [row(1, **FOUND), row(2, **FOUND, area=0.9)]
-    assert pool(faulty, sound).area == 0.5
-    assert pool(sound + faulty).area == 0.5
-    assert pool(faulty, sound).smallest_area == 0.9
+    fault_free, faulty = [row(1, value=4.0), row(2, value=9.0)], [row(1, **FOUND), row(2, **FOUND, area=0.9)]
+    assert pool(faulty, fault_free).area == 0.5
+    assert pool(fault_free + faulty).area == 0.5
+    assert pool(faulty, fault_free).smallest_area == 0.9
     assert math.isnan(pool(faulty).area)
-    assert math.isnan(pool(sound).smallest_area)
+    assert math.isnan(pool(fault_free).smallest_area)
 
 
 def test_drives_that_failed_are_counted_and_nothing_else_is_made_of_them():
     rows = [row(1, outcome="diverged", reason="no longer finite"), row(2, reason="no yaw rate"), row(3)]
     found = pool([*rows, row(4, outcome="failed", reason="no tyre")])
-    assert (found.drives, found.diverged, found.failed, found.sound) == (4, 1, 2, 1)
+    assert (found.drives, found.diverged, found.failed, found.fault_free) == (4, 1, 2, 1)
     assert found.enabled_share == 0.5
     assert found.judged_share == 0.8
 
@@ -74,12 +74,17 @@ def test_nothing_comes_of_nothing():
 
 def test_the_confusion_of_states():
     rows = [row(1), row(2), row(3, verdict="not judged"), row(1, **FOUND), row(2, outcome="diverged", **FOUND)]
-    assert confusion(rows) == {"sound": {"healthy": 2, "not ready": 1}, "step 4": {"fault": 1, "no verdict": 1}}
+    assert confusion(rows) == {"fault_free": {"healthy": 2, "not ready": 1}, "step 4": {"fault": 1, "no verdict": 1}}
 
 
 def test_boxes_of_estimates_by_state():
-    sound, faulty = boxes([row(1), row(1, **FOUND), row(2, outcome="diverged")])
-    assert (sound.state, sound.truth, sound.estimates, sound.median) == ("sound", 4.0, 6, pytest.approx(4.1))
+    fault_free, faulty = boxes([row(1), row(1, **FOUND), row(2, outcome="diverged")])
+    assert (fault_free.state, fault_free.truth, fault_free.estimates, fault_free.median) == (
+        "fault_free",
+        4.0,
+        6,
+        pytest.approx(4.1),
+    )
     assert (faulty.state, faulty.truth, faulty.estimates, faulty.median) == ("step 4", 8.0, 3, pytest.approx(7.7))
     assert faulty.bias == pytest.approx(-0.3)
 
@@ -91,7 +96,7 @@ def test_rows_are_chosen_by_levels():
     assert matching(rows, {"tyre": "winter"}) == []
 
 
-def test_a_drive_whose_fault_never_came_is_a_sound_one():
+def test_a_drive_whose_fault_never_came_is_a_fault_free_one():
     found = row(1, **FOUND, came=False, verdict="quiet")
-    assert (found.faulty, found.given) == (False, "sound")
-    assert (pool([found]).sound, pool([found]).faulty) == (1, 0)
+    assert (found.faulty, found.given) == (False, "fault_free")
+    assert (pool([found]).fault_free, pool([found]).faulty) == (1, 0)

@@ -14,7 +14,7 @@ from tierod.proving_ground import drive
 
 
 @pytest.fixture(scope="module")
-def sound():
+def fault_free():
     return drive(minutes=4.0, seed=2)
 
 
@@ -24,8 +24,8 @@ def scaled(recording: Recording, name: str, factor: float) -> Recording:
 
 @pytest.mark.parametrize("factor", [1.0, -1.0, 0.8, 1.25])
 @pytest.mark.parametrize("name", NAMES)
-def test_signs_and_gains_are_no_matter_of_units(sound, name, factor):
-    assert turn_warnings(scaled(sound, name, factor)) == ()
+def test_signs_and_gains_are_no_matter_of_units(fault_free, name, factor):
+    assert turn_warnings(scaled(fault_free, name, factor)) == ()
 
 
 @pytest.mark.parametrize(
@@ -37,26 +37,28 @@ def test_signs_and_gains_are_no_matter_of_units(sound, name, factor):
         ("lateral_acceleration", 1.0 / 9.81, "at least one of them is not what it says"),
     ],
 )
-def test_a_wrong_unit_is_told(sound, name, factor, sentence):
-    (warning,) = turn_warnings(scaled(sound, name, factor))
+def test_a_wrong_unit_is_told(fault_free, name, factor, sentence):
+    (warning,) = turn_warnings(scaled(fault_free, name, factor))
     assert sentence in warning
 
 
-def test_a_wrong_unit_stands_beside_the_verdict(sound):
-    finding = diagnose(scaled(sound, "vehicle_speed", 3.6), "midsize-eps").findings[0]
+def test_a_wrong_unit_stands_beside_the_verdict(fault_free):
+    finding = diagnose(scaled(fault_free, "vehicle_speed", 3.6), "midsize-eps").findings[0]
     assert [warning for warning in finding.warnings if "km/h taken for m/s" in warning]
 
 
-def test_where_nothing_turns_or_is_known_nothing_is_said(sound):
-    straight = {name: dataclasses.replace(sound[name], values=0.01 * sound[name].values) for name in NAMES[1:]}
-    assert turn_warnings(sound.with_channels(straight.values())) == ()
-    assert turn_warnings(sound.slice(0.0, 5.0)) == ()
-    assert turn_warnings(sound.slice(0.0, 0.5)) == ()
-    assert turn_warnings(Recording({"yaw_rate": sound["yaw_rate"]})) == ()
+def test_where_nothing_turns_or_is_known_nothing_is_said(fault_free):
+    straight = {
+        name: dataclasses.replace(fault_free[name], values=0.01 * fault_free[name].values) for name in NAMES[1:]
+    }
+    assert turn_warnings(fault_free.with_channels(straight.values())) == ()
+    assert turn_warnings(fault_free.slice(0.0, 5.0)) == ()
+    assert turn_warnings(fault_free.slice(0.0, 0.5)) == ()
+    assert turn_warnings(Recording({"yaw_rate": fault_free["yaw_rate"]})) == ()
     rng = np.random.default_rng(1)
-    noise = sound["yaw_rate"]
+    noise = fault_free["yaw_rate"]
     unrelated = Channel("yaw_rate", noise.time, rng.normal(0.0, 10.0, len(noise.time)), "rad/s")
-    assert turn_warnings(sound.with_channels([unrelated])) == ()
+    assert turn_warnings(fault_free.with_channels([unrelated])) == ()
 
 
 def test_a_car_whose_units_nobody_wrote_down():

@@ -16,13 +16,13 @@ def at(**given):
     return RollingCar.State(**{**dict.fromkeys(RollingCar.State._fields, 0.0), **given})
 
 
-def sound(**changes):
+def fault_free(**changes):
     return replace(CAR, **{**TRUE, **changes})
 
 
 def test_on_a_circle_every_wheel_rolls_as_fast_as_its_own_circle_is_long():
     speed, radius = 6.0, 12.0
-    car = sound()
+    car = fault_free()
     seen = RollingCar.output(at(speed=speed, yaw_rate=speed / radius), (), car)
     half = 0.5 * car.track_width
     assert seen.wheel_speed_rear_left == pytest.approx(speed * (radius - half) / radius)
@@ -32,7 +32,7 @@ def test_on_a_circle_every_wheel_rolls_as_fast_as_its_own_circle_is_long():
 
 
 def test_the_wheel_is_turned_by_geometry_at_a_crawl_and_by_understeer_on_top_when_it_is_fast():
-    car = sound()
+    car = fault_free()
     base = car.front_distance + car.rear_distance
     slow = RollingCar.output(at(speed=1.5, yaw_rate=1.5 / 10.0), (), car)
     assert slow.steering_wheel_angle * car.steering_ratio == pytest.approx(np.arctan(base / 10.0), rel=0.01)
@@ -44,7 +44,7 @@ def test_the_wheel_is_turned_by_geometry_at_a_crawl_and_by_understeer_on_top_whe
 
 
 def test_the_steering_leads_the_yaw_rate():
-    car = sound(turn_in=0.2)
+    car = fault_free(turn_in=0.2)
     turning = RollingCar.output(at(speed=10.0, yaw_acceleration=0.5), (), car).steering_wheel_angle
     steady = RollingCar.output(at(speed=10.0, yaw_rate=0.1), (), car).steering_wheel_angle
     assert turning == pytest.approx(steady)

@@ -37,7 +37,7 @@ def changed(recording: Recording, name: str, **fields) -> Recording:
 
 
 @pytest.mark.parametrize(("monitor", "variant"), VARIANTS)
-def test_every_variant_says_something_sound_of_a_healthy_drive(healthy, monitor, variant):
+def test_every_variant_says_something_fault_free_of_a_healthy_drive(healthy, monitor, variant):
     diagnosis = diagnose(healthy, "midsize-eps", monitor, variant)
     finding = diagnosis.findings[0]
     assert finding.status in (Status.HEALTHY, Status.NOT_ENABLED, Status.NOT_READY), finding.headline
@@ -78,7 +78,7 @@ def test_the_baseline_dates_a_fault_to_the_window_it_begins_in(seed):
 def test_a_value_that_is_withheld_is_shown_nowhere(healthy):
     diagnosis = diagnose(healthy.slice(0.0, 60.0), "midsize-eps")
     assert diagnosis.findings[0].estimate is None
-    assert not {"friction_torque", "friction_torque_standard_deviation", "ratio_to_own_level"} & set(diagnosis.traces)
+    assert not {"friction_torque", "friction_torque_standard_deviation", "ratio_to_baseline"} & set(diagnosis.traces)
     assert {"enabled", "nis", "driver_torque"} <= set(diagnosis.traces)
     assert diagnosis.histograms == diagnosis.loops == {}
     assert "withheld" in diagnosis.remarks["estimate"]

@@ -21,9 +21,9 @@ from tierod.vehicles import load
 )
 def test_the_increase_over_the_unfaulted_loop_is_found(tmp_path, support, added, status):
     level, hoist = tmp_path / "level.json", support == "hoist"
-    diagnose(lock_to_lock(4.0, hoist, seed=1), "midsize-eps", "hysteresis", support, own_level=level)
+    diagnose(lock_to_lock(4.0, hoist, seed=1), "midsize-eps", "hysteresis", support, baseline=level)
     test = lock_to_lock(4.0 + added, hoist, seed=2)
-    finding = diagnose(test, "midsize-eps", "hysteresis", support, own_level=level).findings[0]
+    finding = diagnose(test, "midsize-eps", "hysteresis", support, baseline=level).findings[0]
     assert finding.evidence["increase_Nm"] == pytest.approx(added, abs=0.3)
     assert finding.status is status
 
@@ -42,7 +42,7 @@ def test_on_the_ground_nothing_can_be_said_without_the_unfaulted_loop():
     finding = diagnose(lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "ground").findings[0]
     assert finding.status is Status.NOT_TESTABLE
     assert "scrub" in finding.cause
-    assert "--own-level" in finding.action
+    assert "--baseline" in finding.action
 
 
 def test_a_drive_is_no_lock_to_lock_test():
@@ -69,7 +69,7 @@ def test_without_a_noticeable_friction_nothing_is_suspected():
 def test_the_limits_of_an_own_loop_lie_as_far_above_it_as_those_of_the_vehicle():
     own = Baseline("midsize-eps", "hysteresis, ground", 28.8, 0.1, "N*m", 60.0)
     finding = diagnose(
-        lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "ground", own_level=own, spread=False
+        lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "ground", baseline=own, spread=False
     ).findings[0]
     assert finding.estimate.reference == {
         "unfaulted": 28.8,
@@ -88,7 +88,7 @@ def test_what_may_be_chance_is_suspect_and_no_fault():
     # against a nominal friction of 4.0 ± 0.5 N·m, one more N·m is no proof
     finding = diagnose(lock_to_lock(5.0, hoist=True), "midsize-eps", "hysteresis", "hoist").findings[0]
     assert finding.status is Status.SUSPECT
-    assert "--own-level" in finding.action
+    assert "--baseline" in finding.action
     assert finding.evidence["increase_standard_deviation_Nm"] > 0.5
 
 
@@ -104,10 +104,10 @@ def torques(recording, driver=1.0, motor=1.0):
 
 @pytest.mark.parametrize("support", MONITORS["hysteresis"].variants)
 @pytest.mark.parametrize("factors", [{"driver": 2.0}, {"driver": 0.5}, {"motor": 2.0}, {"motor": 0.5}])
-def test_a_gain_of_one_torque_is_named_and_learnt_by_no_own_level(tmp_path, support, factors):
+def test_a_gain_of_one_torque_is_named_and_learnt_by_no_baseline(tmp_path, support, factors):
     level, hoist = tmp_path / "level.json", support == "hoist"
     test = torques(lock_to_lock(4.0, hoist, seed=1), **factors)
-    finding = diagnose(test, "midsize-eps", "hysteresis", support, own_level=level).findings[0]
+    finding = diagnose(test, "midsize-eps", "hysteresis", support, baseline=level).findings[0]
     assert any("driver_torque or motor_torque has a wrong gain" in warning for warning in finding.warnings)
     assert finding.status is (Status.SUSPECT if hoist else Status.NOT_TESTABLE)
     assert not level.exists()

@@ -128,20 +128,20 @@ def test_an_item_of_a_tuple_of_parameters_changes_while_driving():
     friction = replace(CAR.steering.friction, law=MaxwellSlip())
     car = replace(CAR, steering=replace(CAR.steering, friction=friction))
     fault = Fault("steering.friction.law.shares.0", Jump(0.0), AtTime(2.0))
-    sound, slack = (run(car, Turn(), sensors=IDEAL, faults=faults).recording for faults in ((), [fault]))
+    fault_free, slack = (run(car, Turn(), sensors=IDEAL, faults=faults).recording for faults in ((), [fault]))
     torque = slack["truth_friction_resistance"]
     early = torque.time < 2.0 - 1e-9
-    assert np.array_equal(torque.values[early], sound["truth_friction_resistance"].values[early])
-    assert not np.array_equal(torque.values, sound["truth_friction_resistance"].values)
+    assert np.array_equal(torque.values[early], fault_free["truth_friction_resistance"].values[early])
+    assert not np.array_equal(torque.values, fault_free["truth_friction_resistance"].values)
 
 
 def test_a_fault_of_a_signal_that_the_car_reads_changes_the_drive():
     course = SineSteer(name="weave", speed=20.0, periods=3)
-    sound = run(CAR, course, sensors=IDEAL).recording
+    fault_free = run(CAR, course, sensors=IDEAL).recording
     stuck = run(CAR, course, sensors=IDEAL, faults=[Fault("driver_torque", Stuck(), AtTime(5.0))]).recording
-    before = sound["motor_torque"].time < 5.0
-    assert np.array_equal(sound["motor_torque"].values[before], stuck["motor_torque"].values[before])
-    assert np.max(np.abs(sound["motor_torque"].values - stuck["motor_torque"].values)) > 0.02
+    before = fault_free["motor_torque"].time < 5.0
+    assert np.array_equal(fault_free["motor_torque"].values[before], stuck["motor_torque"].values[before])
+    assert np.max(np.abs(fault_free["motor_torque"].values - stuck["motor_torque"].values)) > 0.02
     held = stuck["driver_torque"].values[~before]
     assert np.ptp(held) == 0.0
 

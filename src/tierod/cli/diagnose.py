@@ -55,9 +55,9 @@ ChannelMap = Annotated[
 ReportPath = Annotated[
     Path | None, typer.Option("--output", "-o", help="Where the HTML report goes; beside you where not given.")
 ]
-OwnLevelPath = Annotated[
+BaselinePath = Annotated[
     Path | None,
-    typer.Option(help="File with this car's own level; written by the first healthy recording, then judged against."),
+    typer.Option(help="File with this car's baseline; written by the first healthy recording, then judged against."),
 ]
 MemoryPath = Annotated[
     Path | None,
@@ -88,7 +88,7 @@ def diagnose(
     dbc: Databases = None,
     channel_map: ChannelMap = None,
     output: ReportPath = None,
-    own_level: OwnLevelPath = None,
+    baseline: BaselinePath = None,
     memory: MemoryPath = None,
     signals: SignalsPath = None,
     spread: WithSpread = True,
@@ -105,15 +105,15 @@ def diagnose(
     what = monitor or (cars[named[0]].monitor if alone else None) or ALL
     stem = recordings[0].stem if alone else "recordings"
     target = (output or Path(f"{stem}-{what}.html")) if report else None
-    given = [*recordings, *named, *(dbc or []), channel_map, own_level, memory]
-    _refuse_what_cannot_be_written(target, signals, own_level, given)
+    given = [*recordings, *named, *(dbc or []), channel_map, baseline, memory]
+    _refuse_what_cannot_be_written(target, signals, baseline, given)
     reading = _Reading([cars[name] for name in named], dbc or None, channel_map, start, stop, spread)
     if not alone or what == ALL:
         _refuse_options_of_one(
-            {"--variant": variant, "--own-level": own_level, "--memory": memory, "--signals": signals}, alone
+            {"--variant": variant, "--baseline": baseline, "--memory": memory, "--signals": signals}, alone
         )
         return _all(recordings, None if what == ALL else what, reading, target, as_json)
-    return _one(recordings[0], what, variant, reading, target, own_level, memory, signals, as_json)
+    return _one(recordings[0], what, variant, reading, target, baseline, memory, signals, as_json)
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def _one(
     variant: str | None,
     reading: _Reading,
     target: Path | None,
-    own_level: Path | None,
+    baseline: Path | None,
     memory: Path | None,
     signals: Path | None,
     as_json: bool,
@@ -154,7 +154,7 @@ def _one(
             variant,
             dbc=reading.dbc,
             channel_map=reading.channel_map,
-            own_level=own_level,
+            baseline=baseline,
             memory=memory,
             signals=signals,
             spread=reading.spread,
@@ -284,7 +284,7 @@ def _named_in(recording: Path, dbc: list[Path] | None, channel_map: Path | None)
 
 
 def _refuse_what_cannot_be_written(
-    report: Path | None, signals: Path | None, own_level: Path | None, given: Sequence[Path | str | None]
+    report: Path | None, signals: Path | None, baseline: Path | None, given: Sequence[Path | str | None]
 ) -> None:
     """Before the memory takes the recording: judged once more, it would count twice."""
     from tierod.cli.terminal import refuse_to_overwrite
@@ -292,7 +292,7 @@ def _refuse_what_cannot_be_written(
 
     refuse_to_overwrite(report, given)
     refuse_to_overwrite(signals, [*given, report], "recording", "--signals")
-    for path in filter(None, (report, own_level)):
+    for path in filter(None, (report, baseline)):
         require_folder(path)
 
 

@@ -130,7 +130,7 @@ def _judge(choice: MonitorChoice, document: Document, location: tuple[str | int,
     except ParameterError as error:
         raise document.error((*location, "vehicle"), str(error)) from None
     label = choice.label or f"{monitor.name}, {variant.name}"
-    return Judge(label, monitor.name, variant.name, belief, choice.own_level == LEARNT)
+    return Judge(label, monitor.name, variant.name, belief, choice.baseline == LEARNT)
 
 
 def _belief(given: str, beside: Path) -> Vehicle:

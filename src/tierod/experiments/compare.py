@@ -98,11 +98,11 @@ def _compared(first: Sequence[Row], second: Sequence[Row], labels: tuple[str, st
 
 
 def _bias(judged: Judged) -> float:
-    return pooled((judged.errors_sound, judged.errors_faulty)).mean
+    return pooled((judged.errors_fault_free, judged.errors_faulty)).mean
 
 
 def _deviation(judged: Judged) -> float:
-    return pooled((judged.errors_sound, judged.errors_faulty)).deviation
+    return pooled((judged.errors_fault_free, judged.errors_faulty)).deviation
 
 
 FIGURES: dict[str, tuple[str, Callable[[Judged], float]]] = {

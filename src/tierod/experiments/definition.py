@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 
-LEARNT = "first sound drive"
+LEARNT = "first fault-free drive"
 """Baseline that a monitor judges against: learnt from the first fault-free drive of the same car."""
 
 
@@ -56,13 +56,13 @@ class MonitorChoice:
         monitor: as `tierod monitors` lists them
         vehicle: parameter set of the monitor, a name or a file
         variant: of the monitor; its default where empty
-        own_level: baseline, "none" or learnt from the "first sound drive" (fault-free) of the same car
+        baseline: baseline, "none" or learnt from the "first fault-free drive" (fault-free) of the same car
         label: how the campaign calls it; monitor and variant where empty
     """
 
     monitor: str
     vehicle: str
-    own_level: Literal["none", "first sound drive"]
+    baseline: Literal["none", "first fault-free drive"]
     variant: str = ""
     label: str = ""
 
@@ -98,7 +98,7 @@ class CampaignFile:
         axes: name -> axis, outermost first
         faults: name -> table of a fault as in a scenario, and its `sizes`, one level each; further faults that act with
             it stand in `together`; an axis of its own, with the fault-free drive before them
-        sound: whether drives without a fault belong to the matrix
+        fault_free: whether drives without a fault belong to the matrix
         exclude: axis -> level or levels: cells that are left out
         include: axis -> level or levels, and "seeds": cells that are added; axes that are not named have all levels
         same_car: axes that make a car what it is: drives that agree in them are drives of the same car
@@ -115,7 +115,7 @@ class CampaignFile:
     changes: Mapping[str, Any] = field(default_factory=dict)
     axes: Mapping[str, Axis] = field(default_factory=dict)
     faults: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    sound: bool = True
+    fault_free: bool = True
     exclude: tuple[Mapping[str, Any], ...] = ()
     include: tuple[Mapping[str, Any], ...] = ()
     same_car: tuple[str, ...] | None = None

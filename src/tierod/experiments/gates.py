@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from tierod.core.claims import Goal
 from tierod.experiments.definition import label
 from tierod.experiments.pools import Pool, pool
-from tierod.experiments.rows import FAULT, SIZE, SOUND, Row, matching
+from tierod.experiments.rows import FAULT, FAULT_FREE, SIZE, Row, matching
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ def pass_through(gate: Gate, rows: Sequence[Row]) -> Passed:
 def pool_at(rows: Sequence[Row], where: Mapping[str, object], monitor: str) -> Pool:
     """Figures of the rows at some levels; faulty drives are compared with the fault-free ones of the other levels."""
     others = {axis: level for axis, level in where.items() if axis not in (FAULT, SIZE)}
-    sound = matching(rows, {**others, FAULT: SOUND}, monitor)
-    return pool(matching(rows, where, monitor), sound)
+    fault_free = matching(rows, {**others, FAULT: FAULT_FREE}, monitor)
+    return pool(matching(rows, where, monitor), fault_free)
 
 
 def _levels(levels: object) -> str:

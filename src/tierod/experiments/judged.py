@@ -101,11 +101,11 @@ class Judged:
         fault_s, fault_enabled_s: the same to the first verdict "fault"
         false_alarms: alarms that began while no fault had acted yet
         seconds, enabled_s, judged_s: of the drive, in which the monitor learnt, and in which it judged
-        sound_s, sound_judged_s: before the fault; judged of these
-        truth_sound, truth_faulty: mean of the truth in both phases
-        errors_sound, errors_faulty: estimate less truth in both phases, settled; see `Phase`
+        fault_free_s, fault_free_judged_s: before the fault; judged of these
+        truth_fault_free, truth_faulty: mean of the truth in both phases
+        errors_fault_free, errors_faulty: estimate less truth in both phases, settled; see `Phase`
         area: under the ROC curve between estimates before and in the fault, of this drive
-        estimates_sound, estimates_faulty: settled estimates, one every few seconds
+        estimates_fault_free, estimates_faulty: settled estimates, one every few seconds
     """
 
     status: str
@@ -124,14 +124,14 @@ class Judged:
     seconds: float
     enabled_s: float
     judged_s: float
-    sound_s: float
-    sound_judged_s: float
-    truth_sound: float
+    fault_free_s: float
+    fault_free_judged_s: float
+    truth_fault_free: float
     truth_faulty: float
-    errors_sound: Moments
+    errors_fault_free: Moments
     errors_faulty: Moments
     area: float
-    estimates_sound: tuple[float, ...]
+    estimates_fault_free: tuple[float, ...]
     estimates_faulty: tuple[float, ...]
 
 

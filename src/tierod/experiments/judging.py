@@ -39,7 +39,7 @@ def judge(
     recording: Recording,
     monitor: tuple[Monitor, Variant],
     belief: Vehicle,
-    own_level: Baseline | None,
+    baseline: Baseline | None,
     fault: Window | None,
     settling: Annotated[float, "s"],
 ) -> tuple[Judged, Baseline | None]:
@@ -49,7 +49,7 @@ def judge(
         recording: measured channels, and the truth in channels prefixed `truth_`
         monitor: and its variant
         belief: parameters that the monitor assumes of the car
-        own_level: what was learnt of this car before
+        baseline: what was learnt of this car before
         fault: when it acts; None in a fault-free drive
         settling: enabled time from the start of a fault until estimates count as those of the fault [s]
 
@@ -60,7 +60,7 @@ def judge(
         TierodError: the recording is not fit for the monitor
     """
     definition = monitor[0].suited_to(recording)
-    run = Run(definition, monitor[1], belief, own_level)
+    run = Run(definition, monitor[1], belief, baseline)
     run.session = tap = _Tap(run.session)
     run.add(recording)
     finding = run.finish().findings[0]
@@ -127,32 +127,32 @@ def _judged(
     enabled = seen.traces.get("enabled", np.ones(len(seen.time))) > 0.5
     judging = during(course, seen.time, JUDGEMENTS)
     start, end = fault or Window(math.inf, math.inf)
-    sound, faulty = seen.time < start, (seen.time >= start) & (seen.time < end)
+    fault_free, faulty = seen.time < start, (seen.time >= start) & (seen.time < end)
     clock = np.asarray((np.cumsum(enabled) - enabled) * step)
     settled = faulty & (clock >= settling + float(np.interp(start, seen.time, clock, right=math.inf)))
     estimates = _Estimates(recording, seen, judging)
-    judged_at_all = bool(judging[faulty if fault else sound].any())
+    judged_at_all = bool(judging[faulty if fault else fault_free].any())
     return Judged(
         **_final(finding, seen),
         **_times(course, fault, seen.time, clock, judged_at_all),
         seconds=len(seen.time) * step,
         enabled_s=int(enabled.sum()) * step,
         judged_s=int(judging.sum()) * step,
-        sound_s=int(sound.sum()) * step,
-        sound_judged_s=int((sound & judging).sum()) * step,
-        truth_sound=estimates.truth_in(sound),
+        fault_free_s=int(fault_free.sum()) * step,
+        fault_free_judged_s=int((fault_free & judging).sum()) * step,
+        truth_fault_free=estimates.truth_in(fault_free),
         truth_faulty=estimates.truth_in(faulty),
-        errors_sound=estimates.errors_in(sound),
+        errors_fault_free=estimates.errors_in(fault_free),
         errors_faulty=estimates.errors_in(settled),
-        area=area_under_curve(estimates.values_in(sound), estimates.values_in(settled)),
-        estimates_sound=estimates.kept_in(sound, step),
+        area=area_under_curve(estimates.values_in(fault_free), estimates.values_in(settled)),
+        estimates_fault_free=estimates.kept_in(fault_free, step),
         estimates_faulty=estimates.kept_in(settled, step),
     )
 
 
 def _final(finding: Finding, seen: _Seen) -> dict[str, Any]:
     """What was said in the end."""
-    known, ratio = finding.estimate, seen.traces.get("ratio_to_own_level")
+    known, ratio = finding.estimate, seen.traces.get("ratio_to_baseline")
     return {
         "status": str(finding.status),
         "headline": finding.headline,

@@ -11,7 +11,7 @@ from typing import Any
 from tierod.core.errors import nearest
 from tierod.core.toml import Document
 from tierod.experiments.definition import CampaignFile, Seeds, label
-from tierod.experiments.rows import FAULT, SEED, SIZE, SOUND, is_at
+from tierod.experiments.rows import FAULT, FAULT_FREE, SEED, SIZE, is_at
 from tierod.proving_ground.faults import Fault, fault_of
 
 Location = tuple[str | int, ...]
@@ -87,13 +87,17 @@ def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
             Level({name: label}, changes, ("axes", name, *location)) for label, changes, location in axis.changes(name)
         ]
         axes.append(_distinct(levels, document))
-    faults = [Level({FAULT: SOUND, SIZE: ""}, {}, ("sound",))] if file.sound else []
+    faults = [Level({FAULT: FAULT_FREE, SIZE: ""}, {}, ("fault_free",))] if file.fault_free else []
     for name in file.faults:
-        if name == SOUND:
-            raise document.error(("faults", name), f"a fault cannot be called '{SOUND}', which is a drive without one")
+        if name == FAULT_FREE:
+            raise document.error(
+                ("faults", name), f"a fault cannot be called '{FAULT_FREE}', which is a drive without one"
+            )
         faults += _distinct(_sizes(file, name, document), document)
     if not faults:
-        raise document.error(("sound",), "the matrix is empty: there are no faults, and fault-free drives are left out")
+        raise document.error(
+            ("fault_free",), "the matrix is empty: there are no faults, and fault-free drives are left out"
+        )
     return [*axes, faults]
 
 

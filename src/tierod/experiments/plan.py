@@ -9,7 +9,7 @@ from typing import Any
 from tierod.experiments.fingerprint import fingerprint, ground_code, tower_code
 from tierod.experiments.judged import Window
 from tierod.experiments.matrix import Point
-from tierod.experiments.rows import FAULT, SOUND
+from tierod.experiments.rows import FAULT, FAULT_FREE
 from tierod.experiments.store import Store, slug
 from tierod.monitors.harness.session import Monitor, Variant
 from tierod.vehicles import Vehicle
@@ -64,7 +64,7 @@ class Cell:
     @property
     def faulty(self) -> bool:
         """Whether a fault is given."""
-        return self.point.place[FAULT] != SOUND
+        return self.point.place[FAULT] != FAULT_FREE
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ def teachers(points: Sequence[Point], same_car: Sequence[str]) -> list[int | Non
     first: dict[tuple[str, ...], int] = {}
     cars = [tuple(point.place[axis] for axis in same_car) for point in points]
     for number, (point, car) in enumerate(zip(points, cars, strict=True)):
-        if point.place[FAULT] == SOUND:
+        if point.place[FAULT] == FAULT_FREE:
             first.setdefault(car, number)
     found = [first.get(car, -1) for car in cars]
     return [None if teacher == number else teacher for number, teacher in enumerate(found)]

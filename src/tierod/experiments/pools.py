@@ -23,7 +23,7 @@ class Pool(NamedTuple):
         diverged: drives that did not stay finite
         failed: drives that could not be driven or judged at all
         not_judged: drives in which the monitor judged nothing of what was to be judged
-        sound, faulty: judged drives without and with a fault
+        fault_free, faulty: judged drives without and with a fault
         found: faults that raised an alarm
         missed: faults that were judged and raised none
         early: faults that came while an alarm stood already
@@ -34,12 +34,12 @@ class Pool(NamedTuple):
         detection_enabled_median_s, detection_enabled_p95_s, detection_enabled_worst_s: the same in enabled time
         fault_median_s, fault_p95_s, fault_worst_s: from the fault to the verdict "fault"
         false_alarms: alarms that began before any fault
-        sound_hours: driven before any fault
-        sound_judged_hours: judged of these
+        fault_free_hours: driven before any fault
+        fault_free_judged_hours: judged of these
         false_alarm_rate: false alarms per judged hour
         false_alarm_bound: its 95 % upper bound
         bias, deviation: of settled estimates against the truth, in the unit of the estimate
-        bias_sound, deviation_sound: before the fault, or in fault-free drives
+        bias_fault_free, deviation_fault_free: before the fault, or in fault-free drives
         bias_faulty, deviation_faulty: in the fault
         largest_bias: largest mean error of one drive, its sign dropped
         area: under the ROC curve between the last estimates of fault-free and faulty drives
@@ -51,7 +51,7 @@ class Pool(NamedTuple):
     diverged: Annotated[int, ""]
     failed: Annotated[int, ""]
     not_judged: Annotated[int, ""]
-    sound: Annotated[int, ""]
+    fault_free: Annotated[int, ""]
     faulty: Annotated[int, ""]
     found: Annotated[int, ""]
     missed: Annotated[int, ""]
@@ -68,14 +68,14 @@ class Pool(NamedTuple):
     fault_p95_s: Annotated[float, "s"]
     fault_worst_s: Annotated[float, "s"]
     false_alarms: Annotated[int, ""]
-    sound_hours: Annotated[float, "h"]
-    sound_judged_hours: Annotated[float, "h"]
+    fault_free_hours: Annotated[float, "h"]
+    fault_free_judged_hours: Annotated[float, "h"]
     false_alarm_rate: Annotated[float, "1/h"]
     false_alarm_bound: Annotated[float, "1/h"]
     bias: Annotated[float, "unit of the estimate"]
     deviation: Annotated[float, "unit of the estimate"]
-    bias_sound: Annotated[float, "unit of the estimate"]
-    deviation_sound: Annotated[float, "unit of the estimate"]
+    bias_fault_free: Annotated[float, "unit of the estimate"]
+    deviation_fault_free: Annotated[float, "unit of the estimate"]
     bias_faulty: Annotated[float, "unit of the estimate"]
     deviation_faulty: Annotated[float, "unit of the estimate"]
     largest_bias: Annotated[float, "unit of the estimate"]
@@ -85,16 +85,18 @@ class Pool(NamedTuple):
     judged_share: Annotated[float, ""]
 
 
-def pool(rows: Sequence[Row], sound: Sequence[Row] | None = None) -> Pool:
+def pool(rows: Sequence[Row], fault_free: Sequence[Row] | None = None) -> Pool:
     """The figures of a group of rows of one monitor.
 
     Args:
         rows: the group
-        sound: rows of fault-free drives that its faulty ones are compared with; those of the group itself where None
+        fault_free: fault-free drives that its faulty ones are compared with; those of the group itself where None
     """
     judged = [row.judged for row in rows if row.judged is not None]
     faulty = [row.judged for row in rows if row.judged is not None and row.faulty]
-    quiet = [row.judged for row in (rows if sound is None else sound) if row.judged is not None and not row.faulty]
+    quiet = [
+        row.judged for row in (rows if fault_free is None else fault_free) if row.judged is not None and not row.faulty
+    ]
     counted = [each for each in faulty if each.outcome != "early"]
     unseen = sum(each.outcome != "found" for each in counted)
     seconds = sum(each.seconds for each in judged)
@@ -103,7 +105,7 @@ def pool(rows: Sequence[Row], sound: Sequence[Row] | None = None) -> Pool:
         diverged=sum(row.drive["outcome"] == "diverged" for row in rows),
         failed=sum(row.judged is None and row.drive["outcome"] != "diverged" for row in rows),
         not_judged=sum(each.outcome == "not judged" for each in judged),
-        sound=len(judged) - len(faulty),
+        fault_free=len(judged) - len(faulty),
         faulty=len(faulty),
         found=sum(each.outcome == "found" for each in faulty),
         missed=sum(each.outcome == "missed" for each in faulty),
@@ -123,21 +125,21 @@ def pool(rows: Sequence[Row], sound: Sequence[Row] | None = None) -> Pool:
 
 
 def _false_alarms(judged: Sequence[Judged]) -> Any:
-    alarms, hours = sum(each.false_alarms for each in judged), sum(each.sound_judged_s for each in judged) / HOUR
+    alarms, hours = sum(each.false_alarms for each in judged), sum(each.fault_free_judged_s for each in judged) / HOUR
     return {
         "false_alarms": alarms,
-        "sound_hours": sum(each.sound_s for each in judged) / HOUR,
-        "sound_judged_hours": hours,
+        "fault_free_hours": sum(each.fault_free_s for each in judged) / HOUR,
+        "fault_free_judged_hours": hours,
         "false_alarm_rate": alarms / hours if hours > 0.0 else math.nan,
         "false_alarm_bound": rate_bound(alarms, hours) if hours > 0.0 else math.nan,
     }
 
 
 def _errors(judged: Sequence[Judged]) -> Any:
-    before = pooled(each.errors_sound for each in judged)
+    before = pooled(each.errors_fault_free for each in judged)
     within = pooled(each.errors_faulty for each in judged)
-    named = {"": pooled((before, within)), "_sound": before, "_faulty": within}
-    drives = [pooled((each.errors_sound, each.errors_faulty)) for each in judged]
+    named = {"": pooled((before, within)), "_fault_free": before, "_faulty": within}
+    drives = [pooled((each.errors_fault_free, each.errors_faulty)) for each in judged]
     found = {f"bias{part}": errors.mean for part, errors in named.items()}
     found |= {f"deviation{part}": errors.deviation for part, errors in named.items()}
     return found | {"largest_bias": max((abs(each.mean) for each in drives if each.count), default=math.nan)}
@@ -183,7 +185,9 @@ def boxes(rows: Sequence[Row]) -> list[Box]:
         each = row.judged
         if each is None:
             continue
-        parts.setdefault("sound", []).append((each.truth_sound, each.errors_sound, each.estimates_sound))
+        parts.setdefault("fault_free", []).append(
+            (each.truth_fault_free, each.errors_fault_free, each.estimates_fault_free)
+        )
         if row.faulty:
             parts.setdefault(row.given, []).append((each.truth_faulty, each.errors_faulty, each.estimates_faulty))
     return [box for state, found in parts.items() if (box := _box(state, found)) is not None]

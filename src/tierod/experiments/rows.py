@@ -9,7 +9,7 @@ from typing import Any
 from tierod.experiments.definition import label
 from tierod.experiments.judged import Judged
 
-SOUND = "sound"
+FAULT_FREE = "fault-free"
 """What a drive without a fault is called where faults have names."""
 
 FAULT, SIZE, SEED = "fault", "size", "seed"
@@ -37,13 +37,13 @@ class Row:
     @property
     def faulty(self) -> bool:
         """Whether a fault was given, and came."""
-        return self.place[FAULT] != SOUND and any(each["start"] is not None for each in self.drive["windows"])
+        return self.place[FAULT] != FAULT_FREE and any(each["start"] is not None for each in self.drive["windows"])
 
     @property
     def given(self) -> str:
-        """True state: `SOUND`, or the fault with its magnitude; `SOUND` too where the fault never came."""
+        """True state: `FAULT_FREE`, or the fault with its magnitude; `FAULT_FREE` too where the fault never came."""
         if self.drive["outcome"] == "driven" and not self.faulty:
-            return SOUND
+            return FAULT_FREE
         return " ".join(part for part in (self.place[FAULT], self.place[SIZE]) if part)
 
 

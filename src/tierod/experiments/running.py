@@ -102,7 +102,7 @@ def _lesson(plan: Plan, store: Store, cell: Cell, judge: Judge) -> Lesson:
         return Lesson()
     teacher = plan.cells[cell.teacher]
     record = plan.verdict(teacher, judge, store)
-    known = None if record is None else record["own_level"]
+    known = None if record is None else record["baseline"]
     if known is not None:
         return Lesson(Baseline(**known))
     if record is not None:

@@ -15,7 +15,7 @@ from tierod.experiments.matrix import Level, Point, with_changes
 from tierod.proving_ground import scenarios
 from tierod.proving_ground.faults import Fault
 from tierod.proving_ground.scenarios import Scenario
-from tierod.proving_ground.scenarios.scenario import require_sound
+from tierod.proving_ground.scenarios.scenario import require_fault_free
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -137,7 +137,7 @@ class Scenes:
         whole = {**content, "faults": list(tables)} if tables else content
         described = Document(whole, toml_text(whole), self.base.path)
         driven = replace(made, faults=faults, document=described)
-        require_sound(driven)
+        require_fault_free(driven)
         return driven
 
 

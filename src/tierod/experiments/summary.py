@@ -17,7 +17,7 @@ from tierod.experiments.gates import Passed, pass_through, pool_at
 from tierod.experiments.judged import from_plain
 from tierod.experiments.plan import Judge
 from tierod.experiments.pools import Pool, boxes, confusion
-from tierod.experiments.rows import FAULT, SEED, SIZE, SOUND, Row, matching
+from tierod.experiments.rows import FAULT, FAULT_FREE, SEED, SIZE, Row, matching
 from tierod.experiments.store import Store
 
 SCHEMA = "tierod.campaign/1"
@@ -94,7 +94,9 @@ def groups(summary: Summary) -> list[dict[str, str]]:
     crossed = [
         {axis: level} | fault
         for axis in wide
-        for level, fault in itertools.product(axes[axis], faults or [{FAULT: f} for f in axes[FAULT] if f != SOUND])
+        for level, fault in itertools.product(
+            axes[axis], faults or [{FAULT: f} for f in axes[FAULT] if f != FAULT_FREE]
+        )
     ]
     return [{}, *single, *faults, *crossed]
 
@@ -124,7 +126,7 @@ def document(summary: Summary, command: str = "") -> dict[str, Any]:
                 "monitor": judge.monitor,
                 "variant": judge.variant,
                 "vehicle": judge.belief.name,
-                "own_level": "first sound drive" if judge.learns else "none",
+                "baseline": "first fault-free drive" if judge.learns else "none",
             }
             for judge in campaign.plan.judges
         ],

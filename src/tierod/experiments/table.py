@@ -60,8 +60,8 @@ def read_table(path: Path) -> list[Row]:
 
 AXIS = "axis."
 _TEXTS = {"status", "headline", "cause", "unit", "outcome"}
-_LISTS = {"estimates_sound", "estimates_faulty"}
-_MOMENTS = ("errors_sound", "errors_faulty")
+_LISTS = {"estimates_fault_free", "estimates_faulty"}
+_MOMENTS = ("errors_fault_free", "errors_faulty")
 _PARTS = ("count", "mean", "squares")
 
 

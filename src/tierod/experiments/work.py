@@ -147,7 +147,7 @@ def failed(cell: Cell, reason: str, lasting: bool) -> dict[str, Any]:
 
 def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | None) -> dict[str, Any]:
     """The record of a verdict; one that cannot be made says why."""
-    record: dict[str, Any] = {"monitor": verdict.judge.label, "drive": task.cell.key, "judged": None, "own_level": None}
+    record: dict[str, Any] = {"monitor": verdict.judge.label, "drive": task.cell.key, "judged": None, "baseline": None}
     if verdict.lesson.refusal:
         return record | {"reason": verdict.lesson.refusal, "lasting": verdict.lesson.lasting}
     chosen = verdict.judge
@@ -162,7 +162,7 @@ def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | 
         text = f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
         return record | {"reason": text, "lasting": True}
     own = None if learnt is None else dataclasses.asdict(learnt)
-    return record | {"reason": "", "lasting": True, "judged": plain(judged), "own_level": own}
+    return record | {"reason": "", "lasting": True, "judged": plain(judged), "baseline": own}
 
 
 def provenance(scenario: Scenario) -> dict[str, Any]:

@@ -29,7 +29,7 @@ def diagnose(
     *,
     dbc: Any = None,
     channel_map: Any = None,
-    own_level: Baseline | str | Path | None = None,
+    baseline: Baseline | str | Path | None = None,
     memory: str | Path | None = None,
     signals: str | Path | None = None,
     spread: bool = True,
@@ -46,7 +46,7 @@ def diagnose(
         variant: name of the variant, or a variant; the monitor's default where not given, if it has one
         dbc: path(s) of CAN databases; the vehicle's own where not given
         channel_map: path of a channel map; the vehicle's own where not given
-        own_level: what was learnt of this vehicle from earlier recordings. A path of a file that does not exist yet is
+        baseline: what was learnt of this vehicle from earlier recordings. A path of a file that does not exist yet is
             written where the vehicle is healthy; an existing one is never changed, or a slow fault became part of it
         memory: path of a fault memory, which takes the recording as one operation cycle; written anew if there is none
         signals: path of a recording that takes what the monitor reads and estimates over time, at its own rate:
@@ -57,8 +57,8 @@ def diagnose(
         progress: called with the share done, 0 to 1
 
     Raises:
-        InputError: the recording cannot be read, or lacks what the monitor needs; or the own level is another vehicle's
-        OutputError: the own level, the fault memory or the signals cannot be written
+        InputError: the recording cannot be read, or lacks what the monitor needs; or the baseline is another vehicle's
+        OutputError: the baseline, the fault memory or the signals cannot be written
         ParameterError: no such vehicle, monitor or variant; none, and the recording names none; or no variant, and the
             monitor has no default
     """
@@ -66,7 +66,7 @@ def diagnose(
     named = vehicle_named_in(source, dbc, channel_map) if vehicle is None else vehicle
     car = named if isinstance(named, Vehicle) else load(named)
     definition, chosen = find(monitor or usual_monitor(car), variant)
-    known = own_level if isinstance(own_level, Baseline) else _stored(own_level)
+    known = baseline if isinstance(baseline, Baseline) else _stored(baseline)
     run = Run(definition, chosen, car, known, memory, kept, uncertain=spread)
     for place, piece in enumerate(pieces_of(source, run.needs, car, dbc, channel_map)):
         run = run if place else run.fitted(piece, asked=variant is not None or isinstance(monitor, Variant))
@@ -75,8 +75,8 @@ def diagnose(
     diagnosis = run.finish(command)
     if signals is not None and kept is not None:
         _write_signals(kept, diagnosis, run.monitor.name, signals)
-    if isinstance(own_level, str | Path):
-        diagnosis = diagnosis.remarked("baseline", _kept(run, own_level, known, diagnosis))
+    if isinstance(baseline, str | Path):
+        diagnosis = diagnosis.remarked("baseline", _kept(run, baseline, known, diagnosis))
     return diagnosis
 
 

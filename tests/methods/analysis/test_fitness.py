@@ -23,7 +23,7 @@ def refused(system, **asked):
     return message
 
 
-def test_a_sound_model_passes_everything():
+def test_a_fault_free_model_passes_everything():
     require_fit(oscillator(), "it", stable=True, observable=True, sample_time=1e-3, method="rk4")
     require_fit(oscillator(), "it", stable=True, observable=True, sample_time=1e-3)
 

@@ -86,7 +86,7 @@ def test_a_wrong_time_base_is_named(factor):
 
 @pytest.mark.parametrize("name", [FREE, LOCKED, RAMPS, SINES])
 @pytest.mark.parametrize("factor", [0.6, 1.0, 1.6])
-def test_a_sound_recording_passes_also_with_rough_parameters(name, factor):
+def test_a_fault_free_recording_passes_also_with_rough_parameters(name, factor):
     rough = replace(TRUTH, motor_friction=TRUTH.motor_friction * factor, motor_damping=TRUTH.motor_damping / factor)
     found = row(name)
     refuse_slips(found, search_of(rough, FRICTION, [found], widened=True))

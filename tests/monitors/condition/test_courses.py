@@ -23,7 +23,7 @@ def episodes_of(time, stated, **more):
     return course_of(time, stated, **more).episodes(float(time[-1]) + PERIOD)
 
 
-def test_a_sound_element_has_no_episode_and_was_testable_all_the_time():
+def test_a_fault_free_element_has_no_episode_and_was_testable_all_the_time():
     course = course_of(*fault_free(10.0))
     assert course.episodes(10.0) == ()
     assert course.testable == pytest.approx(10.0)

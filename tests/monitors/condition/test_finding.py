@@ -75,11 +75,11 @@ def both(*changes):
     return change
 
 
-def test_a_sound_drive():
+def test_a_fault_free_drive():
     states, finding, courses = concluded()
     assert {each.status for each in states.values()} == {Status.HEALTHY}
     assert finding.status is Status.HEALTHY
-    assert finding.headline == "10 of 10 sensors and actuators are sound over 20 s."
+    assert finding.headline == "10 of 10 sensors and actuators are fault-free over 20 s."
     assert finding.evidence == {"seconds": 20.0, "moving_seconds": 20.0, "sensors_and_actuators_judged": 10.0}
     assert finding.warnings == ()
     assert [change.status for change in courses[NOT_ISOLABLE]] == [Status.HEALTHY]
@@ -163,7 +163,7 @@ def test_a_sensor_that_falls_silent_is_not_available_and_the_drive_is_not_plainl
     states, finding, _ = concluded(gone=(YAW,))
     assert (states[YAW].status, states[YAW].cause) == (
         Status.NOT_AVAILABLE,
-        "no reading since 10.00 s; sound until then",
+        "no reading since 10.00 s; fault-free until then",
     )
     assert states[ANGLE].status is Status.HEALTHY
     assert (finding.status, finding.since) == (Status.NOT_AVAILABLE, pytest.approx(10.0))
@@ -174,7 +174,7 @@ def test_all_sensors_that_fall_silent_leave_nothing_to_judge():
     states, finding, _ = concluded(gone=OF_AUTOMATED)
     assert {states[name].status for name in OF_AUTOMATED} == {Status.NOT_AVAILABLE}
     assert states[MOTOR].status is Status.NOT_TESTABLE
-    assert states[MOTOR].cause == "no sensor gives a reading since 10.00 s; sound until then"
+    assert states[MOTOR].cause == "no sensor gives a reading since 10.00 s; fault-free until then"
     assert finding.status is Status.NOT_AVAILABLE
     assert finding.headline.startswith("No sensor gives a reading since 10.00 s; nothing is judged")
 
@@ -249,9 +249,9 @@ def test_what_was_not_judged_stands_beside_its_own_cause():
 
     _, finding, _ = concluded(change, missing=(YAW, "tie_rod_force"))
     assert finding.headline == (
-        "6 of 10 sensors and actuators are sound over 20 s; not judged: steering wheel angle (the true value was near "
-        "zero, or the others did not determine it well enough); steering motor 1 (too little torque was asked for); "
-        "yaw rate and tie rod force (not in the recording)."
+        "6 of 10 sensors and actuators are fault-free over 20 s; not judged: steering wheel angle (the true value was "
+        "near zero, or the others did not determine it well enough); steering motor 1 (too little torque was asked "
+        "for); yaw rate and tie rod force (not in the recording)."
     )
 
 

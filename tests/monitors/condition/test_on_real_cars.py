@@ -38,12 +38,12 @@ def diagnosed(capsys, *arguments):
 
 
 @pytest.mark.parametrize("vehicle", CARS)
-def test_a_sound_car_is_healthy_and_hears_what_it_lacks(vehicle, capsys):
-    _, sound, missing = CARS[vehicle]
+def test_a_fault_free_car_is_healthy_and_hears_what_it_lacks(vehicle, capsys):
+    _, fault_free, missing = CARS[vehicle]
     code, result = diagnosed(capsys, recording_of(vehicle), "--vehicle", vehicle)
     assert code == 0
     states = {each["name"]: each["status"] for each in result["elements"]}
-    assert {name for name, status in states.items() if status == "healthy"} == sound
+    assert {name for name, status in states.items() if status == "healthy"} == fault_free
     assert states["tie_rod_force"] == states["drive_left"] == "not available"
     warnings = result["findings"][0]["warnings"]
     lack = [each for each in warnings if each.startswith("without ")]
@@ -54,9 +54,9 @@ def test_a_sound_car_is_healthy_and_hears_what_it_lacks(vehicle, capsys):
 
 
 def test_an_offset_of_the_yaw_rate_is_named_from_its_beginning_to_its_end(tmp_path, capsys):
-    sound = complete(read(recording_of("rav4"), dbc="rav4", channel_map=load("rav4").channel_map))
+    fault_free = complete(read(recording_of("rav4"), dbc="rav4", channel_map=load("rav4").channel_map))
     fault = Injected("yaw_rate", OFFSET, 0.3, 42.0, 48.0).fault
-    write(injected(sound, [fault]), tmp_path / "drive.parquet")
+    write(injected(fault_free, [fault]), tmp_path / "drive.parquet")
     code, result = diagnosed(capsys, tmp_path / "drive.parquet", "--vehicle", "rav4")
     assert code == 1
     at_fault = [each for each in result["elements"] if each["status"] in ("fault", "suspect")]
@@ -69,9 +69,9 @@ def test_an_offset_of_the_yaw_rate_is_named_from_its_beginning_to_its_end(tmp_pa
 
 
 def test_without_the_steering_angle_nobody_is_accused_and_the_reason_is_told(tmp_path, capsys):
-    sound = complete(read(recording_of("rav4"), dbc="rav4", channel_map=load("rav4").channel_map))
+    fault_free = complete(read(recording_of("rav4"), dbc="rav4", channel_map=load("rav4").channel_map))
     gone = ("steering_wheel", "wheel_speed_front")
-    kept = {name: each for name, each in sound.channels.items() if not name.startswith(gone)}
+    kept = {name: each for name, each in fault_free.channels.items() if not name.startswith(gone)}
     write(Recording(kept), tmp_path / "drive.parquet")
     _, result = diagnosed(capsys, tmp_path / "drive.parquet", "--vehicle", "rav4")
     assert {each["status"] for each in result["elements"]} == {"not testable", "not available"}

@@ -50,7 +50,7 @@ def test_only_sensors_of_cars_are_suspected_and_never_both_wheels():
     assert not {WHEELS, FRONT_WHEELS} & {*suspected}
 
 
-def test_a_sound_drive_is_quiet_and_the_filter_knows_what_it_does_not_know(bank):
+def test_a_fault_free_drive_is_quiet_and_the_filter_knows_what_it_does_not_know(bank):
     said, _ = declared(bank, drive())
     assert not any(each.any() for each in said.values())
     base, squares = RollingFilter.of_vehicle(CAR), {}
@@ -76,8 +76,8 @@ def test_a_fault_is_named_and_nobody_else(bank, sensor, kind, size):
     assert not said[sensor][: round(START * 100)].any()
     assert not any(each.any() for name, each in said.items() if name != sensor)
     if sensor in OF_CARS[:2]:
-        sound = drive()[inside, OF_CARS.index(sensor)]
-        assert np.sqrt(np.mean((result[f"value.{sensor}"][inside] - sound) ** 2)) < 0.15
+        fault_free = drive()[inside, OF_CARS.index(sensor)]
+        assert np.sqrt(np.mean((result[f"value.{sensor}"][inside] - fault_free) ** 2)) < 0.15
 
 
 def test_missing_samples_leave_the_bank_unharmed(bank):

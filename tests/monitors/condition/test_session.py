@@ -58,7 +58,7 @@ def _rounded(episode):
 
 
 @pytest.fixture(scope="module")
-def sound():
+def fault_free():
     return recorded(Drive("short-round", 40.0, 1, 71))
 
 
@@ -74,11 +74,11 @@ def faulty():
     return recorded(Drive("long-round", 40.0, 1, 11, (injected,)))
 
 
-def test_a_sound_drive_is_sound(sound):
-    diagnosis, courses = run(sound)
+def test_a_fault_free_drive_is_fault_free(fault_free):
+    diagnosis, courses = run(fault_free)
     assert diagnosis.findings[0].status is Status.HEALTHY
     assert set(states(diagnosis).values()) == {Status.HEALTHY}
-    assert "10 of 10 sensors and actuators are sound over 40 s" in diagnosis.findings[0].headline
+    assert "10 of 10 sensors and actuators are fault-free over 40 s" in diagnosis.findings[0].headline
     assert "this vehicle is not calibrated" in diagnosis.findings[0].warnings[0]
     assert all(courses[name.replace("_", "-")][-1].status is not Status.FAULT for name in (*OF_AUTOMATED, *ACTUATORS))
     assert not any(name.startswith("supplied_") for name in diagnosis.traces)
@@ -130,8 +130,8 @@ def test_the_result_does_not_depend_on_the_cuts(faulty, cuts):
 
 
 @pytest.mark.parametrize("name", OF_AUTOMATED)
-def test_a_missing_sensor_is_not_available_and_nobody_is_accused(sound, name):
-    diagnosis, _ = run(without(sound, name))
+def test_a_missing_sensor_is_not_available_and_nobody_is_accused(fault_free, name):
+    diagnosis, _ = run(without(fault_free, name))
     found = states(diagnosis)
     assert found.pop(name) is Status.NOT_AVAILABLE
     assert accused(diagnosis) == []
@@ -140,8 +140,8 @@ def test_a_missing_sensor_is_not_available_and_nobody_is_accused(sound, name):
 
 
 @pytest.mark.parametrize("name", OF_AUTOMATED)
-def test_a_sensor_that_falls_silent_is_not_available_from_then_on(sound, name):
-    diagnosis, courses = run(changed(sound, (name,), lambda time, values: np.where(time < 25.0, values, np.nan)))
+def test_a_sensor_that_falls_silent_is_not_available_from_then_on(fault_free, name):
+    diagnosis, courses = run(changed(fault_free, (name,), lambda time, values: np.where(time < 25.0, values, np.nan)))
     assert accused(diagnosis) == []
     element, finding = diagnosis.elements[OF_AUTOMATED.index(name)], diagnosis.findings[0]
     assert element.status is Status.NOT_AVAILABLE
@@ -151,13 +151,13 @@ def test_a_sensor_that_falls_silent_is_not_available_from_then_on(sound, name):
 
 
 @pytest.mark.parametrize("name", ["longitudinal_acceleration", "lateral_acceleration"])
-def test_a_missing_acceleration_accuses_nobody(sound, name):
-    assert accused(run(without(sound, name))[0]) == []
+def test_a_missing_acceleration_accuses_nobody(fault_free, name):
+    assert accused(run(without(fault_free, name))[0]) == []
 
 
 @pytest.mark.parametrize("place", range(len(TARGETS)))
-def test_without_a_target_nothing_is_testable(sound, place):
-    diagnosis, _ = run(without(sound, TARGETS[place]))
+def test_without_a_target_nothing_is_testable(fault_free, place):
+    diagnosis, _ = run(without(fault_free, TARGETS[place]))
     found = states(diagnosis)
     assert found.pop(ACTUATORS[place]) is Status.NOT_AVAILABLE
     assert set(found.values()) == {Status.NOT_TESTABLE}
@@ -183,11 +183,11 @@ def test_a_recording_of_something_else_has_nothing_to_judge():
     ],
     ids=["nothing", "zero", "held"],
 )
-def test_all_sensors_lost_at_once_is_the_fault_of_none_of_them_and_not_sound(sound, lost, since, reason):
+def test_all_sensors_lost_at_once_is_the_fault_of_none_of_them_and_not_fault_free(fault_free, lost, since, reason):
     def change(time, values):
         return np.where(time < 20.0, values, lost(values, np.searchsorted(time, 20.0)))
 
-    diagnosis, courses = run(changed(sound, OF_AUTOMATED, change))
+    diagnosis, courses = run(changed(fault_free, OF_AUTOMATED, change))
     assert accused(diagnosis) == []
     found, finding = states(diagnosis), diagnosis.findings[0]
     assert {found[name] for name in OF_AUTOMATED} == {Status.NOT_AVAILABLE}
@@ -199,8 +199,8 @@ def test_all_sensors_lost_at_once_is_the_fault_of_none_of_them_and_not_sound(sou
     assert courses["yaw-rate"][-1].status is Status.NOT_AVAILABLE
 
 
-def test_targets_that_end_accuse_no_sensor(sound):
-    diagnosis, _ = run(changed(sound, TARGETS, lambda time, values: np.where(time < 20.0, values, np.nan)))
+def test_targets_that_end_accuse_no_sensor(fault_free):
+    diagnosis, _ = run(changed(fault_free, TARGETS, lambda time, values: np.where(time < 20.0, values, np.nan)))
     assert accused(diagnosis) == []
     found = states(diagnosis)
     assert {found[name] for name in ACTUATORS} == {Status.NOT_AVAILABLE}
@@ -209,8 +209,10 @@ def test_targets_that_end_accuse_no_sensor(sound):
 
 
 @pytest.mark.parametrize("value", [np.nan, 0.0])
-def test_after_all_sensors_were_gone_it_begins_anew(sound, value):
-    lost = changed(sound, OF_AUTOMATED, lambda time, values: np.where((time > 20.0) & (time < 23.0), value, values))
+def test_after_all_sensors_were_gone_it_begins_anew(fault_free, value):
+    lost = changed(
+        fault_free, OF_AUTOMATED, lambda time, values: np.where((time > 20.0) & (time < 23.0), value, values)
+    )
     diagnosis, courses = run(lost)
     assert accused(diagnosis) == []
     assert diagnosis.findings[0].evidence["interruptions"] == 1.0
@@ -219,17 +221,20 @@ def test_after_all_sensors_were_gone_it_begins_anew(sound, value):
     assert np.isnan(gap.mean[(gap.time > 21.1) & (gap.time < 22.9)]).all()
 
 
-def test_targets_that_come_too_seldom_accuse_nobody(sound):
-    slow = {name: replace(sound[name], time=sound[name].time[::4], values=sound[name].values[::4]) for name in TARGETS}
-    diagnosis, courses = run(Recording({**sound.channels, **slow}, sound.metadata))
+def test_targets_that_come_too_seldom_accuse_nobody(fault_free):
+    slow = {
+        name: replace(fault_free[name], time=fault_free[name].time[::4], values=fault_free[name].values[::4])
+        for name in TARGETS
+    }
+    diagnosis, courses = run(Recording({**fault_free.channels, **slow}, fault_free.metadata))
     assert set(states(diagnosis).values()) == {Status.NOT_TESTABLE}
     assert "come at 25 Hz" in diagnosis.findings[0].cause
     assert courses == {}
 
 
-def test_of_a_glimpse_it_says_that_it_is_too_short(sound):
-    begin = sound.span[0] + 20.0
-    diagnosis, _ = run(sound.slice(begin, begin + 0.3))
+def test_of_a_glimpse_it_says_that_it_is_too_short(fault_free):
+    begin = fault_free.span[0] + 20.0
+    diagnosis, _ = run(fault_free.slice(begin, begin + 0.3))
     assert set(states(diagnosis).values()) == {Status.NOT_TESTABLE}
     assert "the recording is too short, 0.3 s" in diagnosis.findings[0].cause
 
@@ -255,14 +260,14 @@ def test_odd_driving_and_logging_accuse_nobody(odd, name):
     assert accused(run(odd[name])[0]) == []
 
 
-def test_while_tyres_slide_nothing_is_told_and_the_drive_says_so(odd, sound):
+def test_while_tyres_slide_nothing_is_told_and_the_drive_says_so(odd, fault_free):
     diagnosis, courses = run(odd["ice on a bend"])
     slid = [each for each in diagnosis.findings[0].warnings if SLID in each]
     assert len(slid) == 1
     assert 2.0 < float(slid[0].split()[0]) < 8.0, "the ice is 32 m long, and driven over at 9 m/s"
     assert diagnosis.findings[0].status is Status.HEALTHY
     assert Status.NOT_TESTABLE in [each.status for each in courses["wheel-speed-rear-left"]]
-    assert not any(SLID in each for each in run(sound)[0].findings[0].warnings)
+    assert not any(SLID in each for each in run(fault_free)[0].findings[0].warnings)
 
 
 @pytest.mark.parametrize(

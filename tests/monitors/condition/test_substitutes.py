@@ -130,7 +130,7 @@ def test_the_block_is_the_switch_fed_with_the_relations(block):
     np.testing.assert_allclose(result.values, by_hand.values, rtol=1e-12)
 
 
-def test_without_a_bank_a_declared_sensor_is_replaced_by_a_relation_whose_sensors_are_sound():
+def test_without_a_bank_a_declared_sensor_is_replaced_by_a_relation_whose_sensors_are_fault_free():
     readings, faulty, filtered = samples()
     faulty[:] = 0.0
     faulty[:, 2] = 1.0

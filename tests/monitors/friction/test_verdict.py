@@ -53,7 +53,7 @@ def test_a_step_to_12_5_is_a_fault_within_12_s_enabled(seed):
     assert finding.status is Status.FAULT
     assert finding.since == pytest.approx(CHANGE, abs=30.0)
     assert finding.estimate.value == pytest.approx(12.5, rel=0.04)
-    assert finding.evidence["ratio_to_own_level"] == pytest.approx(12.5 / 4.0, rel=0.04)
+    assert finding.evidence["ratio_to_baseline"] == pytest.approx(12.5 / 4.0, rel=0.04)
 
 
 @pytest.mark.parametrize("seed", [1001, 1002])
@@ -63,7 +63,7 @@ def test_a_step_to_5_5_is_rising_within_25_s_enabled(seed):
     finding = MONITOR.finding(result, start_time=1000.0)
     assert finding.status is Status.RISING
     assert finding.since == pytest.approx(1000.0 + CHANGE, abs=60.0)
-    assert "own level" in finding.cause
+    assert "baseline" in finding.cause
 
 
 @pytest.mark.parametrize(("seed", "scatter"), [(30_001, "usual"), (30_002, "usual"), (30_003, "hard")])
@@ -80,7 +80,7 @@ def test_a_car_that_was_bad_from_the_start_is_a_fault_and_teaches_no_level():
     finding = MONITOR.finding(scan(MONITOR, signals(Case(1001, 12.5))))
     assert finding.status is Status.FAULT
     assert finding.since is None
-    assert "own level" not in finding.estimate.reference
+    assert "baseline" not in finding.estimate.reference
     assert any("not learnt" in warning for warning in finding.warnings)
 
 
@@ -88,7 +88,7 @@ def test_a_level_from_earlier_drives_tells_a_small_rise_at_once():
     stored = FrictionMonitor.of_vehicle(VEHICLE, learnt_level=4.0, learnt_deviation=0.05)
     finding = stored.finding(scan(stored, signals(Case(1001, 5.2))))
     assert finding.status is Status.RISING
-    assert finding.evidence["ratio_to_own_level"] == pytest.approx(1.3, abs=0.03)
+    assert finding.evidence["ratio_to_baseline"] == pytest.approx(1.3, abs=0.03)
 
 
 def finding_after(change, case=Case(1001), monitor=MONITOR):  # noqa: B008
@@ -117,7 +117,7 @@ def turned(*columns):
         (lambda s: s[6000:].fill(np.nan), Status.NOT_READY, "s enabled of 50 s needed"),
     ],
 )
-def test_without_a_sound_basis_the_value_is_withheld(change, status, words):
+def test_without_a_fault_free_basis_the_value_is_withheld(change, status, words):
     finding = finding_after(change)
     assert finding.status is status
     assert finding.status.exit_code == 2
@@ -219,7 +219,7 @@ def test_without_limits_the_ratio_alone_speaks():
 def test_friction_far_below_the_learnt_level_is_said():
     finding = judged(FrictionVerdict(LIMITS, learnt_level=4.0), estimates((80.0, 2.8)))[2]
     assert finding.status is Status.HEALTHY
-    assert any("0.70 times the own level" in warning for warning in finding.warnings)
+    assert any("0.70 times the baseline" in warning for warning in finding.warnings)
 
 
 def test_float_steps_agree_with_the_scan():
@@ -288,7 +288,7 @@ def test_friction_above_the_rising_limit_but_within_the_margin_is_said_so():
 def test_a_verdict_by_the_ratio_says_so_and_draws_it():
     finding = judged(FrictionVerdict(LIMITS), estimates((160.0, 4.0), (30.0, 7.32)))[2]
     assert finding.status is Status.FAULT
-    assert "fault, 1.83 times its own level of 4.00 N·m, fault from 1.6 times" in finding.headline
+    assert "fault, 1.83 times its baseline of 4.00 N·m, fault from 1.6 times" in finding.headline
     assert "7.5" not in finding.headline
     assert "fault from 1.6 times (6.40 N·m)" in finding.cause
     assert finding.estimate.reference["fault"] == pytest.approx(6.4)
@@ -299,7 +299,7 @@ def test_an_absolute_fault_of_a_car_that_only_rose_by_the_ratio_names_the_absolu
     finding = judged(FrictionVerdict(FrictionLimits(4.0, 5.9, 6.0)), estimates((160.0, 5.0), (30.0, 6.8)))[2]
     assert finding.status is Status.FAULT
     assert "above the fault limit of 6 N·m, which acts from" in finding.headline
-    assert "1.36 times its own level" in finding.headline
+    assert "1.36 times its baseline" in finding.headline
     assert "limit of the vehicle file" in finding.cause
     assert finding.since == pytest.approx(160.0, abs=0.1)
 
@@ -314,7 +314,7 @@ def test_rising_friction_close_to_a_fault_is_not_just_watched(friction, words):
 @pytest.mark.parametrize(
     ("verdict", "course", "words"),
     [
-        (FrictionVerdict(LIMITS), ((160.0, 4.0), (1.0, 5.4)), "1.35 times its own level, rising from 1.2 times"),
+        (FrictionVerdict(LIMITS), ((160.0, 4.0), (1.0, 5.4)), "1.35 times its baseline, rising from 1.2 times"),
         (FrictionVerdict(LIMITS), ((60.0, 4.0), (1.0, 5.5)), "5.50 N·m, rising from 5.2"),
     ],
 )
@@ -369,7 +369,7 @@ def test_what_cannot_be_withholds_the_verdict(columns, words):
         {"misfit": 1.4, "residual": 1.4},
     ],
 )
-def test_what_sound_drives_reach_does_not_withhold_it(columns):
+def test_what_fault_free_drives_reach_does_not_withhold_it(columns):
     assert judged(FrictionVerdict(LIMITS), changed(estimates((80.0, 8.5)), **columns))[2].status is Status.FAULT
 
 

@@ -16,19 +16,19 @@ LEVEL = Baseline("midsize-eps", "friction, pre-sliding", 4.0, 0.1, "N*m", 100.0,
 
 def test_a_healthy_recording_stores_it_and_a_later_one_is_judged_against_it(tmp_path):
     path = tmp_path / "level.json"
-    first = diagnose(drive(minutes=8.0, friction=2.0, seed=2), "midsize-eps", own_level=path)
+    first = diagnose(drive(minutes=8.0, friction=2.0, seed=2), "midsize-eps", baseline=path)
     assert first.findings[0].status is Status.HEALTHY
     stored = load_baseline(path)
     assert stored.value == pytest.approx(2.0, abs=0.1)
     assert stored.learnt == first.created
-    later = diagnose(drive(minutes=8.0, friction=3.8, seed=3), "midsize-eps", own_level=path).findings[0]
+    later = diagnose(drive(minutes=8.0, friction=3.8, seed=3), "midsize-eps", baseline=path).findings[0]
     assert later.status is Status.FAULT, "3.8 N·m is below every limit of the vehicle file"
     assert load_baseline(path) == stored
 
 
 def test_a_faulty_recording_stores_nothing(tmp_path):
     path = tmp_path / "level.json"
-    diagnosis = diagnose(drive(minutes=8.0, friction=12.0, seed=2), "midsize-eps", own_level=path)
+    diagnosis = diagnose(drive(minutes=8.0, friction=12.0, seed=2), "midsize-eps", baseline=path)
     assert diagnosis.findings[0].status is Status.FAULT
     assert not path.exists()
 
@@ -39,9 +39,7 @@ def test_a_faulty_recording_stores_nothing(tmp_path):
 )
 def test_a_foreign_level_is_refused(field, value, sentence):
     with pytest.raises(InputError, match=sentence):
-        diagnose(
-            drive(minutes=1.0), "midsize-eps", own_level=dataclasses.replace(LEVEL, **{field: value}), spread=False
-        )
+        diagnose(drive(minutes=1.0), "midsize-eps", baseline=dataclasses.replace(LEVEL, **{field: value}), spread=False)
 
 
 @pytest.mark.parametrize(
@@ -49,10 +47,10 @@ def test_a_foreign_level_is_refused(field, value, sentence):
     [
         ("", "it is empty"),
         ("{", "not JSON from line 1 on"),
-        ("{}", "its schema is not tierod.own-level/1"),
-        ('{"schema": "other/1"}', "its schema is not tierod.own-level/1"),
-        ("[1]", "its schema is not tierod.own-level/1"),
-        ('{"schema": "tierod.own-level/1", "value": 1}', "deviation, monitor, seconds, unit, vehicle is missing"),
+        ("{}", "its schema is not tierod.baseline/1"),
+        ('{"schema": "other/1"}', "its schema is not tierod.baseline/1"),
+        ("[1]", "its schema is not tierod.baseline/1"),
+        ('{"schema": "tierod.baseline/1", "value": 1}', "deviation, monitor, seconds, unit, vehicle is missing"),
     ],
 )
 def test_a_file_that_is_none_of_ours_is_refused(tmp_path, text, reason):

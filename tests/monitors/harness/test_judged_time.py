@@ -76,7 +76,7 @@ def test_a_signal_that_comes_back_is_judged_again(rising):
 
 def test_a_level_learnt_before_a_freeze_is_not_kept_as_that_of_a_whole_drive(rising, tmp_path):
     level = tmp_path / "level.json"
-    diagnose(held(rising, "yaw_rate", 260.0), "midsize-eps", own_level=level)
+    diagnose(held(rising, "yaw_rate", 260.0), "midsize-eps", baseline=level)
     assert not level.exists()
 
 

@@ -16,7 +16,7 @@ from tierod.papers.motor_angle.fault_drives import RATE, drive
 from tierod.vehicles import load
 
 MONITOR = MotorAngleMonitor.of_vehicle(load("motor-bench"), 1.0 / RATE)
-SOUND = lru_cache(maxsize=8)(lambda seed=3, seconds=9.0: drive(seed, seconds))
+FAULT_FREE = lru_cache(maxsize=8)(lambda seed=3, seconds=9.0: drive(seed, seconds))
 COLUMN = {name: column for column, name in enumerate(MotorAngleSample._fields)}
 
 
@@ -34,8 +34,8 @@ def alarms_of(samples, monitor=MONITOR):
 
 
 def changed(**columns):
-    """A sound drive with other columns."""
-    samples = SOUND().samples.copy()
+    """A fault-free drive with other columns."""
+    samples = FAULT_FREE().samples.copy()
     for name, values in columns.items():
         samples[:, COLUMN[name]] = values
     return samples

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
-from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
 from tierod.core.findings import Status
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 
@@ -14,7 +14,7 @@ def finding(samples):
 
 
 def column(name):
-    return SOUND().samples[:, COLUMN[name]]
+    return FAULT_FREE().samples[:, COLUMN[name]]
 
 
 @pytest.mark.parametrize(

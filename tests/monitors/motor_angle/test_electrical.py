@@ -10,7 +10,7 @@ ANGLE = 40.0 * TIME
 FAULT = slice(4000, 6000)
 
 
-def sound():
+def fault_free():
     random = np.random.default_rng(1)
     noise = lambda: 0.1 * random.normal(size=len(TIME))  # noqa: E731
     electrical = 4.0 * ANGLE
@@ -34,12 +34,12 @@ def failing(values):
     return {name: int(np.argmax(flag)) for name, flag in flags.items() if flag.any()}
 
 
-def test_sound_signals_pass():
-    assert failing(sound()) == {}
+def test_fault_free_signals_pass():
+    assert failing(fault_free()) == {}
 
 
 def test_what_is_missing_fails_nothing():
-    values = sound()
+    values = fault_free()
     for name in values:
         if name != "motor_angle_mechanical":
             values[name][:] = np.nan
@@ -60,7 +60,7 @@ CASES = {
 
 @pytest.mark.parametrize("alarm", CASES)
 def test_every_fault_is_named(alarm):
-    values = sound()
+    values = fault_free()
     name, change = CASES[alarm]
     values[name][FAULT] = change(values[name][FAULT])
     found = failing(values)
@@ -69,7 +69,7 @@ def test_every_fault_is_named(alarm):
 
 
 def test_a_standing_motor_saturates_nothing():
-    values = sound()
+    values = fault_free()
     for name in ("motor_angle_mechanical", "resolver_sine", "resolver_cosine", "motor_current_alpha"):
         values[name][FAULT] = values[name][FAULT.start]
     values["motor_current_alpha"][FAULT] = 7.0

@@ -1,4 +1,4 @@
-"""Sound drives recorded wrongly from beginning to end: each is named, with its cure."""
+"""Fault-free drives recorded wrongly from beginning to end: each is named, with its cure."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
-from monitors.motor_angle.monitored import COLUMN, SOUND, recording
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, recording
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.models.stator_frame_motor import SampledMotorParameters
@@ -43,7 +43,7 @@ def finding(source):
 def test_it_is_named_with_its_cure(case):
     names, change, cause, action = CASES[case]
     columns = [COLUMN[name] for name in names]
-    samples = SOUND().samples.copy()
+    samples = FAULT_FREE().samples.copy()
     vector = change(samples[:, columns[0]] + 1j * samples[:, columns[1]])
     samples[:, columns] = np.column_stack([vector.real, vector.imag])
     found = finding(recording(samples))
@@ -63,7 +63,7 @@ def _finer(samples):
 @pytest.mark.parametrize(("times", "result"), [(0.5, "every 0.2 ms"), (2.0, "every 0.05 ms")])
 def test_a_wrong_sampling_time_is_told_with_the_right_one(times, result):
     """Samples that came every 0.2 ms and are stated to come every 0.1 ms, and the other way round."""
-    channels = recording(SOUND().samples if times < 1.0 else _finer(SOUND().samples)).channels
+    channels = recording(FAULT_FREE().samples if times < 1.0 else _finer(FAULT_FREE().samples)).channels
     scaled = {name: replace(each, time=min(times, 1.0) * each.time) for name, each in channels.items()}
     found = finding(Recording(scaled))
     assert found.status is Status.NOT_TESTABLE
@@ -87,7 +87,7 @@ def balance(values=(1.0, 1.0, 1.0), direction=0.0, reading=AS_RECORDED, change=7
 
 
 @pytest.mark.parametrize(
-    "sound",
+    "fault_free",
     [
         balance(),
         balance((1.4, 1.0, 0.9)),
@@ -97,13 +97,13 @@ def balance(values=(1.0, 1.0, 1.0), direction=0.0, reading=AS_RECORDED, change=7
         balance((1.0, 0.74, 1.0), change=0.6),
     ],
 )
-def test_a_warm_motor_and_a_sensor_that_turns_backwards_are_left_alone(sound):
-    assert cause_of(sound, P, 0.15) is None
+def test_a_warm_motor_and_a_sensor_that_turns_backwards_are_left_alone(fault_free):
+    assert cause_of(fault_free, P, 0.15) is None
 
 
 @pytest.mark.parametrize("start", [15_000, 45_000, 75_000])
 def test_what_changed_on_the_way_is_a_fault(start):
-    samples = SOUND().samples.copy()
+    samples = FAULT_FREE().samples.copy()
     samples[start:, COLUMN["motor_current_beta"]] *= -1.0
     found = finding(recording(samples))
     assert found.status is Status.FAULT

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from monitors.motor_angle.monitored import COLUMN, MONITOR, SOUND, alarms_of, changed
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, MONITOR, alarms_of, changed
 from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod.core.statement import code_of
@@ -22,22 +22,22 @@ BY_NAME = {fault.name: fault for fault in FAULTS}
 
 def sensor(change):
     """The drive with another angle from `BEGIN` on, outside the loop."""
-    angle = SOUND().samples[:, COLUMN["motor_angle_mechanical"]].copy()
+    angle = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]].copy()
     angle[BEGIN:] = change(angle[BEGIN:])
     return changed(motor_angle_mechanical=angle)
 
 
 def test_it_turns_where_the_tests_begin():
-    assert np.abs(SOUND().speed[BEGIN : BEGIN + 500]).min() > 15.0
+    assert np.abs(FAULT_FREE().speed[BEGIN : BEGIN + 500]).min() > 15.0
 
 
 @pytest.mark.parametrize("seed", [3, 4])
-def test_a_sound_drive_raises_nothing_and_is_called_sound(seed):
-    found = scan(MONITOR, SOUND(seed).samples)
+def test_a_fault_free_drive_raises_nothing_and_is_called_fault_free(seed):
+    found = scan(MONITOR, FAULT_FREE(seed).samples)
     assert found["statement.status"][:49_990].min() == NOT_READY
     assert set(np.unique(found["statement.status"][50_000:])) == {NOT_ENABLED, HEALTHY}
     assert found["compared.known"].sum() > 10_000
-    assert alarms_of(SOUND(seed).samples) == {}
+    assert alarms_of(FAULT_FREE(seed).samples) == {}
 
 
 @pytest.mark.parametrize("size", [FIVE_DEGREES, -FIVE_DEGREES])
@@ -76,7 +76,7 @@ def test_turning_backwards_outside_the_loop_is_found():
 
 @pytest.mark.parametrize("columns", [("motor_current_alpha", "motor_current_beta")])
 def test_currents_with_the_wrong_sign_fit_no_motor(columns):
-    samples = changed(**{name: -SOUND().samples[:, COLUMN[name]] for name in columns})
+    samples = changed(**{name: -FAULT_FREE().samples[:, COLUMN[name]] for name in columns})
     assert alarms_of(samples)["model"] < 0.5 * RATE
 
 

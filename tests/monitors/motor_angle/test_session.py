@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
-from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording, vehicle_with
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording, vehicle_with
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
@@ -13,7 +13,7 @@ from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.papers.motor_angle.fault_drives import RATE, drive
 from tierod.papers.motor_angle.fault_kinds import FAULTS, FIVE_DEGREES, offset
 
-ANGLE = SOUND().samples[:, COLUMN["motor_angle_mechanical"]]
+ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
 LATE = np.arange(len(ANGLE)) >= 62_000
 
 
@@ -25,8 +25,8 @@ def finding(samples, vehicle="motor-bench"):
     return diagnosed(samples, vehicle).findings[0]
 
 
-def test_a_sound_drive():
-    diagnosis = diagnosed(SOUND().samples)
+def test_a_fault_free_drive():
+    diagnosis = diagnosed(FAULT_FREE().samples)
     found = diagnosis.findings[0]
     assert found.status is Status.HEALTHY
     assert found.evidence["turning_s"] > 1.0
@@ -46,7 +46,7 @@ def test_an_offset_with_its_size_and_its_beginning():
 
 
 def test_a_drive_too_slow_is_not_judged():
-    samples = SOUND().samples[:52_000]
+    samples = FAULT_FREE().samples[:52_000]
     assert finding(samples).status is Status.NOT_ENABLED
 
 
@@ -58,13 +58,13 @@ def test_an_electrical_angle_given_as_mechanical_is_named():
 
 @pytest.mark.parametrize("pairs", [3.0, 5.0])
 def test_a_wrong_pole_pair_number_is_named(pairs):
-    found = finding(SOUND().samples, vehicle_with(motor_pole_pairs=pairs))
+    found = finding(FAULT_FREE().samples, vehicle_with(motor_pole_pairs=pairs))
     assert found.status is Status.NOT_TESTABLE
     assert "as with 4 pole pairs" in found.cause
 
 
 def test_currents_that_come_too_slowly_are_refused():
-    slow = SOUND().samples[::2]
+    slow = FAULT_FREE().samples[::2]
     channels = recording(slow).channels
     late = {name: replace(each, time=2.0 * each.time) for name, each in channels.items()}
     with pytest.raises(InputError, match=r"motor_current_alpha comes at about 5000 Hz"):
@@ -152,14 +152,14 @@ def with_phases(samples, names="abc"):
 @pytest.mark.parametrize("names", ["abc", "ab"])
 def test_two_or_three_phase_currents_are_as_good_as_their_vector(names):
     found = diagnose(
-        Recording(with_phases(SOUND().samples, names)), "motor-bench", "motor-angle", spread=False
+        Recording(with_phases(FAULT_FREE().samples, names)), "motor-bench", "motor-angle", spread=False
     ).findings[0]
     assert found.status is Status.HEALTHY
-    assert found.evidence == pytest.approx(finding(SOUND().samples).evidence, rel=1e-6)
+    assert found.evidence == pytest.approx(finding(FAULT_FREE().samples).evidence, rel=1e-6)
 
 
 def test_phase_currents_that_do_not_add_up_are_named():
-    channels = with_phases(SOUND().samples)
+    channels = with_phases(FAULT_FREE().samples)
     third = channels["motor_current_c"]
     channels["motor_current_c"] = replace(third, values=third.values + 5.0)
     found = diagnose(Recording(channels), "motor-bench", "motor-angle").findings[0]

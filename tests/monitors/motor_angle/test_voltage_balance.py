@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
-from monitors.motor_angle.monitored import COLUMN, SOUND, changed, recording
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
 from tierod.core.findings import Status
 from tierod.monitors.motor_angle.voltage_balance import AS_RECORDED, FITS, READINGS, InducedVoltage, VoltageBalance
 from tierod.papers.motor_angle.fault_drives import RATE
@@ -101,18 +101,18 @@ def share(samples, pieces=1):
 
 
 def test_those_of_one_motor_fit_however_they_are_cut():
-    assert share(SOUND().samples) < 0.5 * FITS
-    assert share(SOUND().samples, 37) == pytest.approx(share(SOUND().samples), rel=1e-9)
+    assert share(FAULT_FREE().samples) < 0.5 * FITS
+    assert share(FAULT_FREE().samples, 37) == pytest.approx(share(FAULT_FREE().samples), rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["motor_current_alpha", "motor_voltage_beta"])
 @pytest.mark.parametrize("factor", [-1.0, 0.5, 2.0])
 def test_one_that_is_wrong_does_not(name, factor):
-    assert share(changed(**{name: factor * SOUND().samples[:, COLUMN[name]]})) > 2.0 * FITS
+    assert share(changed(**{name: factor * FAULT_FREE().samples[:, COLUMN[name]]})) > 2.0 * FITS
 
 
 def test_a_motor_that_stands_still_says_nothing():
-    assert math.isnan(share(SOUND().samples[:100]))
+    assert math.isnan(share(FAULT_FREE().samples[:100]))
 
 
 def finding(samples):
@@ -120,7 +120,7 @@ def finding(samples):
 
 
 def test_a_sensor_of_noise_is_named_and_not_the_currents():
-    angle = SOUND().samples[:, COLUMN["motor_angle_mechanical"]]
+    angle = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
     noise = np.random.default_rng(1).normal(size=len(angle))
     found = finding(changed(motor_angle_mechanical=angle + np.nanstd(angle) * noise))
     assert found.status is Status.FAULT
@@ -129,7 +129,7 @@ def test_a_sensor_of_noise_is_named_and_not_the_currents():
 
 @pytest.mark.parametrize("factor", [-1.0, 2.0])
 def test_a_target_that_is_wrong_is_named_where_the_sensor_is_confirmed(factor):
-    target = SOUND().samples[:, COLUMN["target_motor_angle_mechanical"]]
+    target = FAULT_FREE().samples[:, COLUMN["target_motor_angle_mechanical"]]
     found = finding(changed(target_motor_angle_mechanical=factor * target))
     assert "target_motor_angle_mechanical" in found.cause
     assert "confirm the sensor" in found.cause

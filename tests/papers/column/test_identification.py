@@ -25,7 +25,7 @@ def test_leave_one_out_has_a_row_per_experiment_and_figure_four():
     assert abs(measured.y - simulated.y).max() < 0.1 * abs(measured.y).max()
 
 
-def test_names_of_claims_are_sound_and_only_exact_models_have_goals():
+def test_names_of_claims_are_fault_free_and_only_exact_models_have_goals():
     errors = dict.fromkeys(identification.MOTOR, -1.0)
     cases = identification._cases(Effort())
     claims = [claim for case in cases for claim in identification._bias(case, errors)]

@@ -60,20 +60,20 @@ def test_healthy_drives_take_the_hours_asked_for_on_rounds_that_no_calibration_h
 def test_a_fault_of_a_sensor_changes_its_channel_alone_and_only_while_it_lasts():
     healthy = Drive("short-round", 8.0, seed=4)
     off = replace(healthy, injected=(Injected("yaw_rate", OFFSET, 0.3, 4.0, 6.0),))
-    sound, faulty = recorded(healthy), recorded(off)
-    time = sound["yaw_rate"].time
+    fault_free, faulty = recorded(healthy), recorded(off)
+    time = fault_free["yaw_rate"].time
     during = (time >= 4.0) & (time < 6.0)
-    np.testing.assert_allclose(faulty["yaw_rate"].values - sound["yaw_rate"].values, 0.3 * during, atol=1e-6)
+    np.testing.assert_allclose(faulty["yaw_rate"].values - fault_free["yaw_rate"].values, 0.3 * during, atol=1e-6)
     for name in (*MEASURED, *TRUTHS):
         if name != "yaw_rate":
-            np.testing.assert_array_equal(faulty[name].values, sound[name].values)
+            np.testing.assert_array_equal(faulty[name].values, fault_free[name].values)
 
 
 def test_an_automated_driver_that_believes_a_faulty_sensor_drives_otherwise():
     healthy = Drive("short-round", 8.0, seed=4)
     acted_on = replace(healthy, injected=(Injected("wheel_speed_rear_left", OFFSET, 2.0, 4.0, 8.0, in_the_loop=True),))
-    sound, faulty = recorded(healthy), recorded(acted_on)
-    assert faulty["truth_speed"].values[-1] < sound["truth_speed"].values[-1] - 0.3
+    fault_free, faulty = recorded(healthy), recorded(acted_on)
+    assert faulty["truth_speed"].values[-1] < fault_free["truth_speed"].values[-1] - 0.3
 
 
 def test_a_lost_motor_gives_no_torque_and_the_other_gives_more():

@@ -80,7 +80,7 @@ def test_a_vehicle_drives_off_and_its_wheels_spin(drives):
     assert np.max(made["truth_speed"].values) > 8.0
 
 
-def test_every_verdict_that_is_not_sound_is_of_a_drive(drives):
+def test_every_verdict_that_is_not_fault_free_is_of_a_drive(drives):
     assert set(odd.NOT_HEALTHY) < set(drives)
 
 
@@ -100,12 +100,12 @@ def test_what_the_monitor_says_becomes_a_row():
 
 
 def test_a_verdict_must_be_the_right_one_and_have_a_cause():
-    sound = Diagnosis((Finding("condition", Status.HEALTHY, "Sound."),))
+    fault_free = Diagnosis((Finding("condition", Status.HEALTHY, "Fault-free."),))
     stood, bare = (Diagnosis((Finding("condition", Status.NOT_TESTABLE, "", cause=cause),)) for cause in ("stood", ""))
-    assert odd.as_expected("restart in mid-drive", sound)
+    assert odd.as_expected("restart in mid-drive", fault_free)
     assert odd.as_expected("standstill", stood)
     assert not odd.as_expected("standstill", bare)
-    assert not odd.as_expected("standstill", sound)
+    assert not odd.as_expected("standstill", fault_free)
     assert not odd.as_expected("restart in mid-drive", stood)
     assert not odd.as_expected("standstill", "refused")
 
@@ -114,10 +114,10 @@ def test_the_part_counts_recordings_in_which_something_is_declared_faulty(monkey
     vehicle = SimpleNamespace(vehicle=None)
     monkeypatch.setattr(odd, "calibrations", lambda *given: {(odd.VARIANTS[odd.BEST].module, 1): vehicle})
     monkeypatch.setattr(odd, "odd_drives", lambda number: {"fine": made(50.0), "odd": made()})
-    sound = Diagnosis((Finding("condition", Status.HEALTHY, "Sound."),))
+    fault_free = Diagnosis((Finding("condition", Status.HEALTHY, "Fault-free."),))
     off = Element("yaw_rate", "sensor", Status.FAULT, episodes=(Episode("", 58.0),))
     faulty = Diagnosis((Finding("condition", Status.FAULT, "Off."),), (off,))
-    monkeypatch.setattr(odd, "said", lambda recording, vehicle: sound if recording.span[1] < 55.0 else faulty)
+    monkeypatch.setattr(odd, "said", lambda recording, vehicle: fault_free if recording.span[1] < 55.0 else faulty)
     _, table, wrong, time, unexpected = odd.items(Effort())
     assert [row[1] for row in table.rows] == ["healthy", "fault"]
     assert [claim.measured for claim in (wrong, time, unexpected)] == [1, pytest.approx(2.0), 1]

@@ -7,7 +7,7 @@ from tierod.monitors.condition.substitutes import FILTER, substitution_graph
 from tierod.papers.condition.by_bank import Known
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.faults import OFFSET, Injected
-from tierod.papers.condition.recorded import recorded, sound
+from tierod.papers.condition.recorded import fault_free, recorded
 from tierod.papers.condition.substitutes import SETTLED, _root, _squares
 from tierod.vehicles import load
 
@@ -25,7 +25,7 @@ def test_a_plain_relation_errs_by_what_it_is_off():
         if way.name != FILTER
     }
     left, right = (recording[f"wheel_speed_rear_{side}"].values for side in ("left", "right"))
-    error = (right - left) / CAR["track_width"] - sound("yaw_rate", recording, drive.driven.sensors)
+    error = (right - left) / CAR["track_width"] - fault_free("yaw_rate", recording, drive.driven.sensors)
     key = ("yaw_rate", "rear-wheels", False)
     assert found[key] == (pytest.approx(np.sum(error[SETTLED:] ** 2)), 2400 - SETTLED)
     assert _root([found, found], *key) == pytest.approx(np.sqrt(np.mean(error[SETTLED:] ** 2)))

@@ -45,8 +45,8 @@ def test_the_filter_follows_a_drive_and_a_jump_of_the_sensor_enters_measured_axe
     turning = np.abs(signals["truth_speed"][100_000:]) > 20.0
 
     def change(axes):
-        sound, wrong = (observed(extended_kalman(P, TIME, axes=axes), signals, each) for each in (None, sensor))
-        return np.sqrt(np.mean((wrong["motor_speed"] - sound["motor_speed"])[100_000:][turning] ** 2))
+        fault_free, wrong = (observed(extended_kalman(P, TIME, axes=axes), signals, each) for each in (None, sensor))
+        return np.sqrt(np.mean((wrong["motor_speed"] - fault_free["motor_speed"])[100_000:][turning] ** 2))
 
     assert change("own") == 0.0
     assert change("measured") > 0.1

@@ -20,7 +20,7 @@ from tierod.papers.motor_angle.healthy_drives import (
 from tierod.papers.motor_angle.run_length import TriedLength, items, simulated, tried_lengths
 
 
-def test_sound_drives_are_counted_in_hours():
+def test_fault_free_drives_are_counted_in_hours():
     found = healthy_drives(1, 40, Effort(processes=1), seconds=7.0)
     assert found.hours == pytest.approx(3 * 7.0 / 3600.0)
     assert 0.0 < found.turning < 3 * 2.0 / 3600.0

@@ -27,9 +27,9 @@ BEGUN = begin(Trial(11, 60.0))
 
 
 def test_a_fault_changes_nothing_before_it_begins_and_then_what_it_says():
-    sound, faulty = drive(1, 0.6), drive(1, 0.6, offset(5.0), 0.5)
-    np.testing.assert_array_equal(sound.samples[:5000], faulty.samples[:5000])
-    jump = faulty.samples[5000, ANGLE] - sound.samples[5000, ANGLE]
+    fault_free, faulty = drive(1, 0.6), drive(1, 0.6, offset(5.0), 0.5)
+    np.testing.assert_array_equal(fault_free.samples[:5000], faulty.samples[:5000])
+    jump = faulty.samples[5000, ANGLE] - fault_free.samples[5000, ANGLE]
     assert jump == pytest.approx(FIVE_DEGREES)
     assert pytest.approx(math.radians(5.0) / 4.0) == FIVE_DEGREES
 
@@ -42,8 +42,8 @@ def test_a_stuck_sensor_reads_what_it_read_last():
 
 
 def test_a_gain_begins_without_a_jump_and_then_grows():
-    sound, faulty = drive(1, 1.0), drive(1, 1.0, gain(10.0), 0.5)
-    difference = faulty.samples[:, ANGLE] - sound.samples[:, ANGLE]
+    fault_free, faulty = drive(1, 1.0), drive(1, 1.0, gain(10.0), 0.5)
+    difference = faulty.samples[:, ANGLE] - fault_free.samples[:, ANGLE]
     assert abs(difference[5000]) < 0.02
     assert np.abs(difference).max() > 0.1
 
@@ -71,7 +71,7 @@ def test_the_motor_turns_at_the_speed_that_is_asked_for():
     assert rate[1000:].min() == pytest.approx(-30.0, rel=0.01)
 
 
-def test_a_trial_goes_on_where_its_sound_part_ended():
+def test_a_trial_goes_on_where_its_fault_free_part_ended():
     assert BEGUN is not None
     five, two = found(BEGUN, offset(5.0)), found(BEGUN, offset(2.0))
     assert 10.0 < five.turning <= five.delay < 200.0

@@ -3,7 +3,7 @@ import math
 from tierod.papers.motor_angle.three_angles import Case, Findings, findings_of
 
 
-def test_a_sound_drive_raises_nothing():
+def test_a_fault_free_drive_raises_nothing():
     found = findings_of(Case("slalom", 40))
     assert found.delay == math.inf
     assert not found.early

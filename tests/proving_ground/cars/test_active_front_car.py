@@ -79,16 +79,16 @@ def test_the_motor_alone_turns_the_pinion_against_held_hands():
 
 
 def test_a_false_motor_angle_is_turned_away_and_the_identity_tells():
-    run, sound = swinging(ports__motor_angle_mechanical__offset=0.05), swinging()
-    away = motor_angle(run)[-500:] - motor_angle(sound)[-500:]
+    run, fault_free = swinging(ports__motor_angle_mechanical__offset=0.05), swinging()
+    away = motor_angle(run)[-500:] - motor_angle(fault_free)[-500:]
     np.testing.assert_allclose(away, -0.05, atol=0.02)
 
 
 def test_a_weak_motor_asks_for_more():
-    run, sound = swinging(ports__motor_torque__gain=0.5), swinging()
-    more = np.std(run["motor_target_torque"][1000:]) / np.std(sound["motor_target_torque"][1000:])
+    run, fault_free = swinging(ports__motor_torque__gain=0.5), swinging()
+    more = np.std(run["motor_target_torque"][1000:]) / np.std(fault_free["motor_target_torque"][1000:])
     assert more == pytest.approx(2.0, rel=0.2)
-    np.testing.assert_allclose(motor_angle(run)[1000:], motor_angle(sound)[1000:], atol=0.25)
+    np.testing.assert_allclose(motor_angle(run)[1000:], motor_angle(fault_free)[1000:], atol=0.25)
 
 
 def test_assist_faults_act_on_the_column():

@@ -109,10 +109,12 @@ def test_two_motors_share_the_work():
 
 
 def test_one_steering_motor_is_enough_and_asks_for_more():
-    run, sound = driven(ports__steering_motor_1_torque__gain=fault(0.0)), winding()
+    run, fault_free = driven(ports__steering_motor_1_torque__gain=fault(0.0)), winding()
     assert np.max(np.abs(run["steering_motor_1_torque"][4100:])) < 1e-6
     assert np.max(np.abs(run["truth_lateral_offset"])) < 0.5
-    more = np.std(run["steering_motor_2_target_torque"][5000:]) / np.std(sound["steering_motor_2_target_torque"][5000:])
+    more = np.std(run["steering_motor_2_target_torque"][5000:]) / np.std(
+        fault_free["steering_motor_2_target_torque"][5000:]
+    )
     assert more > 1.5
 
 
@@ -154,11 +156,11 @@ def test_a_false_wheel_speed_slows_the_car_down():
 
 def test_a_lost_yaw_rate_and_a_false_angle_are_felt_on_the_path():
     angle = driven(ports__steering_wheel_angle__offset=fault(0.5, 0.0))
-    sound = winding()
-    away = np.mean(angle["steering_wheel_angle"][4150:4250] - sound["steering_wheel_angle"][4150:4250])
+    fault_free = winding()
+    away = np.mean(angle["steering_wheel_angle"][4150:4250] - fault_free["steering_wheel_angle"][4150:4250])
     assert -0.6 < away < -0.2
     yaw = driven(ports__yaw_rate__gain=fault(0.0))
-    assert np.max(np.abs(yaw["truth_lateral_offset"] - sound["truth_lateral_offset"])) > 0.02
+    assert np.max(np.abs(yaw["truth_lateral_offset"] - fault_free["truth_lateral_offset"])) > 0.02
     assert np.max(np.abs(yaw["truth_lateral_offset"])) < 1.0
 
 

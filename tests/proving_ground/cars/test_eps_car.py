@@ -181,17 +181,17 @@ def test_a_step_of_a_millisecond_is_of_second_order_and_short_enough(chassis, le
 def test_a_port_changes_what_the_unit_reads():
     car = car_with(SingleTrack(), 15.0)
     outcome = {"demand__steering_wheel_angle": 0.4}
-    sound = scan(car, inputs(car, 4.0, 15.0, **outcome))
+    fault_free = scan(car, inputs(car, 4.0, 15.0, **outcome))
     lost = scan(car, inputs(car, 4.0, 15.0, ports__driver_torque__gain=0.0, **outcome))
     dead = scan(car, inputs(car, 4.0, 15.0, ports__motor_torque__gain=0.0, **outcome))
-    assert last(sound, "motor_torque") > 0.01
+    assert last(fault_free, "motor_torque") > 0.01
     assert last(lost, "motor_target_torque") <= 0.0
     assert abs(last(dead, "motor_torque")) < 1e-9
     assert last(dead, "motor_target_torque") > 0.01
-    assert last(dead, "driver_torque") > 1.5 * last(sound, "driver_torque")
+    assert last(dead, "driver_torque") > 1.5 * last(fault_free, "driver_torque")
 
 
-def test_a_held_port_gives_the_last_sound_value():
+def test_a_held_port_gives_the_last_fault_free_value():
     kept = 0.0
     seen = []
     for value, held in ((1.0, 0.0), (2.0, 0.0), (3.0, 1.0), (4.0, 1.0), (5.0, 0.0)):

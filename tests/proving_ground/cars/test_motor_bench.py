@@ -66,8 +66,8 @@ def test_a_false_sensor_misleads_the_angle_control():
 
 
 def test_half_the_torque_is_asked_for_twice():
-    run, sound = swinging(ports__motor_torque__gain=0.5), swinging()
-    assert np.std(run["motor_target_torque"]) == pytest.approx(2.0 * np.std(sound["motor_target_torque"]), rel=0.1)
+    run, fault_free = swinging(ports__motor_torque__gain=0.5), swinging()
+    assert np.std(run["motor_target_torque"]) == pytest.approx(2.0 * np.std(fault_free["motor_target_torque"]), rel=0.1)
 
 
 def test_a_current_sensor_that_reads_too_much_takes_torque_away():

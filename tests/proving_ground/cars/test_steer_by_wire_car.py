@@ -70,15 +70,19 @@ def test_hands_feel_the_spring_and_the_load():
 
 
 def test_no_torque_no_steering_and_half_of_it_is_made_up_for():
-    dead, weak, sound = swinging(ports__motor_torque__gain=0.0), swinging(ports__motor_torque__gain=0.5), swinging()
+    dead, weak, fault_free = (
+        swinging(ports__motor_torque__gain=0.0),
+        swinging(ports__motor_torque__gain=0.5),
+        swinging(),
+    )
     assert np.max(np.abs(dead["road_wheel_angle"])) < 1e-6
-    assert np.std(weak["motor_target_torque"]) > 1.5 * np.std(sound["motor_target_torque"])
-    assert np.degrees(np.std(weak["road_wheel_angle"] - sound["road_wheel_angle"])) < 0.3
+    assert np.std(weak["motor_target_torque"]) > 1.5 * np.std(fault_free["motor_target_torque"])
+    assert np.degrees(np.std(weak["road_wheel_angle"] - fault_free["road_wheel_angle"])) < 0.3
 
 
 def test_a_false_road_wheel_angle_is_steered_away():
-    run, sound = swinging(ports__road_wheel_angle__offset=0.01), swinging()
-    away = run["road_wheel_angle"][1000:] - sound["road_wheel_angle"][1000:]
+    run, fault_free = swinging(ports__road_wheel_angle__offset=0.01), swinging()
+    away = run["road_wheel_angle"][1000:] - fault_free["road_wheel_angle"][1000:]
     assert np.mean(away) == pytest.approx(-0.01, abs=5e-4)
 
 

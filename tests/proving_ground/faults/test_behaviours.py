@@ -50,7 +50,7 @@ def schedule(behaviour, element="sensor.yaw_rate", seed=0, sensors=SENSORS, dura
 def faulty(behaviour, seed=0, sensors=SENSORS, values=TRUTH):
     time, faulty = schedule(behaviour, seed=seed, sensors=sensors).on_channel("yaw_rate", TIME, values)
     assert np.array_equal(time, TIME)
-    assert np.array_equal(faulty[~INSIDE], values[~INSIDE]), "a sound signal stays what it is, to the bit"
+    assert np.array_equal(faulty[~INSIDE], values[~INSIDE]), "a fault-free signal stays what it is, to the bit"
     return faulty
 
 

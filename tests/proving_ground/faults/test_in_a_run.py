@@ -36,7 +36,7 @@ def differing(one, other, name):
 
 
 @pytest.fixture(scope="module")
-def sound():
+def fault_free():
     return driven()
 
 
@@ -51,36 +51,36 @@ def sound():
     ],
     ids=lambda part: part if isinstance(part, str) else part.label,
 )
-def test_nothing_differs_before_a_fault_begins(sound, fault, channel):
+def test_nothing_differs_before_a_fault_begins(fault_free, fault, channel):
     outcome = driven(fault)
-    assert 3.0 <= differing(outcome, sound, channel).min() <= 3.3
+    assert 3.0 <= differing(outcome, fault_free, channel).min() <= 3.3
     (window,) = outcome.windows
     assert (window["start"], window["end"]) == (3.0, SECONDS)
 
 
-def test_a_parameter_is_seen_in_the_truth(sound):
+def test_a_parameter_is_seen_in_the_truth(fault_free):
     level = driven(Fault(LEVEL, Step(8.0), AtTime(2.0), 1.5)).recording["truth_friction_torque"]
     inside = (level.time >= 2.0) & (level.time < 3.5)
     assert set(level.values[inside]) == {8.0}
     assert set(level.values[~inside]) == {4.0}
 
 
-def test_a_fault_of_a_recorded_signal_leaves_the_car_alone(sound):
+def test_a_fault_of_a_recorded_signal_leaves_the_car_alone(fault_free):
     outcome = driven(Fault("sensor.driver_torque", Offset(1.0), AtTime(3.0)))
-    assert not len(differing(outcome, sound, "truth_steering_wheel_angle"))
+    assert not len(differing(outcome, fault_free, "truth_steering_wheel_angle"))
     np.testing.assert_allclose(
-        outcome.recording["driver_torque"].values[300:] - sound.recording["driver_torque"].values[300:], 1.0
+        outcome.recording["driver_torque"].values[300:] - fault_free.recording["driver_torque"].values[300:], 1.0
     )
 
 
 @pytest.mark.parametrize(
     "trigger", [When("vehicle_speed > 1 m/s", 0.3), AtDistance(20.0)], ids=lambda each: type(each).__name__
 )
-def test_a_condition_is_met_on_the_way(trigger, sound):
+def test_a_condition_is_met_on_the_way(trigger, fault_free):
     outcome = driven(Fault(LEVEL, Step(8.0), trigger))
     (window,) = outcome.windows
     assert 0.0 < window["start"] < SECONDS
-    came = differing(outcome, sound, "truth_friction_torque").min()
+    came = differing(outcome, fault_free, "truth_friction_torque").min()
     assert came == pytest.approx(window["start"], abs=0.011)
 
 

@@ -99,8 +99,8 @@ def test_a_loop_and_the_recording_see_the_same_fault(behaviour):
         np.testing.assert_allclose(read, recorded, atol=0.021)
     else:
         np.testing.assert_allclose(read, recorded, atol=1e-12)
-    sound = (time < 3.0) | (time >= 7.0)
-    np.testing.assert_allclose(outputs["motor_torque"][sound], 2.0 * torque(time)[sound], atol=1e-12)
+    fault_free = (time < 3.0) | (time >= 7.0)
+    np.testing.assert_allclose(outputs["motor_torque"][fault_free], 2.0 * torque(time)[fault_free], atol=1e-12)
     assert np.abs(read - torque(stamps)).max() > 0.05
 
 

@@ -65,9 +65,9 @@ class SequentialTest:
         value = number(sample)
         slope = self.shift / (self.deviation * self.deviation)
         evidence = state.evidence + where(counts(value, enabled), slope * (value - 0.5 * self.shift), 0.0)
-        shifted, sound = evidence >= self.upper, evidence <= self.lower
-        decision = where(shifted, 1.0, where(sound, -1.0, 0.0))
-        after = where(either(shifted, sound), 0.0, evidence)
+        shifted, fault_free = evidence >= self.upper, evidence <= self.lower
+        decision = where(shifted, 1.0, where(fault_free, -1.0, 0.0))
+        after = where(either(shifted, fault_free), 0.0, evidence)
         return self.State(after), self.Output(evidence, where(shifted, 1.0, 0.0), decision)
 
 

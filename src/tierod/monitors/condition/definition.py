@@ -21,7 +21,7 @@ _MOTION = (
 )
 
 
-def _bank(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> ConditionSession:
+def _bank(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> ConditionSession:
     block, calibrated, car = condition_monitor(vehicle, 1.0 / rate), has_own_limits(vehicle), None
     if rolls(vehicle):
         calibrated, car = False, Car(block.lanes[0].vehicle, _MOTION)

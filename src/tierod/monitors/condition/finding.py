@@ -91,7 +91,7 @@ def judge(
         return _and_other_causes(_hardly_judged(name, healthy, drive, evidence, warnings), (), causes)
     rest = f"; not judged: {_by_cause(open_)}" if open_ else ""
     judged = drive.judged * drive.period
-    headline = f"{len(healthy)} of {_judged(states)} sensors and actuators are sound over {judged:.0f} s{rest}."
+    headline = f"{len(healthy)} of {_judged(states)} sensors and actuators are fault-free over {judged:.0f} s{rest}."
     warnings += tuple(
         f"{listed(targets)}: {_off(targets)}, too little for a verdict; check the channels, and the actuators with them"
         for targets in (causes.asked if causes else ())
@@ -171,7 +171,7 @@ def _lost(
     first = min(lost.values(), key=_order)
     alike = [name for name, loss in lost.items() if loss.cause == first.cause]
     who = "" if len(alike) >= sum(each.role == "sensor" for each in states) else f"{listed(alike)}: "
-    rest = f"{len(healthy)} of {_judged(states)} sensors and actuators are sound"
+    rest = f"{len(healthy)} of {_judged(states)} sensors and actuators are fault-free"
     headline = f"{who}{first.cause}; {rest if healthy else 'nothing is judged from then on'}."
     action = "check what they share, a bus, a supply, the logger, and then the sensors themselves; record again"
     return Finding(

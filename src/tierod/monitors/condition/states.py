@@ -126,7 +126,7 @@ def _status(
         return Status.SUSPECT, ""
     if loss is not None:
         when = "until then" if loss.since is not None else "in these"
-        seen = f"sound {when}" if course.testable >= LEAST_TESTABLE else f"{when} too little was seen to judge it"
+        seen = f"fault-free {when}" if course.testable >= LEAST_TESTABLE else f"{when} too little was seen to judge it"
         return loss.status, f"{loss.cause}; {seen}"
     if course.testable < LEAST_TESTABLE:
         if not _dead(drive) and needed is not None and needed.available < min(LEAST_TESTABLE, 0.5 * drive.seconds):

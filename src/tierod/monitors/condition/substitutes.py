@@ -34,7 +34,7 @@ GROWTH = {each.name: each.growth for each in SENSOR_TABLE}
 FADE = 0.2
 """Time constant of a switch between two fault-free sources [s]: far longer than a sample, far shorter than a turn."""
 
-_OF_CARS = {"name": FILTER, "needs": [], "source": "sound beginnings of the recordings of two real cars"}
+_OF_CARS = {"name": FILTER, "needs": [], "source": "fault-free beginnings of the recordings of two real cars"}
 
 
 @lru_cache(maxsize=4)

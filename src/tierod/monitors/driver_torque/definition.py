@@ -44,7 +44,7 @@ Observer = Callable[[Vehicle, float, SensorNoise, bool], Block]
 
 
 def _opener(name: str, observer: Observer, lacking: tuple[str, ...] = (), delay: float = 0.0) -> Opener:
-    def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
+    def open_(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
         if not vehicle.calibrated:
             raise ParameterError(
                 f"the torques of the vehicle '{vehicle.name}' are raw counts, and the wheel's inertia acts in N·m; "

@@ -34,10 +34,10 @@ bends, each judged against a level of another day on other tyres. At ratios of 1
 ABSOLUTE_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=13_900.0, shift=8.0, spacing=math.inf)
 """One look at the common gain of a car's torques: 1.2 times nominal and the margin are 3.8 deviations of it away."""
 
-OWN_LEVEL = tuple(
+BASELINE = tuple(
     Decision(
-        name=f"{name}, own level",
-        distance=f"friction over {ratio:g} times the car's own level, less one, in standard deviations of a sound "
+        name=f"{name}, baseline",
+        distance=f"friction over {ratio:g} times the car's baseline, less one, in standard deviations of a fault-free "
         f"car's wander ({TUNING.wander:g}), by the second",
         rule=TUNING.alarm,
         place="block.verdict.alarm",
@@ -75,8 +75,8 @@ ABSOLUTE = tuple(
     for name, mean, statistic in (("rising", 13_900.0, STATISTICS[0]), ("fault", None, STATISTICS[1]))
 )
 
-DECISIONS = (*OWN_LEVEL, *ABSOLUTE)
-"""Of every variant with the running verdict: rising and fault by the car's own level, and by the vehicle file."""
+DECISIONS = (*BASELINE, *ABSOLUTE)
+"""Of every variant with the running verdict: rising and fault by the car's baseline, and by the vehicle file."""
 
 VARIANCE_DECISIONS = (
     Decision(

@@ -46,20 +46,20 @@ _WIDE = (
 )
 
 
-def _presliding(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
-    block = FrictionMonitor.of_vehicle(vehicle, 1.0 / rate, *_learnt(own_level))
+def _presliding(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
+    block = FrictionMonitor.of_vehicle(vehicle, 1.0 / rate, *_learnt(baseline))
     return FrictionSession(block, vehicle, rate, acting_by_build_up, _WIDE)
 
 
-def _learnt(own_level: Baseline | None) -> tuple[float | None, float]:
+def _learnt(baseline: Baseline | None) -> tuple[float | None, float]:
     """Level and deviation from earlier recordings [N*m]."""
-    return (own_level.value, own_level.deviation) if own_level else (None, 0.0)
+    return (baseline.value, baseline.deviation) if baseline else (None, 0.0)
 
 
 def _paper(name: str, build: Callable[[Any], RefinedFrictionMonitor]) -> Opener:
-    def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
+    def open_(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
         parameters = replace(vehicle.parameters_for(FrictionParameters), sample_time=1.0 / rate)
-        verdict = FrictionVerdict.of_vehicle(vehicle, 1.0 / rate, *_learnt(own_level))
+        verdict = FrictionVerdict.of_vehicle(vehicle, 1.0 / rate, *_learnt(baseline))
         block = FrictionMonitor(build(parameters), verdict, f"friction, {name}")
         return FrictionSession(block, vehicle, rate, acting_by_balance(parameters))
 
@@ -67,8 +67,8 @@ def _paper(name: str, build: Callable[[Any], RefinedFrictionMonitor]) -> Opener:
 
 
 def _baseline(name: str, gate: VarianceGate | None) -> Opener:
-    def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
-        # The variance is judged against a threshold: an own level of friction says nothing about it.
+    def open_(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
+        # The variance is judged against a threshold: a baseline of friction says nothing about it.
         parameters = replace(vehicle.parameters_for(VarianceParameters), sample_time=1.0 / rate)
         known = vehicle.parameters.get("baseline_variance")
         threshold = known.value if known else math.inf

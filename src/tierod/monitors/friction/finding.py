@@ -8,7 +8,7 @@ from typing import Annotated
 
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.core.statement import STATUSES
-from tierod.monitors.friction.decisions import ABSOLUTE, OWN_LEVEL
+from tierod.monitors.friction.decisions import ABSOLUTE, BASELINE
 from tierod.monitors.friction.notices import FrictionRun, notices
 from tierod.monitors.friction.obstacles import obstacles
 from tierod.monitors.friction.verdict import BY_LIMIT
@@ -20,10 +20,10 @@ PLACE = "friction torque at the steering wheel axis"
 
 CLOSE = 0.9
 """Share of the limit of a fault from which rising friction is called close to it: a third of the way from 1.2 to 1.6
-times the own level is left at the least."""
+times the baseline is left at the least."""
 
 SETTLE = (
-    "calibrate the torques, compare with this car's own level from an earlier sound drive, or measure with a "
+    "calibrate the torques, compare with this car's baseline from an earlier fault-free drive, or measure with a "
     "lock-to-lock turn what was added"
 )
 
@@ -62,7 +62,7 @@ def _decided_by(run: FrictionRun, status: Status) -> tuple[str, ...]:
     """Names of the decisions behind an alarm."""
     if status not in (Status.RISING, Status.FAULT):
         return ()
-    rules = ABSOLUTE if run.judged.statement.kind == BY_LIMIT else OWN_LEVEL
+    rules = ABSOLUTE if run.judged.statement.kind == BY_LIMIT else BASELINE
     return (rules[status is Status.FAULT].name,)
 
 
@@ -74,7 +74,7 @@ def _reference(run: FrictionRun, limits: Limits) -> dict[str, float]:
         "fault": limits.fault.acts_from,
     }
     if run.judged.known_level > 0.0:
-        reference["own level"] = run.judged.known_level
+        reference["baseline"] = run.judged.known_level
     return reference
 
 
@@ -100,10 +100,10 @@ def _evidence(run: FrictionRun) -> dict[str, float]:
         }
         if run.judged.known_level > 0.0:
             evidence |= {
-                "ratio_to_own_level": run.judged.ratio,
-                "own_level_Nm": own.level,
-                "own_level_deviation_Nm": own.deviation,
-                "own_level_learnt_s": own.seconds,
+                "ratio_to_baseline": run.judged.ratio,
+                "baseline_Nm": own.level,
+                "baseline_deviation_Nm": own.deviation,
+                "baseline_learnt_s": own.seconds,
             }
         evidence |= run.evidence
     return evidence
@@ -211,7 +211,7 @@ def explained(run: FrictionRun, limits: Limits, status: Status) -> tuple[str, st
 def _ratio(run: FrictionRun) -> str:
     if run.judged.known_level <= 0.0:
         return ""
-    return f"{run.judged.ratio:.2f} times its own level of {run.judged.known_level:.2f} N·m"
+    return f"{run.judged.ratio:.2f} times its baseline of {run.judged.known_level:.2f} N·m"
 
 
 def _fault_to_come(limits: Limits) -> str:
@@ -242,10 +242,10 @@ def _healthy(run: FrictionRun, limits: Limits) -> tuple[str, str]:
     cause = f"friction is {margins[0]}"
     if run.verdict.learnt_level is not None:
         return (
-            f"{cause}; against the own level that was handed in it has not risen",
-            "none if that level is of a sound car; if not, calibrate the torques or turn from lock to lock",
+            f"{cause}; against the baseline that was handed in it has not risen",
+            "none if that level is of a fault-free car; if not, calibrate the torques or turn from lock to lock",
         )
-    return cause, f"settle whether it has risen before its level is stored as that of a sound car: {SETTLE}"
+    return cause, f"settle whether it has risen before its level is stored as that of a fault-free car: {SETTLE}"
 
 
 def _suspect(run: FrictionRun, limits: Limits) -> tuple[str, str]:
@@ -263,7 +263,7 @@ def _suspect(run: FrictionRun, limits: Limits) -> tuple[str, str]:
     if run.judged.pending > 0.5:
         own = run.friction > limits.rising.relative_from
         above = (
-            f"{run.judged.ratio:.2f} times its own level, rising from {limits.rising.ratio:.4g} times"
+            f"{run.judged.ratio:.2f} times its baseline, rising from {limits.rising.ratio:.4g} times"
             if own
             else f"{run.friction:.2f} N·m, rising from {limits.rising.absolute_from:.2f}"
         )
@@ -283,6 +283,6 @@ def _alarm(run: FrictionRun, limit: Limit, status: Status) -> str:
             f"{limit.absolute:.4g} N·m, which acts from {limit.absolute_from:.2f}"
         )
     return (
-        f"friction rose above this car's own level of {run.judged.known_level:.2f} N·m: {run.judged.ratio:.2f} "
+        f"friction rose above this car's baseline of {run.judged.known_level:.2f} N·m: {run.judged.ratio:.2f} "
         f"times it, {status.value} from {limit.ratio:.4g} times ({limit.relative_from:.2f} N·m)"
     )

@@ -36,11 +36,11 @@ from tierod.vehicles import Vehicle
 NAME = "friction, pre-sliding"
 """As in findings and in stored baselines."""
 
-VALUES = ("friction_torque", "friction_torque_standard_deviation", "ratio_to_own_level", *STATISTICS)
+VALUES = ("friction_torque", "friction_torque_standard_deviation", "ratio_to_baseline", *STATISTICS)
 """Traces that show the value of friction."""
 
 WITHHELD = (
-    "The value of friction is withheld, so its course, its spread, its hysteresis and its ratio to the own level are "
+    "The value of friction is withheld, so its course, its spread, its hysteresis and its ratio to the baseline are "
     "not shown: what the estimator computed means nothing here. The verdict says why."
 )
 
@@ -220,14 +220,14 @@ class FrictionSession(BlockSession):
             self._hysteresis.views(finding.since) if known else {},
             nis_figures(self._consistency.result(), wide=bool(self._consistency_remark)),
             tuple(tuning_rows(self.block)),
-            self._own_level(self._last.at(-1).verdict, finding.status),
+            self._baseline(self._last.at(-1).verdict, finding.status),
             {part: remark for part, remark in remarks.items() if remark},
             () if known else VALUES,
             tuple(self.course),
             defects=self._gains.defects(),
         )
 
-    def _own_level(self, judged: JudgedFriction, status: Status) -> Baseline | None:
+    def _baseline(self, judged: JudgedFriction, status: Status) -> Baseline | None:
         if status is not Status.HEALTHY or judged.known_level <= 0.0:
             return None
         own, unit = judged.baseline, self.vehicle.torque_unit

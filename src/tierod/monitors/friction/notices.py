@@ -12,7 +12,7 @@ from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 
 GAIN_WARNING = (
     "a common gain error of both torques scales the estimate and shows in no signal: 10 % of torque is 10 % of "
-    "friction; the ratio to the own level is free of it"
+    "friction; the ratio to the baseline is free of it"
 )
 
 RIGID_WARNING = (
@@ -94,11 +94,11 @@ def _levels(run: FrictionRun) -> list[str]:
     warnings, friction = [], run.friction
     if run.judged.known_level <= 0.0:
         warnings.append(
-            "the own level is not learnt (too little time, or friction above its limit): only absolute limits judge"
+            "the baseline is not learnt (too little time, or friction above its limit): only absolute limits judge"
         )
     elif run.judged.ratio < SMALLEST_LEVEL:
         warnings.append(
-            f"friction is {run.judged.ratio:.2f} times the own level: was that learnt on this car, with these sensors?"
+            f"friction is {run.judged.ratio:.2f} times the baseline: was that learnt on this car, with these sensors?"
         )
     nominal = run.limits.nominal_friction
     if run.verdict.tuning.smallest_friction * nominal <= friction < SMALLEST_NOMINAL * nominal:

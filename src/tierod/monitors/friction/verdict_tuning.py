@@ -15,15 +15,15 @@ class AlarmTuning:
 
     Args:
         ready_time: enabled time before any verdict [s]; 50 as printed by Mohtat et al., section 5
-        learning_time: enabled time over which the own level is learnt, after ready_time [s]; it averages the wander of
+        learning_time: enabled time over which the baseline is learnt, after ready_time [s]; it averages the wander of
             the estimate (1 to 2 % over a drive, simulated) and is over after six minutes of mixed driving
         shortest_learning: the ratio speaks from here on [s]; one time constant of the estimator
         learning_tolerance: while friction is above the learnt level by more than this share, nothing is learnt [-];
             twice what healthy drives with scatter reached. Nor is anything learnt above the limit of rising friction
-        rising_ratio, fault_ratio: of friction to the own level [-]; 1.2 and 1.6. Healthy drives with scatter
+        rising_ratio, fault_ratio: of friction to the baseline [-]; 1.2 and 1.6. Healthy drives with scatter
             stayed within 0.96 to 1.05
-        wander: standard deviation of a sound car's estimate about its own level, as a share of it [-]: the unit of the
-            distance from a limit. 0.036 in wind, ruts and banked bends, the worst of what sound cars do (24 drives);
+        wander: standard deviation of a fault-free car's estimate about its baseline, as a share of it [-]: the unit of
+            the distance from a limit. 0.036 in wind, ruts and banked bends, the worst of fault-free cars (24 drives);
             0.008 on usual roads (48 cars, simulated)
         excess: how long times how far a limit must be exceeded, as a share of the limit [s]: 0.25 is 10 % for 2.5 s or
             50 % for 0.5 s. Larger alarms later and rides out longer excursions; see `RISING_DESIGN` for what it costs
@@ -31,7 +31,7 @@ class AlarmTuning:
         gain_deviation: standard deviation of the torques' common gain, relative [-]; two torques of 10 % each, the
             motor with the larger share. An absolute limit must be exceeded by `confidence` of it
         confidence: standard deviations that friction must be above an absolute limit, and that a level handed in is
-            raised by [-]. With 1, and limits 1.2 times nominal, one sound car in 14 000 is "rising" at a gain
+            raised by [-]. With 1, and limits 1.2 times nominal, one fault-free car in 14 000 is "rising" at a gain
             deviation of 8 %
         onset_ratio: a change is said to have begun when friction was last below this multiple of the level [-]
         largest_deviation: standard deviation over friction above which the value is withheld [-]; half of the smallest
@@ -39,17 +39,17 @@ class AlarmTuning:
         smallest_excitation: mean build-up of friction below which it cannot be separated from stiffness [-]; simulated
             strokes shorter than the Dahl angle give 0.3, usual roads 0.8 to 0.95
         largest_residual: what the torque balance may leave open (root mean square), as a share of friction [-]. Where
-            it leaves more than `fitting_misfit` allows, 63 sound drives without a step (50 ms of delay and unknown laws
-            among them) gave at most 0.10, and with gusts and ruts 0.21 for 19 s; a wrong sign of the rate gives 0.36 to
-            0.54, a yaw rate in degrees 0.13 to 0.29, no lateral acceleration 0.15 to 0.27, simulated
+            it leaves more than `fitting_misfit` allows, 63 fault-free drives without a step (50 ms of delay and unknown
+            laws among them) gave at most 0.10, and with gusts and ruts 0.21 for 19 s; a wrong sign of the rate gives
+            0.36 to 0.54, a yaw rate in degrees 0.13 to 0.29, no lateral acceleration 0.15 to 0.27, simulated
         fitting_misfit: misfit up to which the balance fits whatever the friction [-]; 1.5, as friction of 2 N*m is
             small against the errors that the tuning of the estimator expects
         unfit_time: enabled time without a break for which the balance must not fit until the verdict is withheld [s].
             After a step of friction it does not fit for up to 57 s (4 to 25 N*m), so nearly twice that. The balance
             must have fitted once before the first verdict
         smallest_damping: learnt damping below which the signals contradict each other [N*m*s/rad]. In every sample of
-            72 sound drives it stayed above -0.1 (torques 50 ms late), else above 0.3; a wrong sign of the rate gives
-            -3.1 to -5.6, a lateral acceleration in g -2.3 to -4, simulated
+            72 fault-free drives it stayed above -0.1 (torques 50 ms late), else above 0.3; a wrong sign of the rate
+            gives -3.1 to -5.6, a lateral acceleration in g -2.3 to -4, simulated
         largest_aligning_factor: the learnt factor on the self-aligning torque must lie between one over this and this
             [-]. Cars whose trail scatters by 30 % ended between 0.43 and 3.2; a lateral acceleration in g gives 6 to
             10, a yaw rate in degrees 0.04 to 0.09, simulated

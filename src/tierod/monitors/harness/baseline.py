@@ -13,12 +13,12 @@ from tierod.core.errors import InputError
 from tierod.core.files import holding, write_text
 from tierod.core.user_files import json_document, read_text
 
-SCHEMA = "tierod.own-level/1"
+SCHEMA = "tierod.baseline/1"
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """A quantity of this vehicle as it was when it was sound.
+    """A quantity of this vehicle as it was when it was fault-free.
 
     Args:
         vehicle: name of the parameter set that was used

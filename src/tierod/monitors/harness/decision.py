@@ -46,7 +46,7 @@ class Demonstrated:
 
 @dataclass(frozen=True)
 class OwnRule:
-    """Numbers of a part that decides by its own rule: what no sound part can do, or a count of such events.
+    """Numbers of a part that decides by its own rule: what no fault-free part can do, or a count of such events.
 
     Args:
         stated: the rule in words, with these numbers

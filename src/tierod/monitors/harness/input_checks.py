@@ -73,7 +73,7 @@ class InputChecks:
         return dataclasses.replace(
             conclusion,
             finding=dataclasses.replace(finding, evidence={**finding.evidence, **self.judged.evidence()}),
-            own_level=conclusion.own_level if finding.status is conclusion.finding.status else None,
+            baseline=conclusion.baseline if finding.status is conclusion.finding.status else None,
             course=course,
         )
 

@@ -54,7 +54,7 @@ class IncreaseLimits:
         return Status.FAULT if above_nominal > self.fault_friction - self.nominal_friction else Status.RISING
 
     def above(self, base: float) -> dict[str, float]:
-        """The frictions [N m] from which a car that had `base` when it was sound is rising and faulted."""
+        """The frictions [N m] from which a car that had `base` when it was fault-free is rising and faulted."""
         distances = {"rising": self.rising_friction, "fault": self.fault_friction}
         return {name: base + limit - self.nominal_friction for name, limit in distances.items()}
 
@@ -66,7 +66,7 @@ class GroundSuspicion:
     Args:
         noticeable_friction: that a driver feels [N*m]
         ratio: to it, above which the tyres probably scrub [-]. Faults reach 1.1 (12.5 N·m, Mohtat et al., Table 1), the
-            sound car on the ground 2.6 (simulated); between them
+            fault-free car on the ground 2.6 (simulated); between them
     """
 
     noticeable_friction: Annotated[float, "N*m"]
@@ -95,14 +95,14 @@ class HysteresisSession:
         support: "hoist" or "ground"
         vehicle: under test
         rate: of the samples [Hz]
-        own_level: friction of the unfaulted vehicle on the same support
+        baseline: friction of the unfaulted vehicle on the same support
     """
 
     signals: tuple[str, ...] = SIGNALS_USED
     traces: Mapping[str, str] = {}
 
-    def __init__(self, name: str, support: Support, vehicle: Vehicle, rate: float, own_level: Baseline | None):
-        self.name, self.support, self.vehicle, self.own_level = name, support, vehicle, own_level
+    def __init__(self, name: str, support: Support, vehicle: Vehicle, rate: float, baseline: Baseline | None):
+        self.name, self.support, self.vehicle, self.baseline = name, support, vehicle, baseline
         self._limits = vehicle.parameters_for(IncreaseLimits) if vehicle.calibrated else None
         self.rule = INCREASE.rule
         self.identification = HysteresisIdentification.of_vehicle(vehicle, rate)
@@ -126,13 +126,13 @@ class HysteresisSession:
         loops = {f"lock to lock, {self.support}": (found.angle, found.torque)}
         finding = self._finding(found)
         # On the ground the first test defines the unfaulted loop: there is nothing else to hold it against.
-        first = self.support == "ground" and self.own_level is None and self.vehicle.calibrated
-        sound = finding.status is Status.HEALTHY or first
+        first = self.support == "ground" and self.baseline is None and self.vehicle.calibrated
+        fault_free = finding.status is Status.HEALTHY or first
         increase, spread = (finding.evidence.get(name) for name in INCREASES)
         distances = {INCREASE.name: increase / max(spread, 1e-9)} if increase is not None and spread is not None else {}
         defects = torque_defects(*self._torques(), self.vehicle)
-        kept = level if sound and not defects else None
-        return Conclusion(finding, loops=loops, own_level=kept, defects=defects, distances=distances)
+        kept = level if fault_free and not defects else None
+        return Conclusion(finding, loops=loops, baseline=kept, defects=defects, distances=distances)
 
     def _torques(self) -> tuple[np.ndarray, np.ndarray]:
         """Driver's and motor's torque at the same instants, (n,) each; NaN where missing."""
@@ -154,9 +154,9 @@ class HysteresisSession:
         limits = self._limits
         if limits is None:
             return self._withheld("the torques are raw counts, not N·m", Status.NOT_IDENTIFIABLE)
-        if self.own_level is not None:
-            base, name, against = self.own_level.value, "unfaulted", f"{self.own_level.value:.2f} N·m when unfaulted"
-            deviation = math.hypot(found.independent_deviation, self.own_level.deviation)
+        if self.baseline is not None:
+            base, name, against = self.baseline.value, "unfaulted", f"{self.baseline.value:.2f} N·m when unfaulted"
+            deviation = math.hypot(found.independent_deviation, self.baseline.deviation)
         elif self.support == "ground":
             return self._withheld(
                 f"{found.friction_torque:.2f} N·m include the scrub of the tyres on the ground",
@@ -166,7 +166,7 @@ class HysteresisSession:
         else:
             base, name, against = limits.nominal_friction, "nominal", f"{limits.nominal_friction:.1f} N·m nominal"
             deviation = found.standard_deviation
-        spread = deviation if self.own_level is not None else math.hypot(deviation, self._nominal_deviation())
+        spread = deviation if self.baseline is not None else math.hypot(deviation, self._nominal_deviation())
         status = limits.status(found.friction_torque - base, spread, self.rule)
         reference = {name: base} | limits.above(base)
         return Finding(
@@ -202,16 +202,16 @@ class HysteresisSession:
 
 
 _REMEDIES = {
-    Status.NOT_TESTABLE: "compare with the same test of the unfaulted car (--own-level), or repeat it on a hoist",
+    Status.NOT_TESTABLE: "compare with the same test of the unfaulted car (--baseline), or repeat it on a hoist",
     Status.NOT_IDENTIFIABLE: "give the torque per count in the channel map",
 }
 _CAUSES = {
     Status.HEALTHY: "the loop is as wide as it should be",
     Status.SUSPECT: "the loop is wider than it should be, but no wider than damping, scatter and the unknown friction "
-    "of this car when it was sound may explain",
+    "of this car when it was fault-free may explain",
 }
 _ACTIONS = {
-    Status.SUSPECT: "compare with the same test of the unfaulted car (--own-level), or turn slowly and several times",
+    Status.SUSPECT: "compare with the same test of the unfaulted car (--baseline), or turn slowly and several times",
     Status.HEALTHY: "none",
     Status.RISING: "watch it: repeat the test at the next service, and inspect the boots of the steering gear",
     Status.FAULT: "inspect column joints, bearings, steering gear and motor for corrosion, water or damage",
@@ -226,8 +226,8 @@ def _evidence(found: HysteresisFriction) -> dict[str, float]:
 
 
 def _open(support: Support) -> Callable[[Vehicle, float, Baseline | None], Session]:
-    def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
-        return HysteresisSession(f"hysteresis, {support}", support, vehicle, rate, own_level)
+    def open_(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
+        return HysteresisSession(f"hysteresis, {support}", support, vehicle, rate, baseline)
 
     return open_
 

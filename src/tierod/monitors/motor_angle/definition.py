@@ -22,7 +22,7 @@ PAPER = "Reinelt, Lundquist, Johansson, On-line sensor monitoring in an active f
 Part = TypeVar("Part")
 
 
-def _open(voltages: str, vehicle: Vehicle, rate: float, own_level: Baseline | None) -> MotorAngleSession:
+def _open(voltages: str, vehicle: Vehicle, rate: float, baseline: Baseline | None) -> MotorAngleSession:
     plausibility, gear = None, _if_given(vehicle, Superposition)
     if gear is not None:
         gain, which = _if_given(vehicle, VariableGain), WhichAngle(1.0 / rate)

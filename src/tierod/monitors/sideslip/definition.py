@@ -42,7 +42,7 @@ def _refuse_slow(rate: float, slowest: float) -> None:
 
 
 def _paper(name: str, build: Callable[[SteeredVehicle.Parameters, float], Any]) -> Opener:
-    def open_(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
+    def open_(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
         _refuse_slow(rate, SLOWEST.get(name, 0.0))
         block = build(vehicle.parameters_for(SteeredVehicle.Parameters), 1.0 / rate)
         block = replace(block, axles=block.axles.of_vehicle(vehicle))
@@ -51,7 +51,7 @@ def _paper(name: str, build: Callable[[SteeredVehicle.Parameters, float], Any]) 
     return open_
 
 
-def _combined(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
+def _combined(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
     _refuse_slow(rate, SLOWEST_BY_WIRE if BY_WIRE in vehicle else 0.0)
     block = CombinedSideslip.of_vehicle(vehicle, 1.0 / rate)
     return CombinedSession(block, vehicle, rate, "sideslip, combined", COMBINED_TRACES)

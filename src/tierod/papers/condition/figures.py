@@ -120,11 +120,11 @@ class _View:
         time = recording["yaw_rate"].time
         inside = (time >= span[0]) & (time < span[1])
         real = truths(drive, time)
-        sound = np.zeros(len(time), bool)
+        fault_free = np.zeros(len(time), bool)
         panels = []
         for element in elements:
             declared = {VARIANTS[name].title: _state(each, element)[inside] for name, each in said.items()}
-            known = real.get(element, sound)[inside]
+            known = real.get(element, fault_free)[inside]
             panels.append(states(element.replace("_", " "), time[inside], known, declared))
         return Chart(
             f"condition-figure-{number}",

@@ -112,11 +112,11 @@ def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
         if each.element in TORQUES:
             found[each.element] = recording[TARGETS[each.element]].values - recording[truth(each.element)].values
         else:
-            found[each.element] = recording[each.element].values - sound(each.element, recording, sensors)
+            found[each.element] = recording[each.element].values - fault_free(each.element, recording, sensors)
     return found
 
 
-def sound(sensor: str, recording: Recording, sensors: SensorSet) -> np.ndarray:
+def fault_free(sensor: str, recording: Recording, sensors: SensorSet) -> np.ndarray:
     """What a sensor would read without fault and noise, in its unit."""
     return sensors[sensor].gain * recording[f"truth_{sensor}"].values + sensors[sensor].bias
 

@@ -43,8 +43,8 @@ def items(effort: Effort) -> Iterator[Item]:
     plans = PLANS[:1] if effort.quick else PLANS
     faulty = [drive for plan in plans for drive in more_kinds(*plan) if _chosen(drive)]
     faulty = faulty[::6] if effort.quick else faulty
-    sound = healthy_drives(0.05 if effort.quick else HOURS, tuple(number for number, *_ in plans))
-    found = each(_scored, [*faulty, *sound], effort)
+    fault_free = healthy_drives(0.05 if effort.quick else HOURS, tuple(number for number, *_ in plans))
+    found = each(_scored, [*faulty, *fault_free], effort)
     scored, quiet = found[: len(faulty)], summary(found[len(faulty) :])
     yield Heading("Without a calibration", TEXT)
     yield _by_kind(scored)

@@ -20,7 +20,7 @@ from tierod.proving_ground.faults import fault_of
 from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.run import Outcome
 from tierod.proving_ground.scatter import Scatter
-from tierod.proving_ground.scenarios.scenario import Scenario, lengthened, require_duration, require_sound
+from tierod.proving_ground.scenarios.scenario import Scenario, lengthened, require_duration, require_fault_free
 from tierod.proving_ground.sensors import SensorSet
 
 
@@ -155,7 +155,7 @@ def from_document(document: Document) -> Scenario:
         vehicle=vehicle,
         next_command=file.next_command,
     )
-    require_sound(scenario)
+    require_fault_free(scenario)
     return scenario
 
 

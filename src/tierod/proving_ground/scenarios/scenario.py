@@ -167,7 +167,7 @@ def lengthened(course: AnyCourse, seconds: float) -> AnyCourse:
     return longer
 
 
-def require_sound(scenario: Scenario) -> None:
+def require_fault_free(scenario: Scenario) -> None:
     """Refuse a scenario whose parts contradict each other.
 
     Raises:

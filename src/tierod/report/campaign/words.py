@@ -84,7 +84,7 @@ def found(figures: Mapping[str, Any]) -> str:
 
 def false_alarms(figures: Mapping[str, Any]) -> tuple[str, str]:
     """(false alarms in so many judged hours, upper bound of their rate)."""
-    hours = value(figures["sound_judged_hours"])
+    hours = value(figures["fault_free_judged_hours"])
     if not hours > 0.0:
         return "–", "–"
     return f"{figures['false_alarms']} in {number(hours, 3)} h", f"{rate(figures['false_alarm_bound'])}/h"

@@ -95,13 +95,13 @@ def test_what_tells_too_little_is_refused_before_the_search(recordings, message)
 
 def test_a_drive_is_suspicious_where_one_fault_explains_it_far_better():
     (drive,) = healthy_drives({"a": made_up(driving(9.0))})
-    sound = np.full((3, 2 * COUNT), -2.0)
-    faulty, jump, pair = sound.copy(), sound.copy(), sound.copy()
+    fault_free = np.full((3, 2 * COUNT), -2.0)
+    faulty, jump, pair = fault_free.copy(), fault_free.copy(), fault_free.copy()
     faulty[1, COUNT + 2] = 9.0
     jump[2, 3] = 18.0
     pair[0, COUNT + 20] = 9.0
-    watched = [Watched(each, 0.1) for each in (sound, faulty, jump, pair)]
-    named = [drive._replace(name=name) for name in ("sound", "faulty", "jump", "pair")]
+    watched = [Watched(each, 0.1) for each in (fault_free, faulty, jump, pair)]
+    named = [drive._replace(name=name) for name in ("fault_free", "faulty", "jump", "pair")]
     found = _suspicions(named, watched)
     assert [(each.drive, each.suspect, each.ratio) for each in found] == [
         ("faulty", "yaw_rate", 3.0),

@@ -31,7 +31,7 @@ larger = [["r2", "r1"]]
 fault = "gyro"
 abnormal = ["r3"]
 normal = ["r4"]
-sound = ["left", "right"]
+fault-free = ["left", "right"]
 weights = { r3 = 3.0 }
 
 [[rule]]
@@ -90,7 +90,7 @@ def test_the_sign_counts_where_it_is_asked_for():
     assert names(Run().feed(3, r3=-1.2, r4=1.2).faulty) == set()
 
 
-def test_a_rule_that_wants_others_sound_waits_for_them():
+def test_a_rule_that_wants_others_fault_free_waits_for_them():
     assert names(Run().feed(3, r3=2.0).faulty) == {"gyro"}
     assert names(Run().feed(3, r3=2.0, r1=2.0).faulty) == {"left"}
 
@@ -145,7 +145,7 @@ def test_nothing_abnormal_names_nobody():
         (('abnormal = ["r1"]', 'abnormal = "r1"'), r"expected a list of names"),
         (("weights = { r3 = 3.0 }", "weights = { r3 = 0 }"), r"weight of 'r3' is 0"),
         (
-            ('sound = ["left", "right"]', 'sound = ["angle"]'),
+            ('fault-free = ["left", "right"]', 'fault-free = ["angle"]'),
             r"requires 'angle' to be fault-free, but its rule does not come before",
         ),
         (('positive = ["r3"]\nabnormal = ["r4"]', 'normal = ["r3"]'), r"holds while all is well"),

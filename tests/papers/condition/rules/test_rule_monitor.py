@@ -60,7 +60,7 @@ def test_a_residual_without_a_threshold_is_neither_normal_nor_abnormal():
     assert said(samples, "rules") == {"tie_rod_force"}
 
 
-def test_a_sound_circle_names_nobody():
+def test_a_fault_free_circle_names_nobody():
     assert all(said(circle(), variant) == set() for variant in FILES)
 
 

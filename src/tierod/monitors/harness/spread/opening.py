@@ -22,7 +22,7 @@ class Uncertain:
         monitor: on the grid of the recording
         variant: of the monitor
         vehicle: as its file gives it; parameters without a standard deviation take that of its class
-        own_level: baseline of earlier drives; None where there is none
+        baseline: baseline of earlier drives; None where there is none
 
     Raises:
         ParameterError: the variant cannot run with this vehicle
@@ -31,10 +31,10 @@ class Uncertain:
     their class.
     """
 
-    def __init__(self, monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: Baseline | None):
-        self._monitor, self._variant, self._own_level = monitor, variant, own_level
+    def __init__(self, monitor: Monitor, variant: Variant, vehicle: Vehicle, baseline: Baseline | None):
+        self._monitor, self._variant, self._baseline = monitor, variant, baseline
         watched = WatchedParameters(vehicle.parameters)
-        self.session = opened(monitor, variant, dataclasses.replace(vehicle, parameters=watched), own_level)
+        self.session = opened(monitor, variant, dataclasses.replace(vehicle, parameters=watched), baseline)
         self.vehicle, filled = with_spread(vehicle)
         designed = monitor.name in vehicle.thresholds
         own = {name for name in watched.deviations_read if vehicle.parameters[name].standard_deviation is not None}
@@ -47,7 +47,7 @@ class Uncertain:
         return may_move(name) and bool(self.vehicle.parameters[name].standard_deviation)
 
     def _open(self, vehicle: Vehicle) -> Session:
-        return opened(self._monitor, self._variant, vehicle, self._own_level)
+        return opened(self._monitor, self._variant, vehicle, self._baseline)
 
     def spread(self, duration: float) -> ParameterSpread | None:
         """The spread over a recording; None where the monitor reads no uncertain parameter.

@@ -137,7 +137,7 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
         conclusion,
         finding=finding,
         elements=_doubted(conclusion.elements, found.elements),
-        own_level=None,
+        baseline=None,
         course=(),
         code_courses={},
     )

@@ -26,7 +26,7 @@ _DECIDES = "symptom of a residual"
 def _opening(name: str) -> Callable[[Vehicle, float, Baseline | None], Session]:
     """What opens a session of a variant."""
 
-    def opened(vehicle: Vehicle, rate: float, own_level: Baseline | None) -> Session:
+    def opened(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
         from tierod.papers.condition.rules.parameters import ResidualParameters
         from tierod.papers.condition.rules.rule_monitor import RulesWithReaction, rule_monitor
         from tierod.papers.condition.rules.storage import calibration_of, name_of

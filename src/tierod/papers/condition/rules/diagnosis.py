@@ -81,7 +81,7 @@ class RuleDiagnosis:
 
         symptoms: tuple[Held, ...]
         held: tuple[Scalar, ...]
-        unsound: tuple[Scalar, ...]
+        since_held: tuple[Scalar, ...]
 
     def init(self) -> State:
         """Nothing was ever abnormal."""
@@ -94,19 +94,19 @@ class RuleDiagnosis:
         ratios = dict(zip(self.table.residuals, (ratio for _, ratio in pairs), strict=True))
         longest = self.table.timing.confirm_time + self.sample_time
         held: dict[str, Scalar] = {}
-        unsound: dict[str, Scalar] = {}
+        since_held: dict[str, Scalar] = {}
         scores = {}
-        for rule, before, left in zip(self.table.rules, state.held, state.unsound, strict=True):
+        for rule, before, left in zip(self.table.rules, state.held, state.since_held, strict=True):
             matched, scores[rule.fault] = _fit(rule, ratios)
-            sound = [unsound[name] < 0.5 * self.sample_time for name in rule.sound]
-            holds = all_of(matched, *sound)
+            fault_free = [since_held[name] < 0.5 * self.sample_time for name in rule.fault_free]
+            holds = all_of(matched, *fault_free)
             held[rule.fault] = where(holds, minimum(before + self.sample_time, longest), 0.0)
             kept = maximum(left - self.sample_time, 0.0)
-            after = maximum(self.table.timing.sound_after, self.sample_time)
-            unsound[rule.fault] = where(held[rule.fault] > self._confirmed, after, kept)
+            after = maximum(self.table.timing.fault_free_after, self.sample_time)
+            since_held[rule.fault] = where(held[rule.fault] > self._confirmed, after, kept)
         flags = {name: where(each > self._confirmed, 1.0, 0.0) for name, each in held.items()}
         seen = {name: where(both(present(each), absolute(each) >= 1.0), 1.0, 0.0) for name, each in ratios.items()}
-        state = self.State(tuple(symptom for symptom, _ in pairs), tuple(held.values()), tuple(unsound.values()))
+        state = self.State(tuple(symptom for symptom, _ in pairs), tuple(held.values()), tuple(since_held.values()))
         return state, self._said(flags, scores, seen)
 
     @property

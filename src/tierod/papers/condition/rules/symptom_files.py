@@ -5,7 +5,7 @@
     source = "Where the rules come from."
     confirm_time = "0.05 s"
     hold_on = "0.1 s"
-    sound_after = "0 s"
+    fault_free_after = "0 s"
     one_fault = true                 # rules that hold together name candidates
 
     [[rule]]
@@ -15,7 +15,7 @@
     positive = ["r10"]               # abnormal, and above zero
     negative = []                    # abnormal, and below zero
     larger = [["r10", "r14"]]        # the first more thresholds off zero than the second
-    sound = ["yaw_rate"]             # other faults whose own rule has not held for a while
+    fault_free = ["yaw_rate"]             # other faults whose own rule has not held for a while
     weights = { r10 = 2.0 }          # in the score; 1 where nothing is said
 
 What a rule does not name does not matter to it.
@@ -35,8 +35,8 @@ from tierod.papers.condition.rules.catalogue import RESIDUALS
 from tierod.papers.condition.rules.symptoms import SymptomRule, SymptomTable, Timing
 
 _LISTS = ("abnormal", "normal", "positive", "negative")
-_KEYS = ("fault", *_LISTS, "larger", "sound", "weights")
-_TIMES = ("confirm_time", "hold_on", "sound_after")
+_KEYS = ("fault", *_LISTS, "larger", "fault_free", "weights")
+_TIMES = ("confirm_time", "hold_on", "fault_free_after")
 _TABLE_KEYS = ("name", "description", "source", *_TIMES, "one_fault", "rule")
 
 
@@ -84,14 +84,14 @@ def _rule(table: Any, number: int, document: Document, residuals: Collection[str
         raise document.error((*at, "fault"), f"{fault!r} is nothing that can fail{nearest(str(fault), faults)}")
     lists = {key: _names(table, key, residuals, "residual", document, at) for key in _LISTS}
     pairs = _pairs(table, residuals, document, at)
-    sound = _names(table, "sound", faults, "fault", document, at)
+    fault_free = _names(table, "fault_free", faults, "fault", document, at)
     weights = table.get("weights", {})
     _names({"weights": list(weights)}, "weights", residuals, "residual", document, at)
     for name, weight in weights.items():
         if not isinstance(weight, int | float) or not weight > 0.0:
             raise document.error((*at, "weights"), f"the weight of '{name}' is {weight!r}; expected one above zero")
     rule = SymptomRule(
-        fault, **lists, larger=pairs, sound=sound, weights=tuple((k, float(v)) for k, v in weights.items())
+        fault, **lists, larger=pairs, fault_free=fault_free, weights=tuple((k, float(v)) for k, v in weights.items())
     )
     _require_consistent(rule, document, at)
     return rule
@@ -128,10 +128,10 @@ def _require_order(rules: tuple[SymptomRule, ...], document: Document) -> None:
     """Rules that ask whether others hold come after them, so that one pass decides all."""
     before: set[str] = set()
     for number, rule in enumerate(rules):
-        for name in rule.sound:
+        for name in rule.fault_free:
             if name not in before:
                 raise document.error(
-                    ("rule", number, "sound"),
+                    ("rule", number, "fault_free"),
                     f"'{rule.fault}' requires '{name}' to be fault-free, but its rule does not come before; move it up",
                 )
         before.add(rule.fault)

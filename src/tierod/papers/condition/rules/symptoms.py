@@ -16,12 +16,12 @@ class Timing:
     Args:
         confirm_time: a rule must hold so long without a break until its fault is named
         hold_on: a residual stays abnormal for so long after it was
-        sound_after: time after its own rule last held from which a fault counts as absent in other rules [s]
+        fault_free_after: time after its own rule last held from which a fault counts as absent in other rules [s]
     """
 
     confirm_time: Annotated[float, "s", NOT_NEGATIVE] = 0.0
     hold_on: Annotated[float, "s", NOT_NEGATIVE] = 0.1
-    sound_after: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    fault_free_after: Annotated[float, "s", NOT_NEGATIVE] = 0.0
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class SymptomRule:
         abnormal, normal: residuals beyond and within their thresholds
         positive, negative: residuals that are abnormal with this sign
         larger: pairs of residuals, the first of which is more thresholds away from zero
-        sound: other faults of the table whose rules must not hold
+        fault_free: other faults of the table whose rules must not hold
         weights: of residuals in the score, where they are not 1
     """
 
@@ -43,7 +43,7 @@ class SymptomRule:
     positive: tuple[str, ...] = ()
     negative: tuple[str, ...] = ()
     larger: tuple[tuple[str, str], ...] = ()
-    sound: tuple[str, ...] = ()
+    fault_free: tuple[str, ...] = ()
     weights: tuple[tuple[str, float], ...] = ()
 
     @property
@@ -61,7 +61,12 @@ class SymptomRule:
         """Whether the other rule holds wherever this one does."""
         signed = set(self.positive) >= set(other.positive) and set(self.negative) >= set(other.negative)
         inside = set(self.normal) >= set(other.normal) and self.raised >= other.raised
-        return signed and inside and set(self.larger) >= set(other.larger) and set(self.sound) >= set(other.sound)
+        return (
+            signed
+            and inside
+            and set(self.larger) >= set(other.larger)
+            and set(self.fault_free) >= set(other.fault_free)
+        )
 
 
 @dataclass(frozen=True)
