@@ -37,7 +37,7 @@ def test_the_page_tells_gates_matrix_states_and_failures():
         content(gates=[gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="sound")])
     )
     assert page.startswith("<!doctype html>")
-    assert "A gate is missed" in page
+    assert "A pass criterion is missed" in page
     assert re.search(r"detection_<wbr>worst_<wbr>s</th><td[^>]*>all drives</td><td>≤ 10</td><td>never</td>", page)
     assert "2/2" not in page.split("<script")[0]
     assert "1 false alarm" in page

@@ -223,7 +223,7 @@ def box_figure(number_: int, states: Mapping[str, Any]) -> Figure | None:
     drawn = {key: rounded([factor * value(box[name]) for box in boxes]) for key, name in keys.items()}
     line = {"color": BLUE, "width": 1.5}
     data: list[dict[str, Any]] = [
-        {"type": "box", "name": "estimates", "x": names, "line": line, "fillcolor": "rgba(29,95,168,0.15)", **drawn},
+        {"type": "box", "name": "estimates", "x": names, "line": line, "fillcolor": "var(--accent-tint)", **drawn},
         {
             "type": "scatter",
             "mode": "markers",
