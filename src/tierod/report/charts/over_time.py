@@ -236,10 +236,9 @@ def verdict_marks(
     ]
     first, last = span(diagnosis)
     began, alarm = finding.since, min(passed, default=None)
+    moments = {"change began": began, "alarm": alarm}
     if began is not None and alarm is not None and abs(alarm - began) < 2e-3 * (last - first):
         moments = {"change began, alarm": alarm}
-    else:
-        moments = {"change began": began, "alarm": alarm}
     shapes, notes = [], []
     for name, moment in moments.items():
         if moment is None:
