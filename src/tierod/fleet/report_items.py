@@ -136,7 +136,9 @@ def _drives(report: FleetReport, car: Ranked) -> Table:
         estimate += written(row["unit"] or "")
         cells.append((when, row["recording_name"] or "–", judged, row["status"], estimate))
     return Table(
-        "Drives that say so", ("date", "recording", "judged", "verdict of the drive", "estimate"), tuple(cells)
+        f"Drives that say so: {car.vehicle}",
+        ("date", "recording", "judged", "verdict of the drive", "estimate"),
+        tuple(cells),
     )
 
 

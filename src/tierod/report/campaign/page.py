@@ -7,7 +7,7 @@ from typing import Any
 
 from tierod.core.findings import Status
 from tierod.core.shown import shown
-from tierod.report.campaign.charts import box_figure, detection_figure, grid
+from tierod.report.campaign.charts import RIGHT, box_figure, detection_figure, grid
 from tierod.report.campaign.words import count, false_alarms, found, place, rate, seconds, shared, spread, value
 from tierod.report.charts.figure import Figure
 from tierod.report.display import number
@@ -206,6 +206,7 @@ def _cell(cell: Mapping[str, Any]) -> dict[str, Any]:
             "symbol": appearance(Status(each["status"])).symbol if each["status"] else "?",
             "time": seconds(each["detection_s"]) if each.get("outcome") == "found" else "",
             "headline": each.get("headline") or each["reason"],
+            "wrong": each.get("outcome") not in RIGHT,
         }
         for each in cell["verdicts"]
     ]
