@@ -79,6 +79,15 @@ def test_detection_curves_have_a_panel_per_fault_in_the_order_of_the_matrix():
     assert figure.summary[3] == ("step 1 (0 of 1 found)", "never", "never", "never")
 
 
+def test_the_goal_of_a_pass_criterion_is_a_line_in_the_chart_of_its_times():
+    gates = [gate("detection_worst_s", "<= 10"), gate("detection_median_s", "<= 4", fault="lost"), gate("bias", "<= 1")]
+    found = content(gates=gates)
+    figure = detection_figure(0, found["monitors"][0]["label"], found["pools"], found["gates"])
+    levels = [(shape["yref"], shape["y0"]) for shape in figure.layout["shapes"]]
+    assert sorted(levels) == [("y", 10.0), ("y2", 4.0), ("y2", 10.0)]
+    assert detection_figure(0, "friction", found["pools"]).layout["shapes"] == []
+
+
 def test_sizes_with_a_unit_are_numbers_and_other_sizes_are_names():
     rows = [row(1, fault="a", size="2 N*m"), row(1, fault="a", size="4 N*m"), row(1, fault="b", size="summer")]
     figure = detection_figure(0, "friction", content(rows)["pools"])

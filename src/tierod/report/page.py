@@ -177,7 +177,7 @@ def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
         finding,
         headline=sentence(finding.headline),
         cause=sentence(finding.cause),
-        action=sentence(finding.action),
+        action=sentence("nothing" if finding.action == "none" else finding.action),
         warnings=tuple(map(sentence, finding.warnings)),
     )
     since = "" if finding.since is None else f"at {instant(finding.since)}" if finding.since > 0.0 else "at the start"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -84,7 +85,7 @@ def _group(title: str, claims: Sequence[Claim]) -> dict[str, Any]:
 
 def _row(claim: Claim) -> dict[str, Any]:
     symbol, word, kind = _VERDICTS[claim.met]
-    unit = written(claim.unit)
+    unit = re.sub(r"\bdeg\b", "°", written(claim.unit))
     return {
         "id": claim.id,
         "claim": claim.claim,
@@ -92,7 +93,7 @@ def _row(claim: Claim) -> dict[str, Any]:
         "note": claim.note,
         "printed": _figure(claim.printed),
         "measured": _figure(claim.figure),
-        "goal": "–" if claim.goal is None else str(claim.goal).replace("<=", "≤").replace(">=", "≥"),
+        "goal": "–" if claim.goal is None else str(claim.goal).replace("<=", "≤").replace(">=", "≥").replace("-", "−"),
         "unit": unit,
         "symbol": symbol,
         "word": word,

@@ -103,7 +103,9 @@ def _view(index: int, content: Mapping[str, Any], monitor: Mapping[str, Any]) ->
     states = next(each for each in content["states"] if each["monitor"] == label)
     whole = pools[0]["figures"]
     figures: list[Figure] = [
-        figure for figure in (detection_figure(index, label, pools), box_figure(index, states)) if figure
+        figure
+        for figure in (detection_figure(index, label, pools, content["gates"]), box_figure(index, states))
+        if figure
     ]
     unit = shown(states["unit"])[1]
     return {
