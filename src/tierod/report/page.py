@@ -235,8 +235,9 @@ def _quality_row(row: Any) -> dict[str, Any]:
 
 def _parameter_row(row: tuple[str, float, str, float | None, str]) -> tuple[str, str, str, str, str]:
     name, value, unit, spread, source = row
-    # Parameters stay in SI, as in the vehicle file: an angle in degrees would not be found there again.
-    label = written(unit)
+    # Parameters stay in SI, as in the vehicle file, where they are found again; charts and words are in other units.
+    factor, as_shown = shown(unit)
+    label = f"{written(unit)} ({number(value * factor, 3)} {as_shown})" if factor != 1.0 else written(unit)
     return words(name), number(value, 5), label, "" if spread is None else number(spread, 3), source
 
 
