@@ -15,6 +15,7 @@
   };
 
   const store = {};
+  const undrawn = []; // in closed folds
   const charts = []; // { figure, place, line } of every chart that is drawn
   const content = (name) => document.getElementById(name).textContent;
   const packed = (mark) => mark.meta && !mark.x;
@@ -47,7 +48,7 @@
     const fold = place.closest("details:not([open])");
     if (!fold) return draw(figure, place);
     fold.addEventListener("toggle", () => draw(figure, place), { once: true });
-    window.addEventListener("beforeprint", () => draw(figure, place), { once: true });
+    undrawn.push([figure, place]);
   }
 
   function draw(figure, place) {
@@ -178,6 +179,7 @@
   const theme = root.dataset.theme;
   window.addEventListener("beforeprint", () => {
     for (const each of folded) each.open = true;
+    for (const each of undrawn.splice(0)) draw(...each);
     root.dataset.theme = "light";
     redraw(printedSize);
   });
