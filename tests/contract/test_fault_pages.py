@@ -83,7 +83,7 @@ def friction(whole, variant):
 
 def hysteresis(whole, variant):
     level = Baseline("midsize-eps", f"hysteresis, {variant}", 4.0, 0.1, "N*m", 60.0)
-    return diagnose(whole, "midsize-eps", "hysteresis", variant, own_level=level)
+    return diagnose(whole, "midsize-eps", "hysteresis", variant, baseline=level)
 
 
 def sideslip(whole, variant):

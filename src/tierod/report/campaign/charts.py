@@ -276,7 +276,7 @@ def box_figure(number_: int, states: Mapping[str, Any]) -> Figure | None:
         name=f"estimates-{number_}",
         title="What was estimated in each state",
         caption="Settled estimates of all drives: middle half as the box, 5 to 95 % as whiskers. Green: the truth. "
-        "The column `sound` includes the drives with a fault, until it comes.",
+        "The column `fault_free` includes the drives with a fault, until it comes.",
         alternative="Boxes of the estimates by state; truth, median and errors in the table beneath.",
         data=data,
         layout=layout(400, yaxis=axis(bracketed("estimate", label)), xaxis=axis("", automargin=True, linecolor=GREY)),

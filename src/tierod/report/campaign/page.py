@@ -26,7 +26,7 @@ _ACTIONS = {
     "not judged": "See below which drives failed and why; the same command again drives what is missing.",
 }
 ALARMS = (Status.RISING, Status.SUSPECT, Status.FAULT)
-SOUND = "sound"
+FAULT_FREE = "fault_free"
 """The state of a drive without a fault."""
 
 MOST_CELLS = 3000
@@ -122,7 +122,7 @@ def _view(index: int, content: Mapping[str, Any], monitor: Mapping[str, Any]) ->
 
 def _figures(figures: Mapping[str, Any], unit: str) -> list[tuple[str, str]]:
     """The figures of the whole campaign."""
-    hours = number(value(figures["sound_judged_hours"]), 3)
+    hours = number(value(figures["fault_free_judged_hours"]), 3)
     return [
         ("Faults found", found(figures)),
         ("Time to the alarm", f"median {seconds(figures['detection_median_s'])}, "
@@ -156,7 +156,7 @@ def _right(state: str, status: str) -> str:
     """Whether a status found is as it should be for a state given: class of the page."""
     if status not in (Status.HEALTHY, *ALARMS):
         return "open"
-    return "good" if (status in ALARMS) == (state != SOUND) else "bad"
+    return "good" if (status in ALARMS) == (state != FAULT_FREE) else "bad"
 
 
 def _columns(unit: str) -> tuple[str, ...]:
