@@ -187,10 +187,14 @@ def a_chart_shows(diagnosis, each, text):
     left, right = chart["layout"]["xaxis"]["range"]
     assert left <= each.passed * per_second <= right
     assert right >= last * per_second * 0.999
-    if finding.since is not None:
-        uprights = [shape["x0"] for shape in chart["layout"]["shapes"] if shape.get("yref") == "paper"]
-        assert uprights == pytest.approx([finding.since * per_second])
-        assert left <= uprights[0] <= right
+    uprights = [shape["x0"] for shape in chart["layout"]["shapes"] if shape.get("yref") == "paper"]
+    passed = min(other.passed for other in diagnosis.decisions if other.name in finding.decided_by and other.passed)
+    moments = [moment * per_second for moment in (finding.since, passed) if moment is not None]
+    # One line stands for both where they all but coincide.
+    assert [min(abs(at - upright) for upright in uprights) for at in moments] == pytest.approx(
+        [0.0] * len(moments), abs=2e-3 * (right - left)
+    )
+    assert all(left <= upright <= right for upright in uprights)
 
 
 def a_look_is_shown(each, text):

@@ -37,7 +37,7 @@ def test_the_page_tells_gates_matrix_states_and_failures():
         content(gates=[gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="fault_free")])
     )
     assert page.startswith("<!doctype html>")
-    assert "A gate is missed" in page
+    assert "A pass criterion is missed" in page
     assert re.search(r"detection_<wbr>worst_<wbr>s</th><td[^>]*>all drives</td><td>≤ 10</td><td>never</td>", page)
     assert "2/2" not in page.split("<script")[0]
     assert "1 false alarm" in page
@@ -77,6 +77,15 @@ def test_detection_curves_have_a_panel_per_fault_in_the_order_of_the_matrix():
     assert medians[1]["x"] == ["as it is"]
     assert [note["text"] for note in figure.layout["annotations"]] == ["step", "1 never", "lost"]
     assert figure.summary[3] == ("step 1 (0 of 1 found)", "never", "never", "never")
+
+
+def test_the_goal_of_a_pass_criterion_is_a_line_in_the_chart_of_its_times():
+    gates = [gate("detection_worst_s", "<= 10"), gate("detection_median_s", "<= 4", fault="lost"), gate("bias", "<= 1")]
+    found = content(gates=gates)
+    figure = detection_figure(0, found["monitors"][0]["label"], found["pools"], found["gates"])
+    levels = [(shape["yref"], shape["y0"]) for shape in figure.layout["shapes"]]
+    assert sorted(levels) == [("y", 10.0), ("y2", 4.0), ("y2", 10.0)]
+    assert detection_figure(0, "friction", found["pools"]).layout["shapes"] == []
 
 
 def test_sizes_with_a_unit_are_numbers_and_other_sizes_are_names():

@@ -15,7 +15,8 @@ from diagnosis_examples import friction_fault
 from tierod.core.findings import Trace
 from tierod.report import write_html
 from tierod.report.charts.over_time import estimate_figures, signal_figure
-from tierod.report.html import BUDGET, LEAST, LIBRARY, TEMPLATES, packed_series, series_script
+from tierod.report.html import LIBRARY, TEMPLATES, script_json
+from tierod.report.packing import BUDGET, LEAST, heads, packed_series
 from tierod.report.page import render
 
 DRAWN = """
@@ -47,7 +48,7 @@ def test_the_largest_series_give_way_first():
     traces = noisy([f"x{place}" for place in range(40)], 20_000)
     traces["quiet"] = Trace("quiet", "", traces["x0"].time, *3 * (np.zeros(20_000),))
     packed = packed_series(traces, traces)
-    assert len(series_script(packed)) < 1.1 * BUDGET
+    assert len(script_json(heads(packed))) < 1.1 * BUDGET
     assert packed["quiet"].count == 20_000
     assert LEAST <= max(each.count for name, each in packed.items() if name != "quiet") < 20_000
 
@@ -91,7 +92,7 @@ def as_drawn(diagnosis, marks, view=None):
     names = set(diagnosis.traces)
     content = {
         "script": (TEMPLATES / "series.js").read_text(encoding="utf-8"),
-        "heads": json.loads(series_script(packed_series(diagnosis.traces, names))),
+        "heads": heads(packed_series(diagnosis.traces, names)),
         "marks": [mark["meta"] for mark in marks],
         "view": view,
     }

@@ -56,8 +56,8 @@ def test_the_page_is_whole_and_shows_the_claims_first(text):
     assert seen.open == []
     assert len(set(seen.identifiers)) == len(seen.identifiers)
     assert "https://" not in text.partition("<script>")[0]
-    assert text.index('id="claim-paper.a"') < text.index("<h2>Spread</h2>") < text.index("chart-spread")
-    assert text.index('id="claim-other.d"') < text.index("<h2>Spread</h2>")
+    assert text.index('id="chart-spread"') < text.index('id="claim-paper.a"') < text.index(">Spread</h2>")
+    assert text.index('id="claim-other.d"') < text.index(">Spread</h2>")
 
 
 def test_claims_stand_with_their_figures_and_verdicts(text):
@@ -69,7 +69,7 @@ def test_claims_stand_with_their_figures_and_verdicts(text):
 
 
 def test_groups_without_a_title_stand_last_under_their_name(text):
-    assert text.index("<h2>The paper</h2>") < text.index("<h2>other</h2>")
+    assert text.index("<h3>The paper</h3>") < text.index("<h3>other</h3>")
 
 
 def test_panels_share_colours_and_the_legend_names_a_mark_once(text):

@@ -118,10 +118,11 @@ def _named(trends: Trends) -> np.ndarray:
 
 
 def _of_standing(each: Standing) -> Reason:
-    thing = each.judged or f"what monitor {each.monitor} watches"
+    thing = each.judged or f"monitor {each.monitor}"
     kind = f" ({each.kind})" if each.kind else ""
     text = f"{thing}: fault{kind} in {each.faults} of the last {each.of} judged drives"
-    inspect = each.action or f"{each.judged.replace('_', ' ') or each.monitor}, its plug and its wiring"
+    part = f"{each.judged.replace('_', ' ')}, its plug and its wiring" if each.judged else ""
+    inspect = each.action or part or "what the reports of these drives name"
     return Reason(Urgency.FAULT, text, inspect, None, each.rows, each.faults / each.of)
 
 

@@ -70,14 +70,15 @@ def _list(report: FleetReport) -> Table:
 
 
 def _card(report: FleetReport, car: Ranked, place: int) -> Iterator[Item]:
-    lines = [f"{reason.text}. Inspect {reason.inspect}." for reason in car.reasons[:4]]
+    lines = [f"{reason.text[:1].upper()}{reason.text[1:]}. Inspect {reason.inspect}." for reason in car.reasons[:4]]
     found = words.first_trend(car)
     if found is not None:
         trends, number_of = found
         # A card shows the figures that stand in no column of the list.
+        labels = words.labels(*found)
         lines.append(
-            f"Change began {words.since(*found)}; chance of the limit within 90 days {words.shown_chance(*found)}; "
-            f"{words.labels(*found)}."
+            f"Change began {words.since(*found)}; chance of the limit within 90 days {words.shown_chance(*found)}"
+            + (f"; {labels}." if labels != "–" else ".")
         )
         yield Heading(f"{place + 1}. {car.vehicle}: {WORDS[car.urgency]}", tuple(lines))
         yield _trend_chart(trends, number_of, place)
@@ -136,7 +137,9 @@ def _drives(report: FleetReport, car: Ranked) -> Table:
         estimate += written(row["unit"] or "")
         cells.append((when, row["recording_name"] or "–", judged, row["status"], estimate))
     return Table(
-        "Drives that say so", ("date", "recording", "judged", "verdict of the drive", "estimate"), tuple(cells)
+        f"Drives that say so: {car.vehicle}",
+        ("date", "recording", "judged", "verdict of the drive", "estimate"),
+        tuple(cells),
     )
 
 

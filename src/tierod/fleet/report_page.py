@@ -12,8 +12,7 @@ from tierod.fleet.ranking import WORDS, Urgency, date
 from tierod.fleet.report import FleetReport
 from tierod.fleet.report_document import text
 from tierod.fleet.report_items import items
-from tierod.report.campaign.page import campaign_style
-from tierod.report.html import TEMPLATES, Origin, rendered, sections
+from tierod.report.html import Looks, Origin, rendered, sections
 
 _KINDS = {
     Urgency.FAULT: ("✕", "bad"),
@@ -32,18 +31,16 @@ def render(report: FleetReport) -> str:
     if report.cars:
         status = WORDS[report.cars[0].urgency]
         symbol, kind = _KINDS[report.cars[0].urgency]
-    style = campaign_style() + (TEMPLATES / "fleet.css").read_text(encoding="utf-8")
     return rendered(
-        "fleet.html.j2",
+        "analysis.html.j2",
         Origin(report.created, __version__, report.command),
         sections=sections(list(items(report))),
-        symbol=symbol,
-        kind=kind,
-        status=status,
-        headline=words.headline(len(report.cars), report.vehicles, dict(counts)),
-        facts_of=_facts(report),
+        looks=Looks(symbol, kind, status),
+        title=words.headline(len(report.cars), report.vehicles, dict(counts)),
+        summary=words.what_to_do(len(report.cars), report.vehicles),
         remarks=report.remarks,
-        style=style,
+        kind="fleet",
+        facts_of=_facts(report),
     )
 
 

@@ -66,6 +66,15 @@ def headline(cars: int, vehicles: int, counts: dict[str, int]) -> str:
     return f"{cars} of {vehicles} cars to look at: {parts}"
 
 
+def what_to_do(cars: int, vehicles: int) -> tuple[str, ...]:
+    """Paragraphs of what follows for the reader."""
+    if not vehicles:
+        return ("What to do: judge recordings with 'tierod fleet RECORDINGS -o RESULTS', then write this page anew.",)
+    if cars:
+        return ("What to do: call in the cars of the first table from its top; each row names the part to inspect.",)
+    return ("What to do: nothing. Judge the next drives with 'tierod fleet', and write this page anew.",)
+
+
 def shown_chance(trends: Trends, car: int) -> str:
     """Chance that the limit is reached within three months."""
     chance = float(trends.chance[car])

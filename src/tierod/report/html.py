@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 import base64
-import heapq
 import json
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from tierod import __version__
 from tierod.core.content import Chart, Heading, Item, Table
-from tierod.core.decimation import Packed, coarser, pack
-from tierod.core.findings import Trace
-from tierod.core.signals import SIGNALS
+from tierod.core.decimation import Packed
 from tierod.report.charts.figure import Figure, drawn_from
 from tierod.report.charts.study import study_figure
+from tierod.report.glossary import Glossary
+from tierod.report.packing import heads
 
 TEMPLATES = Path(__file__).parent / "templates"
+
+SCRIPTS = ("tips.js", "series.js", "csv.js", "report.js")
+"""Of a page with charts; the first one of any page."""
+
+SHORTEST = 3
+"""Parts of a page from which it has a list of contents."""
+
+UNFOLDED = 8
+"""Charts of a page that are shown at once; each further one unfolds under its title."""
 
 LIBRARY = "plotly-cartesian.min.js.gz"
 """The part of plotly.js that draws in a plane, a third of the whole."""
@@ -36,7 +44,13 @@ def template(name: str) -> Any:
     environment = jinja2.Environment(
         loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters["breakable"] = breakable
+    environment.filters |= {
+        "breakable": breakable,
+        "anchored": anchored,
+        "explained": jinja2.pass_context(lambda page, text: page["glossary"].link(text)),
+        "status": jinja2.pass_context(lambda page, text: page["glossary"].status(text)),
+        "reading": jinja2.pass_context(lambda page, figure: page["glossary"].chart(figure)),
+    }
     return environment.get_template(name)
 
 
@@ -60,11 +74,26 @@ class Origin:
 
 @dataclass
 class Section:
-    """A part of a page: heading, paragraphs, and the tables and charts below it, each with its kind."""
+    """A part of a page.
+
+    Args:
+        title, text: heading and paragraphs
+        parts: what stands below them, each with its kind: chart, table, facts or verdict
+        kind: class of the page of a verdict; empty for any other part
+    """
 
     title: str
     text: tuple[str, ...]
     parts: list[tuple[str, Any]] = field(default_factory=list)
+    kind: str = ""
+
+
+class Looks(NamedTuple):
+    """How the first verdict of a page looks: its sign, the class of its colour, and its word."""
+
+    symbol: str
+    kind: str
+    status: str
 
 
 def rendered(
@@ -88,15 +117,21 @@ def rendered(
         content: what else the template takes
     """
     charts = [*figures, *(part for section in sections for kind, part in section.parts if kind == "chart")]
+    scripts = SCRIPTS if charts else SCRIPTS[:1]
     text: str = template(name).render(
         {
-            "style": (TEMPLATES / "report.css").read_text(encoding="utf-8"),
-            "script": "".join((TEMPLATES / name).read_text(encoding="utf-8") for name in ("series.js", "report.js")),
+            "style": _read("tokens.css", "report.css"),
+            "script": _read(*scripts),
+            "glossary": Glossary(),
+            "folded": {figure.name for figure in charts[UNFOLDED:]},
             "origin": origin,
             "created": moment(origin.created),
+            "looks": None,
+            "remarks": (),
+            "not_good_for": (),
             "sections": sections,
             "charts": [chart_script(figure, packed or {}) for figure in charts],
-            "series": series_script(packed or {}),
+            "series": script_json(heads(packed or {})),
             "library": library() if charts else "",
         }
         | content
@@ -116,6 +151,10 @@ def sections(items: Sequence[Item]) -> list[Section]:
             figure: Figure = study_figure(item)
             found[-1].parts.append(("chart", figure))
     return [section for section in found if section.title or section.parts]
+
+
+def _read(*names: str) -> str:
+    return "".join((TEMPLATES / name).read_text(encoding="utf-8") for name in names)
 
 
 def library() -> str:
@@ -165,60 +204,15 @@ def breakable(value: object) -> Any:
     return markupsafe.Markup(str(markupsafe.escape(marked)).replace("\0", "<wbr>"))
 
 
-BUDGET = 900_000
-"""Characters of all series of a page; with the charting library and all else it stays below 2 MB."""
+def anchored(body: str) -> tuple[list[tuple[str, Any]], Any]:
+    """(identifier and title of every part, the body with those identifiers); no list where it would be short."""
+    import markupsafe
 
-LEAST = 2000
-"""Bins that every series keeps: as many as a chart of the whole recording draws."""
+    titles: list[tuple[str, Any]] = []
 
-RECORDED, COMPUTED = 12, 16
-"""Bits of a value: what was recorded is noise beyond a 4000th of its range, estimates settle on a small part of it."""
+    def marked(heading: re.Match[str]) -> str:
+        titles.append((f"part-{len(titles) + 1}", markupsafe.Markup(re.sub(r"<[^>]*>", "", heading[1]))))
+        return f'<h2 id="{titles[-1][0]}">{heading[1]}</h2>'
 
-
-def packed_series(traces: Mapping[str, Trace], names: Iterable[str], budget: int = BUDGET) -> dict[str, Packed]:
-    """The named traces packed; the largest are made coarser until all fit, and what cannot be packed is left out.
-
-    Args:
-        traces: of a diagnosis
-        names: of those that its charts draw
-        budget: characters that they may take in the page
-    """
-    packed = {name: each for name in names if (each := _pack(traces[name], 1)) is not None}
-    steps = dict.fromkeys(packed, 1)
-    largest = [(-_size(each), name) for name, each in packed.items() if each.count > LEAST]
-    heapq.heapify(largest)
-    total = sum(map(_size, packed.values()))
-    while total > budget and largest:
-        size, name = heapq.heappop(largest)
-        steps[name] *= 2
-        each = packed[name] = _pack(traces[name], steps[name]) or packed[name]
-        total += size + _size(each)
-        if each.count > LEAST:
-            heapq.heappush(largest, (-_size(each), name))
-    return packed
-
-
-def series_script(packed: Mapping[str, Packed]) -> str:
-    """The packed traces as the JSON that the page's script unpacks."""
-    return script_json(
-        {
-            name: {
-                "start": each.start,
-                "width": each.width,
-                "count": each.count,
-                "lowest": each.lowest,
-                "step": each.step,
-                "data": base64.b64encode(each.data).decode("ascii"),
-            }
-            for name, each in packed.items()
-        }
-    )
-
-
-def _pack(trace: Trace, step: int) -> Packed | None:
-    return pack(coarser(trace, step), RECORDED if trace.name in SIGNALS else COMPUTED)
-
-
-def _size(packed: Packed) -> int:
-    """Characters that a packed trace takes in the page."""
-    return 4 * len(packed.data) // 3
+    found = markupsafe.Markup(re.sub(r"<h2>(.*?)</h2>", marked, str(body), flags=re.DOTALL))
+    return (titles if len(titles) >= SHORTEST else []), found

@@ -16,10 +16,11 @@ from tierod.core.timestamps import CALENDAR
 from tierod.report.charts.decisions import decision_figure, design_figures, looks_figure, quiet_figure
 from tierod.report.charts.distributions import histogram_figure, loop_figure
 from tierod.report.charts.elements import state_figure, substitute_figures
-from tierod.report.charts.figure import BLUE, Figure, drawn_from, level_colour
+from tierod.report.charts.figure import BLUE, GREY, PAPER, Figure, drawn_from, level_colour
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
 from tierod.report.display import INTERVAL, date, duration, evidence, instant, interval, number, share, words
-from tierod.report.html import Origin, packed_series, rendered
+from tierod.report.html import UNFOLDED, Origin, rendered
+from tierod.report.packing import packed_series
 from tierod.report.uncertain import COLUMNS as EFFECT_COLUMNS
 from tierod.report.uncertain import HEADING, effect_rows, measure_first
 from tierod.report.verdict import COLUMNS, deciding, overall, rows, shown_as
@@ -50,11 +51,13 @@ def gauge(estimate: Estimate) -> str:
     above = max((row for *_, row in marks if row > 0), default=0)
     below = max((-row for *_, row in marks if row < 0), default=0)
     line = 22.0 + _ROW * above
-    parts = [_line(_MARGIN, line, _WIDTH - _MARGIN, line, "#94a3b8", 6.0)]
+    parts = [_line(_MARGIN, line, _WIDTH - _MARGIN, line, GREY, 6.0)]
     parts += [_tick(x, colour, row, line) for x, _, colour, row in marks]
     parts += [_label(x, text, colour, row, line) for x, text, colour, row in marks]
     parts.append(_line(at(value - half), line, at(value + half), line, BLUE, 6.0))
-    parts.append(f'<circle cx="{at(value):.1f}" cy="{line:.0f}" r="8" fill="{BLUE}" stroke="white" stroke-width="2"/>')
+    parts.append(
+        f'<circle cx="{at(value):.1f}" cy="{line:.0f}" r="8" fill="{BLUE}" stroke="{PAPER}" stroke-width="2"/>'
+    )
     size = f"0 0 {_WIDTH:.0f} {line + 22.0 + _ROW * below:.0f}"
     scale = ", ".join(text for _, text, _, _ in marks)
     middle, lower, upper, _ = interval(estimate)
@@ -97,6 +100,11 @@ def _label(x: float, text: str, colour: str, row: int, line: float) -> str:
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="{colour}">{escape(text)}</text>'
 
 
+NOTHING_RAN = (
+    "What to do: 'tierod inspect' with the recording shows which signals it has and what each monitor lacks; a channel "
+    "map (--map) gives signals under other names."
+)
+
 LATEST = 2.5e11
 """Calendar times [s] beyond this are of no year that a calendar has."""
 
@@ -118,21 +126,8 @@ class Verdict:
 
 def render(diagnosis: Diagnosis) -> str:
     """The page as text."""
-    figures = {
-        "states": state_figure(diagnosis),
-        "substitutes": substitute_figures(diagnosis),
-        "estimates": estimate_figures(diagnosis),
-        "loops": loop_figure(diagnosis),
-        "histograms": histogram_figure(diagnosis),
-        "innovations": innovation_figure(diagnosis),
-        "results": result_figure(diagnosis),
-        "decisions": decision_figure(diagnosis),
-        "looks": looks_figure(diagnosis),
-        "quiet": quiet_figure(diagnosis),
-        "designs": design_figures(diagnosis),
-        "signals": signal_figure(diagnosis),
-    }
-    drawn = _all(figures)
+    figures = _figures(diagnosis)
+    drawn = list(_all(figures))
     packed = packed_series(diagnosis.traces, sorted(set().union(*(drawn_from(m) for f in drawn for m in f.data))))
     return rendered(
         "report.html.j2",
@@ -149,10 +144,13 @@ def render(diagnosis: Diagnosis) -> str:
         effect_heading=HEADING,
         measure_first=measure_first(diagnosis),
         figures=figures,
+        nothing_ran=NOTHING_RAN,
+        # Rules that stayed quiet and designs lie in a fold of their own.
+        folded={each.name for each in drawn[UNFOLDED:]} - {each.name for each in _all(_in_fold(figures))},
         quality=[_quality_row(row) for row in diagnosis.quality],
         parameters=[_parameter_row(row) for row in diagnosis.parameters if not _is_tuning(row)],
         tuning=[_parameter_row(row) for row in diagnosis.parameters if _is_tuning(row)],
-        sources=_sentence(", ".join(sorted({row[4] for row in diagnosis.parameters if _is_tuning(row)}))).rstrip("."),
+        sources=sentence(", ".join(sorted({row[4] for row in diagnosis.parameters if _is_tuning(row)}))).rstrip("."),
         decisions=[
             (each.name, each.distance, each.rule, each.false_alarms, each.source) for each in diagnosis.decisions
         ],
@@ -166,7 +164,7 @@ def render(diagnosis: Diagnosis) -> str:
 
 def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
     """A finding in words and figures."""
-    decisive = [_sentence(each) for each in deciding(diagnosis, finding)]
+    decisive = [sentence(each) for each in deciding(diagnosis, finding)]
     looks = shown_as(finding)
     value = spread = picture = ""
     if finding.estimate is not None:
@@ -177,25 +175,46 @@ def verdict(diagnosis: Diagnosis, finding: Finding) -> Verdict:
     figures = [evidence(name, figure) for name, figure in finding.evidence.items()]
     finding = replace(
         finding,
-        headline=_sentence(finding.headline),
-        cause=_sentence(finding.cause),
-        action=_sentence(finding.action),
-        warnings=tuple(map(_sentence, finding.warnings)),
+        headline=sentence(finding.headline),
+        cause=sentence(finding.cause),
+        action=sentence("nothing" if finding.action == "none" else finding.action),
+        warnings=tuple(map(sentence, finding.warnings)),
     )
     since = "" if finding.since is None else f"at {instant(finding.since)}" if finding.since > 0.0 else "at the start"
     return Verdict(finding, looks.symbol, looks.kind, since, value, spread, picture, figures, decisive)
 
 
-def _sentence(text: str) -> str:
+def sentence(text: str) -> str:
     """The text with a capital letter and a full stop; a number is not parted from its unit."""
     text = re.sub(r"(?<=[\d±]) (?=N·m|km/h|m/s|Hz|[%°±]|(?<=± )\d)", "\N{NO-BREAK SPACE}", text.strip())
     return f"{text[:1].upper()}{text[1:]}{'' if text.endswith(('.', '!', '?')) else '.'}" if text else ""
 
 
-def _all(figures: dict[str, Any]) -> list[Figure]:
-    several = ("substitutes", "estimates", "designs")
-    lists = (figure for name in several for figure in figures[name])
-    return [*lists, *(figure for key, figure in figures.items() if key not in several and figure)]
+def _figures(diagnosis: Diagnosis) -> dict[str, Any]:
+    """All charts in the order of the page; of some kinds several, and None where there is nothing to show."""
+    return {
+        "states": state_figure(diagnosis),
+        "substitutes": substitute_figures(diagnosis),
+        "estimates": estimate_figures(diagnosis),
+        "results": result_figure(diagnosis),
+        "decisions": decision_figure(diagnosis),
+        "looks": looks_figure(diagnosis),
+        "loops": loop_figure(diagnosis),
+        "histograms": histogram_figure(diagnosis),
+        "innovations": innovation_figure(diagnosis),
+        "signals": signal_figure(diagnosis),
+        "quiet": quiet_figure(diagnosis),
+        "designs": design_figures(diagnosis),
+    }
+
+
+def _in_fold(figures: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: figures[name] for name in ("quiet", "designs")}
+
+
+def _all(figures: Mapping[str, Any]) -> Iterator[Figure]:
+    for each in figures.values():
+        yield from each if isinstance(each, list) else filter(None, [each])
 
 
 def _quality_row(row: Any) -> dict[str, Any]:
@@ -216,8 +235,9 @@ def _quality_row(row: Any) -> dict[str, Any]:
 
 def _parameter_row(row: tuple[str, float, str, float | None, str]) -> tuple[str, str, str, str, str]:
     name, value, unit, spread, source = row
-    # Parameters stay in SI, as in the vehicle file: an angle in degrees would not be found there again.
-    label = written(unit)
+    # Parameters stay in SI, as in the vehicle file, where they are found again; charts and words are in other units.
+    factor, as_shown = shown(unit)
+    label = f"{written(unit)} ({number(value * factor, 3)} {as_shown})" if factor != 1.0 else written(unit)
     return words(name), number(value, 5), label, "" if spread is None else number(spread, 3), source
 
 
@@ -229,6 +249,8 @@ def _facts(facts: Mapping[str, object]) -> list[tuple[str, str]]:
             rows.append(("Began", date(value)))
         elif isinstance(value, list | tuple) and value and not _is_nested(value):
             rows.append((words(name), "; ".join(map(str, value))))
+        elif name.endswith("_unit"):
+            rows.append((words(name), written(str(value))))
         elif value not in (None, "") and not isinstance(value, list | tuple | dict):
             rows.append(evidence(name, value))
     return rows

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import re
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import InputError
 from tierod.core.findings import Diagnosis
 from tierod.report.charts.distributions import histogram_figure, loop_figure
 from tierod.report.charts.figure import Figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, signal_figure
+from tierod.report.html import TEMPLATES
 
 if TYPE_CHECKING:
     import plotly.graph_objects
@@ -33,7 +36,23 @@ def plot(diagnosis: Diagnosis, chart: str = "estimate") -> plotly.graph_objects.
     figure = _figure(diagnosis, chart)
     if figure is None:
         raise InputError(f"this diagnosis has nothing to show as '{chart}'; choose another of {', '.join(CHARTS)}")
-    return plotly.graph_objects.Figure({"data": figure.data, "layout": figure.layout})
+    return plotly.graph_objects.Figure(_coloured({"data": figure.data, "layout": figure.layout}))
+
+
+def _coloured(value: Any) -> Any:
+    """The description of a chart with the colours of the light page in place of their names."""
+    if isinstance(value, str):
+        return _colours().get(value, value)
+    if isinstance(value, dict):
+        return {key: _coloured(each) for key, each in value.items()}
+    return [_coloured(each) for each in value] if isinstance(value, list) else value
+
+
+@cache
+def _colours() -> dict[str, str]:
+    style = (TEMPLATES / "tokens.css").read_text(encoding="utf-8")
+    found = re.findall(r"(--[a-z-]+): var\(--light, (#\w+|rgba\([^)]*\))\)", style)
+    return {f"var({name})": colour for name, colour in found}
 
 
 def _figure(diagnosis: Diagnosis, chart: str) -> Figure | None:

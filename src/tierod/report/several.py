@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from tierod.core.content import Table
-from tierod.core.findings import Diagnosis, Status
+from tierod.core.findings import Diagnosis, Status, Trace
 from tierod.monitors.several import Judged
-from tierod.report.analysis.analysis import Analysis
+from tierod.report.charts.decisions import decision_figure, looks_figure
 from tierod.report.charts.elements import state_figure
+from tierod.report.charts.figure import Figure, drawn_from
 from tierod.report.charts.over_time import estimate_figures
-from tierod.report.display import evidence, interval
+from tierod.report.display import words
 from tierod.report.document import document
-from tierod.report.html import Origin, Section, rendered
-from tierod.report.verdict import appearance, deciding, overall, shown_as
+from tierod.report.html import Looks, Origin, Section, rendered
+from tierod.report.packing import packed_series
+from tierod.report.page import NOTHING_RAN, sentence, verdict
+from tierod.report.verdict import appearance, overall, shown_as
 
 SCHEMA = "tierod.diagnoses/1"
 """Name and version of the JSON document."""
@@ -61,28 +64,39 @@ def render(judged: Sequence[Judged], origin: Origin) -> str:
         judged: the recordings
         origin: how the page came about
     """
-    status = worst(judged)
-    count = sum(len(one.diagnoses) for one in judged)
-    words = f"the worst of {count} verdicts on {len(judged)} recordings" if count > 1 else "the only verdict"
-    summary = (f"{appearance(status).symbol} {str(status).upper()}: {words}.",)
-    overall_parts: list[tuple[str, Any]] = [
-        ("table", Table("Verdicts", HEADER, tuple(overview(judged)))),
-    ]
+    verdicts: list[tuple[str, Any]] = [("table", Table("Verdicts", HEADER, tuple(overview(judged))))]
     if missed := not_run(judged):
-        overall_parts.append(
-            ("table", Table("Monitors that did not run", ("recording", "monitor", "why"), tuple(missed)))
-        )
-    sections = [Section("", (), overall_parts), *_sections(judged)]
+        verdicts.append(("table", Table("Monitors that did not run", ("recording", "monitor", "why"), tuple(missed))))
+    traces: dict[str, Trace] = {}
+    parts = [Section("All verdicts", (), verdicts), *_sections(judged, traces)]
+    drawn = (mark for section in parts for kind, part in section.parts if kind == "chart" for mark in part.data)
+    packed = packed_series(traces, sorted(set().union(*map(drawn_from, drawn))))
     vehicles = ", ".join(dict.fromkeys(one.vehicle for one in judged))
     return rendered(
         "analysis.html.j2",
         origin,
-        sections=sections,
-        analysis=Analysis("All monitors", summary, (), {}),
+        (),
+        packed,
+        sections=parts,
+        **_head(judged),
         kind="diagnosis",
-        facts_of=[("vehicle", vehicles), ("recordings", ", ".join(one.path.name for one in judged))],
-        not_good_for=(),
+        facts_of=[("Vehicle", vehicles), ("Recordings", ", ".join(one.path.name for one in judged))],
     )
+
+
+def _head(judged: Sequence[Judged]) -> dict[str, Any]:
+    """What the worst verdict says and looks like, and of how many it is the worst."""
+    found = [each for one in judged for each in one.diagnoses.values()]
+    decisive = next((each.findings[0] for each in found if each.findings and overall(each) is worst(judged)), None)
+    if decisive is None:
+        nothing = appearance(Status.NOT_AVAILABLE)
+        looks = Looks(nothing.symbol, nothing.kind, str(Status.NOT_AVAILABLE))
+        return {"looks": looks, "title": "No monitor ran on these recordings.", "summary": (NOTHING_RAN,)}
+    seen = shown_as(decisive)
+    over = f"{len(judged)} recordings" if len(judged) > 1 else "the recording"
+    summary = (f"The worst of {len(found)} verdicts on {over}.",) if len(found) > 1 else ()
+    looks = Looks(seen.symbol, seen.kind, decisive.shown_status)
+    return {"looks": looks, "title": sentence(decisive.headline), "summary": summary}
 
 
 def _verdict(diagnosis: Diagnosis) -> str:
@@ -92,30 +106,42 @@ def _verdict(diagnosis: Diagnosis) -> str:
     return f"{shown_as(decisive).symbol} {decisive.shown_status.upper()}"
 
 
-def _sections(judged: Sequence[Judged]) -> Iterator[Section]:
+def _sections(judged: Sequence[Judged], traces: dict[str, Trace]) -> Iterator[Section]:
+    """A section for every diagnosis; `traces` takes their series under names of their own."""
     for place, one in enumerate(judged):
         for name, each in one.diagnoses.items():
-            yield _section(f"{one.path.name}, {name}: {_verdict(each)}", each, f"{place}-{name}")
+            where = f"{one.path.name}, {name}" if len(judged) > 1 else name
+            traces |= {f"{place}-{name}/{key}": trace for key, trace in each.traces.items()}
+            yield _section(f"{where}: {_verdict(each)}", each, f"{place}-{name}")
 
 
 def _section(title: str, diagnosis: Diagnosis, suffix: str) -> Section:
-    """What a monitor found in a recording: texts, figures, charts of states and estimates."""
-    texts: list[str] = []
-    figures: list[tuple[str, str]] = []
-    for finding in diagnosis.findings:
-        texts += filter(None, (finding.headline, finding.cause, finding.action, *finding.warnings))
-        texts += deciding(diagnosis, finding)
-        if finding.estimate is not None:
-            value, low, high, unit = interval(finding.estimate)
-            figures.append((finding.estimate.quantity, f"{value} {unit} (95 %: {low} to {high})"))
-        figures += [evidence(key, value) for key, value in finding.evidence.items()]
-    rows = [(row.name, remark) for row in diagnosis.quality for remark in row.remarks]
-    parts: list[tuple[str, Any]] = [("table", Table("Figures", ("figure", "value"), tuple(figures)))] if figures else []
-    if rows:
+    """What a monitor found in a recording: its verdicts, remarks on the data, and the charts that these rest on."""
+    parts: list[tuple[str, Any]] = [("verdict", verdict(diagnosis, each)) for each in diagnosis.findings]
+    if rows := [(words(row.name), remark) for row in diagnosis.quality for remark in row.remarks]:
         parts.append(("table", Table("Remarks on the data", ("channel", "remark"), tuple(rows))))
-    charts = [*filter(None, [state_figure(diagnosis)]), *estimate_figures(diagnosis)]
-    parts += [("chart", dataclasses.replace(each, name=f"{each.name}-{suffix}")) for each in charts]
-    return Section(title, tuple(dict.fromkeys(texts)), parts)
+    charts = [
+        state_figure(diagnosis),
+        *estimate_figures(diagnosis),
+        decision_figure(diagnosis),
+        looks_figure(diagnosis),
+    ]
+    parts += [("chart", _apart(each, suffix)) for each in charts if each]
+    headlines = tuple(sentence(each.headline) for each in diagnosis.findings)
+    looks = shown_as(diagnosis.findings[0]) if diagnosis.findings else appearance(Status.NOT_AVAILABLE)
+    return Section(title, headlines, parts, looks.kind)
+
+
+def _apart(figure: Figure, suffix: str) -> Figure:
+    """A chart under a name of its own, drawn from series under names of their own."""
+
+    def own(meta: Mapping[str, Any]) -> dict[str, Any]:
+        names = {key: f"{suffix}/{meta[key]}" for key in ("series", "deviation") if key in meta}
+        rows = {"rows": [f"{suffix}/{name}" for name in meta["rows"]]} if "rows" in meta else {}
+        return {**meta, **names, **rows}
+
+    data = [mark | {"meta": own(mark["meta"])} if "meta" in mark else mark for mark in figure.data]
+    return dataclasses.replace(figure, name=f"{figure.name}-{suffix}", data=data)
 
 
 def to_json(judged: Sequence[Judged], origin: Origin) -> str:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from tierod.core.claims import Claim
 from tierod.core.content import Item
 from tierod.core.shown import written
+from tierod.report.charts.figure import Figure
 from tierod.report.display import number
-from tierod.report.html import Origin, rendered, sections
+from tierod.report.html import Origin, Section, rendered, sections
 
 
 @dataclass(frozen=True)
@@ -43,21 +44,42 @@ _VERDICTS = {True: ("✓", "holds", "good"), False: ("✕", "does not hold", "ba
 def render_study(page: StudyPage) -> str:
     """The page as text."""
     claims = [item for item in page.items if isinstance(item, Claim)]
+    picture, parts = _picture(sections(page.items))
     return rendered(
         "study.html.j2",
         Origin(page.created, page.version, page.command),
-        sections=sections(page.items),
+        [picture] if picture else [],
+        sections=parts,
         page=page,
+        picture=picture,
         counts=[(*_VERDICTS[met], sum(claim.met is met for claim in claims)) for met in (True, False, None)],
         plural=_PLURAL,
-        groups=[(title, rows) for title, rows in _groups(page.groups, claims) if rows],
+        groups=[_group(title, members) for title, members in _groups(page.groups, claims) if members],
     )
 
 
-def _groups(titles: Mapping[str, str], claims: Sequence[Claim]) -> list[tuple[str, list[dict[str, Any]]]]:
-    """(title, claims as shown) of every group; groups without a title stand last, under their name."""
+def _picture(parts: Sequence[Section]) -> tuple[Figure | None, list[Section]]:
+    """The first chart, which stands before the claims, and the sections without it."""
+    part = next((part for section in parts for part in section.parts if part[0] == "chart"), None)
+    rest = [replace(section, parts=[each for each in section.parts if each is not part]) for section in parts]
+    return (part[1] if part else None), [section for section in rest if section.text or section.parts]
+
+
+def _groups(titles: Mapping[str, str], claims: Sequence[Claim]) -> list[tuple[str, list[Claim]]]:
+    """(title, claims) of every group; groups without a title stand last, under their name."""
     names = [*titles, *dict.fromkeys(claim.group for claim in claims if claim.group not in titles)]
-    return [(titles.get(name, name), [_row(claim) for claim in claims if claim.group == name]) for name in names]
+    return [(titles.get(name, name), [claim for claim in claims if claim.group == name]) for name in names]
+
+
+def _group(title: str, claims: Sequence[Claim]) -> dict[str, Any]:
+    """A group as shown: unfolded where a claim does not hold."""
+    counts = [(word, sum(claim.met is met for claim in claims)) for met, (_, word, _) in _VERDICTS.items()]
+    return {
+        "title": title,
+        "open": any(claim.met is False for claim in claims),
+        "counts": ", ".join(f"{count} {word if count == 1 else _PLURAL[word]}" for word, count in counts if count),
+        "rows": [_row(claim) for claim in claims],
+    }
 
 
 def _row(claim: Claim) -> dict[str, Any]:
@@ -70,7 +92,7 @@ def _row(claim: Claim) -> dict[str, Any]:
         "note": claim.note,
         "printed": _figure(claim.printed),
         "measured": _figure(claim.figure),
-        "goal": "–" if claim.goal is None else str(claim.goal).replace("<=", "≤").replace(">=", "≥"),
+        "goal": "–" if claim.goal is None else str(claim.goal).replace("<=", "≤").replace(">=", "≥").replace("-", "−"),
         "unit": unit,
         "symbol": symbol,
         "word": word,

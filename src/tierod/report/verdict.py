@@ -17,20 +17,18 @@ class Appearance:
     Args:
         symbol: one character that distinguishes it without colour
         kind: class name in the page: good, watch, bad, open
-        colour: of text on white, contrast at least 4.5 to 1
         style: of the terminal
     """
 
     symbol: str
     kind: str
-    colour: str
     style: str
 
 
-_GOOD = Appearance("✓", "good", "#17692f", "bold green")
-_WATCH = Appearance("▲", "watch", "#8a5a00", "bold yellow")
-_BAD = Appearance("✕", "bad", "#b3261e", "bold red")
-_OPEN = Appearance("?", "open", "#475569", "bold cyan")
+_GOOD = Appearance("✓", "good", "bold green")
+_WATCH = Appearance("▲", "watch", "bold yellow")
+_BAD = Appearance("✕", "bad", "bold red")
+_OPEN = Appearance("?", "open", "bold cyan")
 
 _APPEARANCES = {
     Status.HEALTHY: _GOOD,

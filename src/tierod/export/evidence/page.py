@@ -29,6 +29,7 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
         vectors: of the export
         samples: what is compared back to back: (n, inputs) by name, the last ones random
     """
+    folder = folder.absolute()  # the compilers run inside it
     last = list(samples.values())[-1]
     write_folder({"test/random.csv": input_table(face.subject, Vectors(last[:10_000], vectors.outputs, ""))}, folder)
     (folder / "build").mkdir(exist_ok=True)
@@ -50,7 +51,8 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
 def _summary(face: Interface, found: list[Difference]) -> str:
     run = [each for each in found if not each.trouble]
     if not run:
-        return "No compiler is installed here, so that nothing was compared."
+        reason = found[0].trouble if found else "no compiler is installed here"
+        return f"Nothing was compared: {reason}."
     worst = max(run, key=lambda each: each.worst)
     warnings = sum(each.warnings for each in run)
     return (

@@ -118,8 +118,17 @@ Sizes = list[tuple[str, Mapping[str, Any]]]
 """(size, figures) of a fault."""
 
 
-def detection_figure(number_: int, monitor: str, pools: Sequence[Mapping[str, Any]]) -> Figure | None:
-    """Time from the fault to the first alarm over its size, one panel per fault; None where there are no faults."""
+def detection_figure(
+    number_: int, monitor: str, pools: Sequence[Mapping[str, Any]], gates: Sequence[Mapping[str, Any]] = ()
+) -> Figure | None:
+    """Time from the fault to the first alarm over its size, one panel per fault; None where there are no faults.
+
+    Args:
+        number_: of the monitor in the page
+        monitor: its label
+        pools: figures of the groups
+        gates: pass criteria, of which those on these times are drawn
+    """
     faults = _faults(pools)
     if not faults:
         return None
@@ -127,6 +136,7 @@ def detection_figure(number_: int, monitor: str, pools: Sequence[Mapping[str, An
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
     notes: list[dict[str, Any]] = []
+    shapes: list[dict[str, Any]] = []
     rows = []
     for index, (fault, sizes) in enumerate(faults.items()):
         suffix = "" if index == 0 else str(index + 1)
@@ -137,6 +147,7 @@ def detection_figure(number_: int, monitor: str, pools: Sequence[Mapping[str, An
         axes[f"yaxis{suffix}"] = axis("time [s]", domain=domain, anchor=f"x{suffix}", rangemode="tozero")
         data += _curves(sizes, places, suffix, first=index == 0)
         notes += [strip_title(fault, domain[1]), *_missed(sizes, places, suffix)]
+        shapes += _goals(gates, monitor, fault, suffix)
         for size, figures in sizes:
             median, high, worst = (seconds(figures[f"detection_{name}_s"]) for name, *_ in _QUANTILES)
             rows.append((f"{fault} {size}".strip() + f" ({found(figures)} found)", median, high, worst))
@@ -144,14 +155,33 @@ def detection_figure(number_: int, monitor: str, pools: Sequence[Mapping[str, An
         name=f"detection-{number_}",
         title="How soon faults are found",
         caption="Time from the beginning of a fault to the first alarm. How many faults were never found stands above "
-        "their size; where half of them were not, there is no median, and so on.",
+        "their size; where half of them were not, there is no median, and so on. Dashed: goal of a pass criterion.",
         alternative=f"Detection times of {monitor} over the size of each fault; all figures in the table beneath.",
         data=data,
-        layout=layout(height, annotations=notes, **axes),
+        layout=layout(height, annotations=notes, shapes=shapes, **axes),
         height=height,
         summary=rows,
         columns=("fault", "median", "95 %", "worst"),
     )
+
+
+_GOALS = {f"detection_{key}_s": colour for key, _, colour, _ in _QUANTILES}
+"""Figures with a curve of their own, by their names in a pass criterion, and its colour."""
+
+
+def _goals(gates: Sequence[Mapping[str, Any]], monitor: str, fault: str, suffix: str) -> list[dict[str, Any]]:
+    """Goals of the pass criteria on the times of a fault: dashed lines across, in the colours of their curves."""
+    drawn = []
+    for gate in gates:
+        part = _NUMBER.fullmatch(gate["goal"].lstrip("<>= "))
+        of = gate["where"].get("fault", fault)
+        on = fault in of if isinstance(of, list) else fault == of
+        if part is None or gate["figure"] not in _GOALS or not on or gate["monitor"] not in ("", monitor):
+            continue
+        line = {"color": _GOALS[gate["figure"]], "width": 1.2, "dash": "dash"}
+        level = {"yref": f"y{suffix}", "y0": float(part[1]), "y1": float(part[1])}
+        drawn.append({"type": "line", "line": line, "xref": f"x{suffix} domain", "x0": 0, "x1": 1} | level)
+    return drawn
 
 
 def _faults(pools: Sequence[Mapping[str, Any]]) -> dict[str, Sizes]:
@@ -223,7 +253,7 @@ def box_figure(number_: int, states: Mapping[str, Any]) -> Figure | None:
     drawn = {key: rounded([factor * value(box[name]) for box in boxes]) for key, name in keys.items()}
     line = {"color": BLUE, "width": 1.5}
     data: list[dict[str, Any]] = [
-        {"type": "box", "name": "estimates", "x": names, "line": line, "fillcolor": "rgba(29,95,168,0.15)", **drawn},
+        {"type": "box", "name": "estimates", "x": names, "line": line, "fillcolor": "var(--accent-tint)", **drawn},
         {
             "type": "scatter",
             "mode": "markers",

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tierod.core.content import Table
 from tierod.core.shown import shown
-from tierod.report.campaign.page import campaign_style
 from tierod.report.campaign.words import TITLES, amount, count, place, value
 from tierod.report.charts.figure import BLUE, GREY, RED, Figure, axis, layout, rounded, strip_title
 from tierod.report.display import bracketed, number
-from tierod.report.html import Origin, rendered
+from tierod.report.html import Origin, Section, rendered
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 
 _SHOWN = ("detection_s", "bias", "absolute_bias", "deviation")
 """Figures whose differences are drawn."""
+_CHANCE = (
+    "The interval is that of the mean, by bootstrap. The last two columns: how probable so uneven a result would be by "
+    "chance alone. Several figures are tested at once, so one in twenty falls below 0.05 without any reason."
+)
 
 
 def difference_figure(index: int, figures: Sequence[Mapping[str, Any]]) -> Figure | None:
@@ -99,16 +103,32 @@ def render_comparison(content: Mapping[str, Any]) -> str:
         content: the document of `tierod.experiments.compare.document`
     """
     views = [_view(index, monitor) for index, monitor in enumerate(content["monitors"])]
-    figures = [view["figure"] for view in views if view["figure"] is not None]
+    first, second = content["folders"]
     return rendered(
-        "comparison.html.j2",
+        "analysis.html.j2",
         Origin(content["created"], content["version"], content["command"]),
-        figures,
-        page=content,
-        columns=COLUMNS,
-        views=views,
-        style=campaign_style(),
-    )
+        sections=[section for view in views for section in _sections(view, len(views) > 1)],
+        title=views[0]["headline"] if len(views) == 1 else "Two campaigns compared",
+        summary=(f"Every difference is the second campaign less the first, over {count(len(views), 'monitor')} and "
+                 "the drives that both have.",),
+        kind="comparison",
+        facts_of=[("First campaign", first), ("Second campaign", second)],
+    )  # fmt: skip
+
+
+def _sections(view: Mapping[str, Any], several: bool) -> list[Section]:
+    """What differs for one monitor: how many drives, figure by figure, verdict by verdict."""
+    verdicts = [Table("Verdicts", ("in the first", "in the second", "drives"), tuple(view["outcomes"]))]
+    if view["changed"]:
+        header = ("drive", "in the first", "in the second")
+        verdicts.append(Table("Drives whose verdict changed", header, tuple(view["changed"])))
+    differences: list[tuple[str, Any]] = [("chart", view["figure"])] if view["figure"] else []
+    differences.append(("table", Table("Figure by figure", COLUMNS, tuple(view["figures"]), _CHANCE)))
+    return [
+        Section(view["label"], (view["headline"],) if several else (), [("facts", view["about"])]),
+        Section("Differences", (), differences),
+        Section("Verdicts", (), [("table", table) for table in verdicts]),
+    ]
 
 
 def _view(index: int, monitor: Mapping[str, Any]) -> dict[str, Any]:

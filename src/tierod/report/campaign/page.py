@@ -7,19 +7,23 @@ from typing import Any
 
 from tierod.core.findings import Status
 from tierod.core.shown import shown
-from tierod.report.campaign.charts import box_figure, detection_figure, grid
+from tierod.report.campaign.charts import RIGHT, box_figure, detection_figure, grid
 from tierod.report.campaign.words import count, false_alarms, found, place, rate, seconds, shared, spread, value
 from tierod.report.charts.figure import Figure
 from tierod.report.display import number
-from tierod.report.html import TEMPLATES, Origin, rendered
+from tierod.report.html import Origin, rendered
 from tierod.report.verdict import appearance
 
 _GATES = {True: ("✓", "met", "good"), False: ("✕", "missed", "bad"), None: ("?", "not judged", "open")}
 _STATUSES = {
-    "met": ("✓", "good", "All gates are met"),
-    "missed": ("✕", "bad", "A gate is missed"),
+    "met": ("✓", "good", "All pass criteria are met"),
+    "missed": ("✕", "bad", "A pass criterion is missed"),
     "not judged": ("?", "open", "Not everything could be judged"),
-    "no gates": ("–", "open", "No gates were set"),
+    "no gates": ("–", "open", "No pass criteria were set"),
+}
+_ACTIONS = {
+    "missed": "See below which group of drives misses the criterion, and open the report of one of its drives.",
+    "not judged": "See below which drives failed and why; the same command again drives what is missing.",
 }
 ALARMS = (Status.RISING, Status.SUSPECT, Status.FAULT)
 FAULT_FREE = "fault_free"
@@ -46,19 +50,14 @@ def render_campaign(content: Mapping[str, Any]) -> str:
         symbol=symbol,
         kind=kind,
         headline=headline,
+        action=_ACTIONS.get(content["status"], ""),
         about=_facts(content),
         gates=[_gate(gate) for gate in content["gates"]],
         views=views,
         failures=_failures(content["cells"]),
         cells=[_cell(cell) for cell in content["cells"][:MOST_CELLS]],
         left_out=max(len(content["cells"]) - MOST_CELLS, 0),
-        style=campaign_style(),
     )
-
-
-def campaign_style() -> str:
-    """The style of every page, and what campaigns add."""
-    return "".join((TEMPLATES / name).read_text(encoding="utf-8") for name in ("report.css", "campaign.css"))
 
 
 def _facts(content: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -104,7 +103,9 @@ def _view(index: int, content: Mapping[str, Any], monitor: Mapping[str, Any]) ->
     states = next(each for each in content["states"] if each["monitor"] == label)
     whole = pools[0]["figures"]
     figures: list[Figure] = [
-        figure for figure in (detection_figure(index, label, pools), box_figure(index, states)) if figure
+        figure
+        for figure in (detection_figure(index, label, pools, content["gates"]), box_figure(index, states))
+        if figure
     ]
     unit = shown(states["unit"])[1]
     return {
@@ -207,6 +208,7 @@ def _cell(cell: Mapping[str, Any]) -> dict[str, Any]:
             "symbol": appearance(Status(each["status"])).symbol if each["status"] else "?",
             "time": seconds(each["detection_s"]) if each.get("outcome") == "found" else "",
             "headline": each.get("headline") or each["reason"],
+            "wrong": each.get("outcome") not in RIGHT,
         }
         for each in cell["verdicts"]
     ]

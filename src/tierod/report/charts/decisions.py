@@ -24,7 +24,7 @@ from tierod.report.charts.figure import (
     strip_title,
     summary,
 )
-from tierod.report.charts.over_time import since_marks, span
+from tierod.report.charts.over_time import span, verdict_marks
 from tierod.report.display import bracketed, number, time_scale, words
 from tierod.report.verdict import alarm_from
 
@@ -80,7 +80,7 @@ def _statistics(diagnosis: Diagnosis, names: list[str], name: str, title: str) -
     height = _STRIP * len(names) + 70
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
-    shapes, notes = since_marks(diagnosis, per_second, 1.0 - 30.0 / height)
+    shapes, notes = verdict_marks(diagnosis, per_second, 1.0 - 30.0 / height)
     rows = []
     for index, each in enumerate(names):
         trace = merged(diagnosis.traces[each])

@@ -30,13 +30,13 @@ from tierod.report.display import INTERVAL, bracketed, instant, time_scale, word
 
 STATE, SUPPLIED, DEVIATION = "state_of_", "supplied_", "deviation_of_supplied_"
 """Beginnings of the traces that are drawn here."""
-WASH = "rgba(179,38,30,0.10)"
-"""Behind the time of a fault."""
+WASH = 0.1
+"""Opacity of what lies behind the time of a fault."""
 _POINTS = 1000
 _HEATS = (
-    (0.0, "fault-free", "#bfe0c8"),
-    (0.25, "not testable now", "#e2e8f0"),
-    (0.5, "one of several that may be at fault", "#f2c14e"),
+    (0.0, "fault-free", "var(--state-good)"),
+    (0.25, "not testable now", "var(--state-open)"),
+    (0.5, "one of several that may be at fault", "var(--state-doubt)"),
     (1.0, "fault", RED),
 )
 """Values of a state, what they mean, and their colours; blank where nothing was judged."""
@@ -138,12 +138,12 @@ def _substitute(diagnosis: Diagnosis, element: Element) -> Figure:
         name=f"substitute-{name}",
         title=f"{words(name)}: its reading, and what replaced it",
         caption=f"Red: as recorded. Blue: as others may use it, with its 95 % interval where it is replaced, mostly by "
-        f"{what}. Shaded: at fault. Drag to zoom, double-click to see everything.",
+        f"{what}. Shaded: at fault.",
         alternative=f"{words(name)} as recorded and as replaced by {what}; at fault "
         + "; ".join(f"from {instant(each.start)} to {_end(each)}" for each in element.episodes)
         + ".",
         data=[
-            band(time, supplied - half, supplied + half, "rgba(29,95,168,0.25)", name="95 % interval", **apart),
+            band(time, supplied - half, supplied + half, BLUE, opacity=0.25, name="95 % interval", **apart),
             line(centres(reading, per_second), np.asarray(reading.mean, float) * factor, RED, "reading", **read),
             line(time, supplied, BLUE, "supplied", **given),
         ],
@@ -179,7 +179,7 @@ def _marks(episode: Episode, first: float, last: float, per_second: float) -> tu
     late = start > per_second * (first + 0.85 * (last - first))
     looks = {"xanchor": "right" if late else "left", "yanchor": "top", "showarrow": False, "bgcolor": LABEL_GROUND}
     return (
-        shape | {"fillcolor": "rgba(138,90,0,0.10)" if episode.candidates else WASH, "layer": "below"},
+        shape | {"fillcolor": colour, "opacity": WASH, "layer": "below"},
         note | looks | {"font": {"color": colour, "size": 12}},
     )
 

@@ -14,9 +14,11 @@ from tierod.core.series import runs
 from tierod.core.shown import shown
 from tierod.report.display import number, words
 
-BLUE, GREY, GREEN, AMBER, RED, TEXT, GRID = "#1d5fa8", "#64748b", "#17692f", "#8a5a00", "#b3261e", "#1e293b", "#e2e8f0"
+BLUE, GREY, GREEN, AMBER, RED = "var(--accent)", "var(--grey)", "var(--good)", "var(--warn)", "var(--bad)"
+TEXT, GRID, PAPER, LINE = "var(--ink)", "var(--grid)", "var(--paper)", "var(--line)"
+"""Colours by their names in tokens.css, which the page's script looks up."""
 
-LABEL_GROUND = "rgba(255,255,255,0.92)"
+LABEL_GROUND = "var(--label)"
 """Behind text that stands over a curve."""
 
 Summary = tuple[str, str, str, str]
@@ -29,7 +31,8 @@ class Figure:
 
     Args:
         name: identifies it in the page
-        title, caption: what it shows, and how to read it
+        title, caption: what it shows, and how to read it in a line
+        reading: what else helps to read it, shown where it is asked for
         alternative: the same in a sentence, for those who do not see it
         data, layout: as plotly takes them
         height: in CSS pixels
@@ -47,6 +50,7 @@ class Figure:
     summary: Sequence[Summary] = ()
     timed: bool = False
     columns: tuple[str, str, str, str] = field(default=("series", "lowest", "mean", "highest"))
+    reading: str = ""
 
 
 def layout(height: int, **more: Any) -> dict[str, Any]:
@@ -55,17 +59,19 @@ def layout(height: int, **more: Any) -> dict[str, Any]:
         "height": height,
         "autosize": True,
         "margin": {"l": 62, "r": 14, "t": 30 if more.get("showlegend") is False else 58, "b": 44},
-        "paper_bgcolor": "white",
-        "plot_bgcolor": "white",
+        "paper_bgcolor": PAPER,
+        "plot_bgcolor": PAPER,
         "font": {"family": "system-ui, sans-serif", "size": 13, "color": TEXT},
         "hovermode": "closest",
-        "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "bgcolor": "rgba(255,255,255,0.8)"},
+        "hoversubplots": "axis",
+        "hoverlabel": {"bgcolor": PAPER, "bordercolor": GREY, "font": {"color": TEXT}},
+        "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "bgcolor": "rgba(0,0,0,0)"},
     } | more
 
 
 def axis(title: str = "", **more: Any) -> dict[str, Any]:
     """The looks of every axis."""
-    shared = {"gridcolor": GRID, "linecolor": GREY, "zerolinecolor": "#cbd5e1", "ticks": "outside", "tickcolor": GREY}
+    shared = {"gridcolor": GRID, "linecolor": GREY, "zerolinecolor": LINE, "ticks": "outside", "tickcolor": GREY}
     return shared | {"title": {"text": title, "standoff": 8}} | more
 
 
@@ -97,7 +103,10 @@ def drawn_as(part: str, trace: Trace, per_second: float, factor: float = 1.0, **
         factor: from the unit of the series to the one shown
         more: what the part needs besides
     """
-    return {"meta": {"series": trace.name, "part": part, "per_second": per_second, "factor": factor} | more}
+    unit = shown(trace.unit)[1]
+    return {
+        "meta": {"series": trace.name, "part": part, "per_second": per_second, "factor": factor, "unit": unit} | more
+    }
 
 
 def drawn_from(mark: Mapping[str, Any]) -> set[str]:
@@ -139,7 +148,7 @@ def strip(trace: Trace, per_second: float, factor: float, label: str, axis_name:
     text = {"hovertemplate": "%{y:.4g} " + label + f"<extra>{name}</extra>"}
     within, middle = (drawn_as(part, trace, per_second, factor) for part in ("range", "mean"))
     return [
-        band(time, lower, upper, "rgba(29,95,168,0.30)", yaxis=axis_name, **within),
+        band(time, lower, upper, BLUE, opacity=0.3, yaxis=axis_name, **within),
         line(time, mean, BLUE, name, yaxis=axis_name, **text, **middle) | {"line": {"color": BLUE, "width": 1.0}},
     ]
 

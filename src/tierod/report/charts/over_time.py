@@ -16,6 +16,7 @@ from tierod.report.charts.figure import (
     GREY,
     LABEL_GROUND,
     RED,
+    TEXT,
     Figure,
     axis,
     band,
@@ -123,15 +124,15 @@ def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
     within, middle = (drawn_as(part, trace, per_second, factor) for part in ("range", "mean"))
     text = {"hovertemplate": "%{y:.4g} " + label + "<extra>estimate</extra>"}
     data = [
-        band(time, mean - half, mean + half, "rgba(29,95,168,0.18)", name="95 % interval", showlegend=True, **apart),
-        band(time, lower, upper, "rgba(29,95,168,0.45)", name="lowest to highest", showlegend=False, **within),
+        band(time, mean - half, mean + half, BLUE, opacity=0.2, name="95 % interval", showlegend=True, **apart),
+        band(time, lower, upper, BLUE, opacity=0.45, name="lowest to highest", showlegend=False, **within),
         line(time, mean, BLUE, "estimate", **text, **middle),
         *_truth(diagnosis, name, per_second, factor),
         *([_beneath(merged(diagnosis.traces[strip]), per_second)] if strip else []),
     ]
     bottom = 0.16 if strip else 0.0
     top = first_range(mean, upper, mean + half, [value for _, value in levels])
-    marks = since_marks(diagnosis, per_second)
+    marks = verdict_marks(diagnosis, per_second)
     return Figure(
         name=f"estimate-{name}",
         title=f"{words(name)} over time",
@@ -171,8 +172,8 @@ def _truth(diagnosis: Diagnosis, name: str, per_second: float, factor: float) ->
         return []
     truth = merged(truth)
     values = np.asarray(truth.mean, float) * factor
-    looks = {"line": {"color": "#111827", "width": 1.6, "dash": "dot"}} | drawn_as("mean", truth, per_second, factor)
-    return [line(centres(truth, per_second), values, "#111827", "truth", **looks)]
+    looks = {"line": {"color": TEXT, "width": 1.6, "dash": "dot"}} | drawn_as("mean", truth, per_second, factor)
+    return [line(centres(truth, per_second), values, TEXT, "truth", **looks)]
 
 
 def _beneath(trace: Trace, per_second: float) -> dict[str, Any]:
@@ -180,7 +181,8 @@ def _beneath(trace: Trace, per_second: float) -> dict[str, Any]:
     known = np.where(np.isfinite(values), values, 0.0)
     area = {
         "fill": "tozeroy",
-        "fillcolor": "rgba(23,105,47,0.35)",
+        "fillcolor": GREEN,
+        "opacity": 0.5,
         "line": {"width": 0.8, "color": GREEN, "shape": "hvh"},
     }
     name = STRIPS[trace.name][0]
@@ -216,33 +218,44 @@ def _level_label(group: list[tuple[str, float]], label: str) -> dict[str, Any]:
     return {"text": f"{text} {label}"} | place | looks
 
 
-def since_marks(
+def verdict_marks(
     diagnosis: Diagnosis, per_second: float, top: float = 0.99
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """The line and the label at which the change began that led to the verdict; none where it holds throughout.
+    """Lines and labels at which the change began that led to the verdict, and at which it was decided; where known.
 
     Args:
         diagnosis: whose first finding says when
         per_second: what the axis counts a second as
-        top: upper end of the label, as a share of the chart
+        top: upper end of the labels, as a share of the chart
     """
     finding = diagnosis.findings[0] if diagnosis.findings else None
-    if finding is None or finding.since is None:
+    if finding is None:
         return [], []
-    at = finding.since * per_second
-    shape = {
-        "type": "line",
-        "yref": "paper",
-        "y0": 0,
-        "y1": 1,
-        "x0": at,
-        "x1": at,
-        "line": {"color": RED, "width": 1.3},
-    }
-    text = {"text": "change began", "x": at, "yref": "paper", "y": top, "yanchor": "top"}
-    later = at > 0.6 * span(diagnosis)[1] * per_second
-    looks = {"showarrow": False, "xanchor": "right" if later else "left", "font": {"color": RED, "size": 12}}
-    return [shape], [text | looks | {"bgcolor": LABEL_GROUND, "xshift": -4 if later else 4}]
+    passed = [
+        each.passed for each in diagnosis.decisions if each.name in finding.decided_by and each.passed is not None
+    ]
+    first, last = span(diagnosis)
+    began, alarm = finding.since, min(passed, default=None)
+    moments = {"change began": began, "alarm": alarm}
+    if began is not None and alarm is not None and abs(alarm - began) < 2e-3 * (last - first):
+        moments = {"change began, alarm": alarm}
+    shapes, notes = [], []
+    for name, moment in moments.items():
+        if moment is None:
+            continue
+        at = moment * per_second
+        ends = {"yref": "paper", "y0": 0, "y1": 1, "x0": at, "x1": at}
+        dash = "dot" if name == "change began" else "solid"
+        shapes.append({"type": "line", "line": {"color": RED, "width": 1.3, "dash": dash}} | ends)
+        # Both may lie close together: the first is named on its left, the second on its right.
+        share = (moment - first) / (last - first)
+        left = share > 0.85 or (name == "change began" and share > 0.15)
+        looks = {"showarrow": False, "xanchor": "right" if left else "left", "font": {"color": RED, "size": 12}}
+        place = {"text": name, "x": at, "yref": "paper", "y": top, "yanchor": "top", "xshift": -4 if left else 4}
+        notes.append(place | looks | {"bgcolor": LABEL_GROUND})
+    if len(notes) == 2 and notes[0]["xanchor"] == notes[1]["xanchor"]:
+        notes[1]["yshift"] = -18
+    return shapes, notes
 
 
 def _caption(strip: str | None, levels: bool) -> str:
@@ -251,7 +264,7 @@ def _caption(strip: str | None, levels: bool) -> str:
         parts.append("Dashed: what it is judged against.")
     if strip:
         parts.append(f"Green strip beneath: {STRIPS[strip][1]}.")
-    return " ".join([*parts, "Drag to zoom, double-click to see everything."])
+    return " ".join(parts)
 
 
 def _alternative(title: str, mean: np.ndarray, label: str, levels: list[tuple[str, float]]) -> str:

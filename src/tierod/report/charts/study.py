@@ -26,7 +26,7 @@ from tierod.report.charts.figure import (
 )
 from tierod.report.display import number
 
-_COLOURS = (BLUE, RED, GREEN, AMBER, "#6d28d9", "#0e7490", GREY, "#9d174d")
+_COLOURS = (BLUE, RED, GREEN, AMBER, "var(--violet)", "var(--cyan)", GREY, "var(--pink)")
 _PANEL, _ALONE = 240, 330
 _BESIDE = 0.65
 """Room above and below the outermost named rows, each of which is one high."""
@@ -151,7 +151,7 @@ def _cells(mark: Cells, colour: str) -> dict[str, Any]:
         "texttemplate": "%{text}",
         "zmin": 0.0,
         "zmax": 1.0,
-        "colorscale": [[0.0, "#f8fafc"], [1.0, colour]],
+        "colorscale": [[0.0, "var(--ground)"], [1.0, colour]],
         "showscale": False,
         "xgap": 1,
         "ygap": 1,

@@ -1,0 +1,105 @@
+"""Terms of the pages that are neither signals nor parameters, as they stand there, each in a sentence or two."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+STATUSES: Mapping[str, str] = {
+    "healthy": "Everything that this monitor judges is as it should be, with enough driving to say so.",
+    "rising": "The quantity has risen above its baseline, and is not yet beyond the limit of a fault.",
+    "suspect": "Something differs from what is expected, and its cause is not settled.",
+    "fault": "A fault was found: its statistic passed a threshold that fault-free driving hardly ever reaches.",
+    "not ready": "Too little was driven for a verdict; what was seen is kept and the next drive goes on from it.",
+    "not enabled": "The conditions under which the monitor can judge never held in this drive.",
+    "not testable": "The signals that this verdict needs were not good enough in this drive.",
+    "not identifiable": "The drive did not excite what is to be estimated, so that no value can be given.",
+    "not available": "No monitor ran: a signal or a parameter is missing.",
+    "estimated": "An estimate that nothing in the recording confirms or contradicts.",
+    "consistent": "An estimate with which a reference or a redundant signal agrees.",
+    "inconsistent": "An estimate that a reference or a redundant signal contradicts.",
+}
+"""What each status of a verdict means."""
+
+_NIS = (
+    "Normalised innovation squared: measured less predicted, squared, over its variance. Its mean is the number of "
+    "measurements where the estimator knows its own uncertainty; above it the estimator is overconfident."
+)
+_ROC = "Chance that a faulty drive has the higher statistic than a fault-free one: 1 separates all of them, 0.5 none."
+
+_STATISTICS = {
+    "95 % interval": "The true value lies in it in 95 of 100 cases, if the model holds: 1.96 standard deviations.",
+    "95 % interval, half width": "1.96 standard deviations of the estimate.",
+    "estimate": "What the estimator has learnt up to each moment.",
+    "NIS": _NIS,
+    "NIS mean": _NIS,
+    "mean NIS": _NIS,
+    "NIS within 95 percent share": "Share of the samples whose NIS lies in its 95 % range; 95 % is consistent.",
+    "normalised innovation": "Measured less predicted, over its own standard deviation. Consistent: mostly within ±2.",
+    "degrees of freedom": "Number of measurements that the NIS counts.",
+    "enabled": "Time in which the drive excited the quantity, so that the estimator learnt from it.",
+    "enabled share": "Share of the drive in which the estimator learnt.",
+    "enabled left share": "Share of the enabled time that was driven to the left; half is best.",
+    "enabled samples": "Samples from which the estimator learnt.",
+    "excitation": "How much the drive excites what is estimated; below its threshold no verdict is given.",
+    "balance error": "Part of the torque that the model does not explain.",
+    "balance misfit": "Model error of the torque balance over its usual size; large values withhold the verdict.",
+    "opposed torques share": "Share of the time in which driver and motor work against each other.",
+    "baseline": "Baseline of this car, learnt while it was fault-free.",
+    "baseline deviation": "Standard deviation of the baseline.",
+    "baseline learnt": "Enabled time from which the baseline was learnt.",
+    "ratio to baseline": "Estimate over the baseline of this car.",
+    "before the change": "Estimate before the change began.",
+    "after the change": "Estimate since the change began.",
+    "alarm": "When the statistic passed its threshold.",
+    "signals complete share": "Share of the drive in which every needed signal was there.",
+    "signals complete until": "Last moment at which every needed signal was there; nothing is judged after it.",
+    "signals present share": "Share of the drive in which every needed signal was there.",
+    "vehicle rising limit": "Friction from which this car counts as rising, from its vehicle file.",
+    "vehicle fault limit": "Friction from which this car counts as faulty, from its vehicle file.",
+    "error against truth RMS": "Root mean square of estimate less truth, which only a simulation knows.",
+    "truth within band share": "Share of the time in which the truth lies in the 95 % band.",
+    "residual": "An estimate less a measurement; zero on average where nothing is wrong.",
+}
+
+_RULES = {
+    "decides": "What is found when this rule alarms.",
+    "distance": "The statistic that the rule watches.",
+    "stopping rule": "When the rule alarms: how the statistic is summed up, and beyond what.",
+    "false alarms": "Alarms on fault-free drives. In a table of rules: how often the design allows them.",
+    "where from": "Source of the threshold: a paper, a design, or measured fault-free drives.",
+    "replaced by": "What the monitor supplies in place of the sensor at fault.",
+    "missing": "Share of the samples that are not there.",
+    "longest gap": "Longest time without a sample.",
+}
+
+_CAMPAIGNS = {
+    "found": "Faults that raised an alarm, of all that could.",
+    "lost": "Drives that diverged, failed or were not judged.",
+    "faults found": "Faults that raised an alarm, of all that could; those with an alarm before them do not count.",
+    "time to the alarm": "From the beginning of the fault to the first alarm; a fault that is never found is infinite.",
+    "the same in enabled time": "The same, counting only time in which the estimator learnt.",
+    "estimate less truth": "Mean ± standard deviation of the error of the settled estimates.",
+    "area under the ROC curve": _ROC,
+    "ROC area": _ROC,
+    "judged": "Share of the driven time in which a verdict was possible.",
+    "at most": "Upper bound of the rate of false alarms, with 95 % confidence.",
+    "bias ± deviation": "Mean ± standard deviation of estimate less truth.",
+    "worst": "Largest of all; never, where one fault was not found.",
+    "gate": "A pass criterion: a figure of the campaign and the goal that it has to meet.",
+    "right in one alone": "Drives on which only one of the two campaigns came to the right verdict.",
+    "sign test": "Chance of so uneven a split of increases and decreases if nothing differed.",
+    "rank test": "Chance of differences so far to one side if nothing differed (Wilcoxon).",
+}
+
+_FLEETS = {
+    "level now (95 %)": "Level of the quantity at 15 °C in the light of all drives, with its 95 % interval.",
+    "time left (90 %)": "Time until the level reaches the limit, if it goes on as it does, with its 90 % interval.",
+    "cohort": "Cars that share a label: supplier, batch, plant. Named where they differ from the rest of the fleet.",
+    "odds that it differs": "Odds that the mean of the cohort differs from the rest, after seeing the drives.",
+    "not separated from": "Cohorts of nearly the same cars: the data cannot say which of them differs.",
+    "quantities followed": "Series of estimates over drives, one per monitor and quantity.",
+    "verdict of the drive": "What this drive alone came to; the trend weighs all of them.",
+}
+
+TERMS: Mapping[str, str] = _STATISTICS | _RULES | _CAMPAIGNS | _FLEETS
+"""What each other term means, by the term."""
