@@ -35,7 +35,7 @@ def live(
     baselines: Annotated[Path | None, typer.Option(help="Folder with the baseline that each monitor learnt.")] = None,
     bitrate: Annotated[int | None, typer.Option(help="Bit rate [bit/s]; as the driver has it where not given.")] = None,
     fd: Annotated[bool, typer.Option("--fd", help="Frames of CAN FD come.")] = False,
-    period: Annotated[float, typer.Option(help="Time between two judgements [s].")] = 1.0,
+    period: Annotated[float, typer.Option(help="Time between two pieces of the drive [s].")] = 2.0,
     silence: Annotated[float, typer.Option(help="Time without a frame after which the drive has ended [s].")] = 30.0,
     ignition: Annotated[
         str, typer.Option(help='Signal of a database, as "Message.Signal", whose zero ends the drive.')

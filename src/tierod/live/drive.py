@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 TICK = 0.02
 """Time between two looks at what has come [s]."""
 
+STATED = 1.0
+"""Time between two events with the state of the drive [s]."""
+
 SILENT = 5.0
 """Time without a frame after which the bus is called silent [s]."""
 
@@ -117,7 +120,7 @@ class Drive:
             database, channel_map, monitors, plan, hub.say, pace, ignition=outputs.ignition
         )
         self.engine = self._made()
-        self._came = self._checked = self._begun = time.monotonic()
+        self._came = self._checked = self._begun = self._stated = time.monotonic()
         self._said: set[str] = set()
         self._running = False
         self._waiting = self._checkpoint()
@@ -180,6 +183,9 @@ class Drive:
             self._once("silent", self._silent_sentence())
         if self._running and self.engine.due and not self.paused:
             self._judge()
+        if self._running and now - self._stated >= STATED:
+            self._stated = now
+            self.hub.say("state", self.state())
         if self._running and self.outputs.checkpoint is not None and now - self._checked >= self.outputs.every:
             self._checked = now
             self._store()
@@ -247,7 +253,6 @@ class Drive:
         known = self.engine.decoder.known
         if known is None:
             self._once("unknown", "no frame that came is in the databases; give the DBC of this vehicle and bus")
-        self.hub.say("state", self.state())
         if self.engine.ignition_off:
             self.close()
 

@@ -24,9 +24,13 @@ from tierod.vehicles import Vehicle
 
 if TYPE_CHECKING:
     from tierod.core.graph import Memory
+    from tierod.live.ticking import Ticker
 
 HISTORY = 60
 """Values of each estimate that are kept for the terminal."""
+
+BINS = 4096
+"""Bins of a trace at the least: twice what a page shows of it at once, in memory that does not grow with the drive."""
 
 BEHIND = 1.5e-6
 """Samples that come a microsecond behind a step of the grid belong to it, as where a recording is aligned [s]."""
@@ -65,6 +69,7 @@ class Shown:
         units: of them
         enabled: share of the last stretch in which it learnt; NaN where it does not say
         history: past values of every estimate
+        ticking: whether status and values are those of the last tick; else of the last piece
     """
 
     monitor: str
@@ -75,6 +80,7 @@ class Shown:
     units: Mapping[str, str] = field(default_factory=dict)
     enabled: float = math.nan
     history: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    ticking: bool = False
 
 
 class _Newest:
@@ -116,6 +122,7 @@ class Judge:
         self._newest = _Newest()
         self._feed: MemoryFeed | None = None
         self.broken = False
+        self.ticker: Ticker | None = None
         self._start: float | None = None
         self.needs: tuple[str, ...] = ()
         try:
@@ -142,7 +149,7 @@ class Judge:
 
     def _begin(self, piece: Recording) -> None:
         definition, variant = fitting(self.definition, self.variant, piece, asked=False)
-        run = Run(definition, variant, self.plan.vehicle, self._baseline(), None, uncertain=True)
+        run = Run(definition, variant, self.plan.vehicle, self._baseline(), None, uncertain=True, bins=BINS)
         run.kept = self._newest  # type: ignore[assignment]  # takes the same two arguments
         if self.plan.memory is not None:
             run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
@@ -166,7 +173,12 @@ class Judge:
         own = self.run.session.traces
         values = {name: value for name, value in self._newest.values.items() if name in own}
         history = {name: tuple(each) for name, each in self._newest.history.items() if name in own}
-        return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history)
+        ticking = self.ticker is not None and self.ticker.live
+        if self.ticker is not None and ticking:
+            values |= self.ticker.values()
+            if self.ticker.status is not None:
+                status, since = self.ticker.status.status, self.ticker.status.time
+        return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history, ticking)
 
     def go_on(self, memory: Memory) -> None:
         """Go on from a state of an earlier session; what was judged since the beginning of this one is left behind."""
