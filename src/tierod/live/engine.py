@@ -116,6 +116,7 @@ class Engine:
         self._waiting: list[Frame] = []
         self._ignition_on = False
         self.ticks = Ticks(pace.wait)
+        self.tap: Callable[[Sequence[Channel]], None] | None = None
         self._until = -np.inf
         self._first = np.inf
         self._newest: dict[str, float] = {}
@@ -204,6 +205,8 @@ class Engine:
             judge.reason = str(error)
             return
         self._follow(channels)
+        if self.tap is not None:
+            self.tap(channels)
         whole = joined(stream.rest, Recording({channel.name: channel for channel in channels}))
         if not any(len(channel.time) for channel in whole.channels.values()):
             return

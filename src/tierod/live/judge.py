@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -90,6 +90,7 @@ class _Newest:
         self.values: dict[str, float] = {}
         self.history: dict[str, deque[float]] = {}
         self.enabled = math.nan
+        self.tap: Callable[[np.ndarray, Mapping[str, np.ndarray]], None] | None = None
 
     def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
         if not len(time):
@@ -99,6 +100,8 @@ class _Newest:
             self.history.setdefault(name, deque(maxlen=HISTORY)).append(float(values[-1]))
         if "enabled" in shown:
             self.enabled = float(np.mean(shown["enabled"]))
+        if self.tap is not None:
+            self.tap(time, shown)
 
 
 class Judge:
@@ -179,6 +182,15 @@ class Judge:
             if self.ticker.status is not None:
                 status, since = self.ticker.status.status, self.ticker.status.time
         return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history, ticking)
+
+    def tap(self, take: Callable[[np.ndarray, Mapping[str, np.ndarray]], None]) -> None:
+        """Give every sample that is judged from now on: time [s], signals and estimates by name, (n,) each."""
+        self._newest.tap = take
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Units of what it estimates, by name; empty before it runs."""
+        return {} if self.run is None else self.run.session.traces
 
     def go_on(self, memory: Memory) -> None:
         """Go on from a state of an earlier session; what was judged since the beginning of this one is left behind."""
