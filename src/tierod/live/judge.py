@@ -18,6 +18,7 @@ from tierod.io.readers import SHARE_READ
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
+from tierod.monitors.harness.pieces import joined
 from tierod.monitors.harness.run import Run, fitting
 from tierod.monitors.harness.session import BlockSession
 from tierod.vehicles import Vehicle
@@ -31,6 +32,9 @@ HISTORY = 60
 
 BINS = 4096
 """Bins of a trace at the least: twice what a page shows of it at once, in memory that does not grow with the drive."""
+
+LEAST_STEPS = 3
+"""Steps of the grid that a first piece has beyond what its session listens to: those at its edges are judged later."""
 
 BEHIND = 1.5e-6
 """Samples that come a microsecond behind a step of the grid belong to it, as where a recording is aligned [s]."""
@@ -127,6 +131,7 @@ class Judge:
         self.broken = False
         self.ticker: Ticker | None = None
         self._start: float | None = None
+        self._first: Recording | None = None
         self.needs: tuple[str, ...] = ()
         try:
             self.needs = tuple(Run(self.definition, self.variant, plan.vehicle).needs)
@@ -141,7 +146,13 @@ class Judge:
             if self.run is None:
                 self._begin(piece)
             assert self.run is not None
-            self.run.add(piece)
+            self._first = whole = joined(self._first, piece)
+            listens = getattr(self.run.session, "listens", 0.0)
+            if not self.run.begun and whole.span[1] - whole.span[0] < listens + LEAST_STEPS / self.run.monitor.rate:
+                self.reason = f"listens for {listens:.0f} s before it judges"
+                return
+            self._first = None
+            self.run.add(piece if self.run.begun else replace(whole, metadata=piece.metadata))
             self.reason = ""
         except TierodError as error:
             self.reason = str(error)
@@ -171,6 +182,8 @@ class Judge:
         """What is shown of it now."""
         if self.run is None or self.broken:
             return Shown(self.name, Status.NOT_AVAILABLE, 0.0, self.reason)
+        if self._first is not None:
+            return Shown(self.name, Status.NOT_READY, 0.0, self.reason)
         course = getattr(self.run.session, "course", ())
         status, since = (course[-1].status, course[-1].time) if course else (Status.NOT_READY, 0.0)
         own = self.run.session.traces
@@ -214,6 +227,8 @@ class Judge:
         if self.run is None or self.broken:
             return None
         try:
+            if self._first is not None and not self.run.begun:
+                self.run.add(self._first)
             diagnosis = self.run.finish(self.plan.command)
         except TierodError as error:
             self.reason = str(error)

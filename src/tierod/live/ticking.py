@@ -102,6 +102,11 @@ class Ticker:
         self._bind()
 
     @property
+    def rate(self) -> float:
+        """Ticks per second [Hz]."""
+        return self._run.monitor.rate
+
+    @property
     def due(self) -> float:
         """Frames with a later stamp do not belong to the next step any more [s]."""
         if self._index < 0:
