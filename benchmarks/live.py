@@ -233,9 +233,9 @@ def soak(folder: Path, minutes: float, rate: float = 5000.0, seed: int = 5) -> N
     print("verdicts: " + ", ".join(f"{judge.name} {each.findings[0].status}" for judge, each, _ in found))
     # Until then the spread of parameters is learnt, and buffers that hold the first minutes fill.
     settled = sizes[int(0.35 * len(sizes)) :] or [resident()]
-    change = 100.0 * (resident() - settled[0]) / settled[0]
-    print(f"memory: {settled[0] / 1024:.0f} MB after 35 % of the time, {resident() / 1024:.0f} MB at the end "
-          f"({change:+.1f} %), most {max(settled) / 1024:.0f} MB")  # fmt: skip
+    change = 100.0 * (max(settled) - settled[0]) / settled[0]
+    print(f"memory: {settled[0] / 1024:.0f} MB after 35 % of the time, {max(settled) / 1024:.0f} MB at the most then "
+          f"({change:+.1f} %), {resident() / 1024:.0f} MB with the conclusion at the end")  # fmt: skip
     for name, ticker in engine.ticks.tickers.items():
         print(f"ticks of {name}: {ticker.steps} steps, {ticker.corrected} pieces that differed")
 
