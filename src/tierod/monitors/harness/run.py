@@ -60,14 +60,14 @@ class Run:
         monitor: what is watched
         variant: how it is watched
         vehicle: that the recording is judged as
-        own_level: of this car; the monitor learns one where not given
+        baseline: of this car; the monitor learns one where not given
         memory: path of the fault memory that takes the recording as one operation cycle
         kept: takes what is read and estimated over time
         uncertain: whether the spread of the vehicle's parameters is carried into bands and verdict
         bins: of every trace at the least, for which memory is taken at once; as many as memory allows where None
 
     Raises:
-        InputError: the own level is of another vehicle or variant
+        InputError: the baseline is of another vehicle or variant
         ParameterError: the variant cannot run with this vehicle
     """
 
@@ -76,22 +76,22 @@ class Run:
         monitor: Monitor,
         variant: Variant,
         vehicle: Vehicle,
-        own_level: Baseline | None = None,
+        baseline: Baseline | None = None,
         memory: str | Path | None = None,
         kept: OverTime | None = None,
         uncertain: bool = False,
         bins: int | None = None,
     ):
         self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
-        self._given = (own_level, memory, kept, uncertain, bins)
-        if own_level is not None:
-            refuse_foreign(own_level, vehicle.name, f"{monitor.name}, {variant.name}")
-        self._uncertain = Uncertain(monitor, variant, vehicle, own_level) if uncertain else None
+        self._given = (baseline, memory, kept, uncertain, bins)
+        if baseline is not None:
+            refuse_foreign(baseline, vehicle.name, f"{monitor.name}, {variant.name}")
+        self._uncertain = Uncertain(monitor, variant, vehicle, baseline) if uncertain else None
         self.session: Session = (
-            opened(monitor, variant, vehicle, own_level) if self._uncertain is None else self._uncertain.session
+            opened(monitor, variant, vehicle, baseline) if self._uncertain is None else self._uncertain.session
         )
         self._spread: ParameterSpread | None = None
-        self._may_turn = own_level is None
+        self._may_turn = baseline is None
         self.feed = _feed(memory, vehicle, monitor) if memory else None
         self._digest = SampleDigest(_common(monitor)) if memory else None
         self.kept = kept
@@ -244,7 +244,7 @@ class Run:
         contradictions = self._inputs.quality.contradictions()
         concluded, effects = self._concluded()
         conclusion = self._inputs.limited(concluded, contradictions)
-        self.learnt, self.course = conclusion.own_level, conclusion.course
+        self.learnt, self.course = conclusion.baseline, conclusion.course
         self.code_courses = conclusion.code_courses
         diagnosis = dataclasses.replace(self._diagnosis(conclusion, contradictions, command), parameter_effects=effects)
         if self.feed and self._digest:

@@ -38,7 +38,7 @@ class Conclusion:
         loops: name -> (angle [rad], torque)
         consistency: figures of the innovations by name
         parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
-        own_level: what was learnt of this vehicle and may be kept as its sound state; None where nothing was or may
+        baseline: what was learnt of this vehicle and may be kept as its fault-free state; None where nothing was or may
         remarks: how to read a part of the report: "estimate" or "consistency" -> a sentence or two
         withheld: traces that a report must not show, since their value was withheld
         course: the running verdict from change to change; empty for a monitor that judges a recording as a whole
@@ -53,7 +53,7 @@ class Conclusion:
     loops: Mapping[str, Any] = field(default_factory=dict)
     consistency: Mapping[str, float] = field(default_factory=dict)
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
-    own_level: Baseline | None = None
+    baseline: Baseline | None = None
     remarks: Mapping[str, str] = field(default_factory=dict)
     withheld: tuple[str, ...] = ()
     course: tuple[StatusChange, ...] = ()
@@ -184,7 +184,7 @@ class Variant:
         name: as given on the command line
         summary: one sentence
         source: paper and equations
-        open: builds the session for a vehicle, a rate [Hz], and the vehicle's own level from earlier recordings
+        open: builds the session for a vehicle, a rate [Hz], and the vehicle's baseline from earlier recordings
         decisions: every way in which its sessions turn a number into a statement; at the monitor's own rate their rules
             are those in effect
         required: canonical signals without which it cannot run; those of the monitor where None
@@ -269,20 +269,20 @@ class Monitor:
         return replace(self, rate=fitting[0] if fitting else (self.rate, *self.slower)[-1])
 
 
-def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, own_level: Baseline | None = None) -> Session:
+def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, baseline: Baseline | None = None) -> Session:
     """The session of a variant for a vehicle.
 
     Args:
         monitor: on the grid of the recording
         variant: of the monitor
         vehicle: that is judged
-        own_level: baseline of earlier drives; None where there is none
+        baseline: baseline of earlier drives; None where there is none
 
     Raises:
         ParameterError: the variant cannot run with this vehicle
     """
     try:
-        session = variant.open(vehicle, monitor.rate, own_level)
+        session = variant.open(vehicle, monitor.rate, baseline)
     except ParameterError as error:
         raise ParameterError(f"the monitor '{monitor.name}' cannot run as '{variant.name}': {error}") from None
     if lacking := [
