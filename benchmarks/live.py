@@ -1,6 +1,6 @@
 """Live monitoring: share of a core, ticks, memory over a long drive.
 
-python -m benchmarks.live                 share of a core of four monitors at 2 000 frames/s, and ticks over loopback
+python -m benchmarks.live                 shares of a core: monitors, column monitor at 1 kHz; ticks over loopback
 python -m benchmarks.live --soak 20       twenty minutes of drive at 5 000 frames/s with 1 000 disturbances, by seed 5
 
 The frames of the first and third are given to the engine in the time of the drive, as fast as it takes them; what is
@@ -24,7 +24,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 from live_drives import START, frames_of_drive, messages
-from tierod.live.drive import Drive, Outputs
+from tierod.live.drive import TICK, Drive, Outputs
 from tierod.live.engine import Engine
 from tierod.live.events import Hub
 from tierod.live.frame import Frame
@@ -93,6 +93,8 @@ def fed(engine: Engine, frames: Iterator[Frame]) -> None:
             part = []
             if engine.due:
                 engine.judge()
+    if part:
+        engine.take(part, came, came)
 
 
 def used() -> float:
@@ -102,6 +104,7 @@ def used() -> float:
 def share(folder: Path, rate: float = 2000.0, seconds: float = 120.0) -> None:
     """Processor time of four monitors per second of drive, decode and log included."""
     drive = padded(frames_of_drive(folder, 30.0), rate)
+    making = generated(drive, seconds)
     cases = [(VEHICLE, names) for names in ((), *((name,) for name in MONITORS[:3]), MONITORS[:3])]
     for vehicle, names in [*cases, ("smartload", ("condition",))]:
         plan = Plan(load(vehicle), seconds)
@@ -117,9 +120,39 @@ def share(folder: Path, rate: float = 2000.0, seconds: float = 120.0) -> None:
                     engine.judge()
                 if begun is None and frame.time > START + 45.0:
                     begun, first = used(), frame.time
-        spent = (used() - (begun or 0.0)) / (frame.time - first)
+        spent = (used() - (begun or 0.0)) / (frame.time - first) - making
         ran = [each.monitor for each in engine.shown() if not each.reason]
         print(f"{rate:.0f} frames/s, monitors {', '.join(ran) or 'none'}: {100 * spent:.2f} % of a core")
+
+
+def column(folder: Path, seconds: float = 60.0) -> None:
+    """Processor time of the monitor of the driver's torque whose signals come at 1 kHz."""
+    frames = [each for each in frames_of_drive(folder, 30.0) if each.identifier == 0x100]
+    fast = [each._replace(time=each.time + 0.001 * n) for each in frames for n in range(10)]
+    engine = Engine(messages(folder), None, ("driver-torque",), Plan(load(VEHICLE), seconds))
+    begun, first = None, 0.0
+    part: list[Frame] = []
+    for frame in repeated(sorted(fast, key=lambda each: each.time), seconds):
+        part.append(frame)
+        if len(part) == 10:
+            engine.take(part, frame.time, frame.time)
+            part = []
+            if engine.due:
+                engine.judge()
+        if begun is None and frame.time > START + 30.0:
+            begun, first = used(), frame.time
+    spent = (used() - (begun or 0.0)) / (frame.time - first)
+    ticker = engine.ticks.tickers.get("driver-torque")
+    rate = ticker.rate if ticker else 0.0
+    print(f"column monitor at {rate:g} Hz: {100 * spent:.1f} % of a core")
+
+
+def generated(drive: list[Frame], seconds: float) -> float:
+    """Processor time that making the frames takes, per second of drive; it is no part of the engine's."""
+    begun = used()
+    for _ in repeated(drive, seconds):
+        pass
+    return (used() - begun) / seconds
 
 
 def ticks(folder: Path, rate: float = 5000.0, seconds: float = 20.0) -> None:
@@ -148,8 +181,8 @@ def ticks(folder: Path, rate: float = 5000.0, seconds: float = 20.0) -> None:
     print(f"ticks late by: median {statistics.median(late):.2f} ms, 99 % {late[int(0.99 * len(late))]:.2f} ms")
     pauses = []
     for _ in range(500):
-        due = time.monotonic() + 0.02
-        time.sleep(0.02)
+        due = time.monotonic() + TICK
+        time.sleep(TICK)
         pauses.append(1e3 * (time.monotonic() - due))
     pauses.sort()
     print(f"timer of this computer: median {statistics.median(pauses):.2f} ms, 99 % {pauses[494]:.2f} ms")
@@ -198,8 +231,13 @@ def soak(folder: Path, minutes: float, rate: float = 5000.0, seed: int = 5) -> N
           f"late {engine.clock.late}, too late {engine.tally.too_late}, doubled {engine.clock.doubled}, "
           f"lost {engine.gaps.lost}")  # fmt: skip
     print("verdicts: " + ", ".join(f"{judge.name} {each.findings[0].status}" for judge, each, _ in found))
-    tenth = sizes[max(len(sizes) // 10, 0)] if sizes else 0
-    print(f"memory: {tenth / 1024:.0f} MB after a tenth, {resident() / 1024:.0f} MB at the end")
+    # Until then the spread of parameters is learnt, and buffers that hold the first minutes fill.
+    settled = sizes[int(0.35 * len(sizes)) :] or [resident()]
+    change = 100.0 * (max(settled) - settled[0]) / settled[0]
+    print(f"memory: {settled[0] / 1024:.0f} MB after 35 % of the time, {max(settled) / 1024:.0f} MB at the most then "
+          f"({change:+.1f} %), {resident() / 1024:.0f} MB with the conclusion at the end")  # fmt: skip
+    for name, ticker in engine.ticks.tickers.items():
+        print(f"ticks of {name}: {ticker.steps} steps, {ticker.corrected} pieces that differed")
 
 
 def main() -> None:
@@ -211,6 +249,7 @@ def main() -> None:
             soak(Path(name), chosen.soak)
         else:
             share(Path(name))
+            column(Path(name))
             ticks(Path(name))
 
 

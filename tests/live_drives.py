@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import json
+import queue
 from pathlib import Path
 
 import numpy as np
 
 from tierod.core.recording import Channel, Recording
+from tierod.live.drive import Drive
+from tierod.live.events import Hub
 from tierod.live.frame import Frame
+from tierod.live.judge import Plan
+from tierod.vehicles import load
 
+CAR = load("midsize-eps")
 START = 1_700_000_000.0
 DBC = """VERSION ""
 NS_ :
@@ -80,3 +87,21 @@ def frames_of_drive(folder: Path, seconds: float = 12.0) -> list[Frame]:
     write(drive(seconds), folder / "drive.parquet")
     found = encoded(folder / "drive.parquet", messages(folder), None)
     return [frame._replace(time=START + 0.25 + frame.time) for frame in found]
+
+
+def started(folder, outputs, memory=None, car=None):
+    """A drive over that database with one monitor, its inbox, and the events that it says."""
+    events = []
+    hub = Hub()
+    hub.add(lambda text: events.append(json.loads(text)))
+    inbox = queue.SimpleQueue()
+    plan = Plan(car or CAR, 12.0, memory)
+    return Drive([], inbox, messages(folder), None, ["friction"], plan, outputs, hub), inbox, events
+
+
+def driven(drive, inbox, frames):
+    """Let a drive take frames by the clock of their stamps."""
+    for begin in range(0, len(frames), 40):
+        for frame in frames[begin : begin + 40]:
+            inbox.put(frame)
+        drive.tick(frames[begin].time, frames[begin].time)

@@ -71,8 +71,8 @@ def test_a_campaign_leaves_recordings_verdicts_table_document_and_page(ran, caps
     for kind, count in (("drives", 4), ("recordings", 4), ("verdicts", 4)):
         assert len(list((runs / kind).iterdir())) == count
     assert [row.given for row in read_table(runs / "cells.parquet")] == [
-        "fault_free",
-        "fault_free",
+        "fault-free",
+        "fault-free",
         "yaw-rate",
         "yaw-rate",
     ]

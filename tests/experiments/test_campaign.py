@@ -66,7 +66,7 @@ def refusal(folder, text):
 def test_every_point_becomes_a_scenario_with_its_changes_faults_and_seed(folder):
     made = campaign(folder)
     assert made.axes == {
-        "friction": ["3", "4 N*m"], "fault": ["fault_free", "step"], "size": ["", "6", "8"], "seed": ["1", "2"],
+        "friction": ["3", "4 N*m"], "fault": ["fault-free", "step"], "size": ["", "6", "8"], "seed": ["1", "2"],
     }  # fmt: skip
     assert made.hours == pytest.approx(12 * 30.0 / 3600.0)
     cells = {tuple(cell.point.place.values()): cell for cell in made.plan.cells}
@@ -74,7 +74,7 @@ def test_every_point_becomes_a_scenario_with_its_changes_faults_and_seed(folder)
     assert (cell.scenario.seed, cell.scenario.duration) == (2, 30.0)
     assert cell.scenario.car.steering.friction.level == 4.0
     assert [fault.name for fault in cell.scenario.faults] == ["step"]
-    assert cells["3", "fault_free", "", "1"].scenario.car.steering.friction.level == 3.0
+    assert cells["3", "fault-free", "", "1"].scenario.car.steering.friction.level == 3.0
     assert len({cell.key for cell in made.plan.cells}) == 12
 
 
@@ -90,9 +90,9 @@ def test_teachers_are_the_first_fault_free_drives_of_the_same_car(folder):
     made = campaign(folder)
     taught = {tuple(cell.point.place.values()): cell.teacher for cell in made.plan.cells}
     numbers = {place: number for number, place in enumerate(taught)}
-    assert taught["3", "fault_free", "", "1"] is None
-    assert taught["4 N*m", "step", "8", "2"] == numbers["3", "fault_free", "", "2"]
-    assert taught["4 N*m", "fault_free", "", "1"] == numbers["3", "fault_free", "", "1"]
+    assert taught["3", "fault-free", "", "1"] is None
+    assert taught["4 N*m", "step", "8", "2"] == numbers["3", "fault-free", "", "2"]
+    assert taught["4 N*m", "fault-free", "", "1"] == numbers["3", "fault-free", "", "1"]
 
 
 def test_keys_know_all_that_decides(folder):

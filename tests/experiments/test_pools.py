@@ -74,13 +74,13 @@ def test_nothing_comes_of_nothing():
 
 def test_the_confusion_of_states():
     rows = [row(1), row(2), row(3, verdict="not judged"), row(1, **FOUND), row(2, outcome="diverged", **FOUND)]
-    assert confusion(rows) == {"fault_free": {"healthy": 2, "not ready": 1}, "step 4": {"fault": 1, "no verdict": 1}}
+    assert confusion(rows) == {"fault-free": {"healthy": 2, "not ready": 1}, "step 4": {"fault": 1, "no verdict": 1}}
 
 
 def test_boxes_of_estimates_by_state():
     fault_free, faulty = boxes([row(1), row(1, **FOUND), row(2, outcome="diverged")])
     assert (fault_free.state, fault_free.truth, fault_free.estimates, fault_free.median) == (
-        "fault_free",
+        "fault-free",
         4.0,
         6,
         pytest.approx(4.1),
@@ -98,5 +98,5 @@ def test_rows_are_chosen_by_levels():
 
 def test_a_drive_whose_fault_never_came_is_a_fault_free_one():
     found = row(1, **FOUND, came=False, verdict="quiet")
-    assert (found.faulty, found.given) == (False, "fault_free")
+    assert (found.faulty, found.given) == (False, "fault-free")
     assert (pool([found]).fault_free, pool([found]).faulty) == (1, 0)

@@ -50,11 +50,11 @@ def gate(figure, goal, **where):
 
 
 def test_gates_are_met_missed_or_not_to_be_judged():
-    fault_free = pass_through(gate("false_alarms", "<= 1", fault="fault_free"), ROWS)
+    fault_free = pass_through(gate("false_alarms", "<= 1", fault="fault-free"), ROWS)
     assert (fault_free.measured, fault_free.met) == (1.0, True)
     assert pass_through(gate("detection_worst_s", "<= 10", fault="step"), ROWS).met is False
     assert pass_through(gate("detection_median_s", "<= 10", **STEP), ROWS).met is True
-    assert pass_through(gate("area", ">= 0.5", fault="fault_free"), ROWS).met is None
+    assert pass_through(gate("area", ">= 0.5", fault="fault-free"), ROWS).met is None
 
 
 def test_a_gate_over_drives_that_failed_can_be_missed_but_not_met():
@@ -73,7 +73,7 @@ def test_faulty_drives_are_held_against_the_fault_free_ones_of_their_place():
     [
         ([], "no gates", 0),
         ([gate("false_alarms", "<= 9")], "not judged", 2),
-        ([gate("false_alarms", "<= 9", fault="fault_free")], "met", 0),
+        ([gate("false_alarms", "<= 9", fault="fault-free")], "met", 0),
         ([gate("false_alarms", "<= 9"), gate("missed_share", "= 0", fault="step")], "missed", 1),
     ],
 )
@@ -88,7 +88,7 @@ def test_where_nothing_was_judged_the_exit_code_is_two():
 
 def test_groups_are_the_whole_the_levels_and_the_faults_with_their_sizes():
     assert groups(summary()) == [
-        {}, {"fault": "fault_free"}, {"fault": "step"}, {"fault": "lost"}, {"fault": "step", "size": "4"},
+        {}, {"fault": "fault-free"}, {"fault": "step"}, {"fault": "lost"}, {"fault": "step", "size": "4"},
     ]  # fmt: skip
 
 

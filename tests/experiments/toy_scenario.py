@@ -83,7 +83,7 @@ FAULT = Fault("yaw_rate", Offset(0.1))
 def plan(*scenarios, learns=False, keep=True, variant="pre-sliding", settling=50.0):
     """A plan with a cell for each scenario; those with faults are faulty."""
     points = [
-        Point({"fault": "step" if s.faults else "fault_free", "size": "", "seed": str(n)}, (), s.seed)
+        Point({"fault": "step" if s.faults else "fault-free", "size": "", "seed": str(n)}, (), s.seed)
         for n, s in enumerate(scenarios)
     ]
     taught = teachers(points, ()) if learns else [None] * len(points)

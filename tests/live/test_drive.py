@@ -11,39 +11,20 @@ import time
 import numpy as np
 import pytest
 
-from live_drives import START, database_file, frames_of_drive, messages
+from live_drives import CAR, START, database_file, driven, frames_of_drive, started
 from tierod.core.errors import InputError, ParameterError
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.live import checkpoint
 from tierod.live.buses import Address, Receiver, open_bus
-from tierod.live.drive import Drive, Outputs
-from tierod.live.events import Hub, Socket, line
+from tierod.live.drive import Outputs
+from tierod.live.events import Socket, line
 from tierod.live.frame import Frame, Notice
-from tierod.live.judge import Plan
 from tierod.live.receiving import ProcessReceiver
 from tierod.vehicles import load
 
 can = pytest.importorskip("can")
 pytest.importorskip("cantools")
 pytest.importorskip("asammdf")
-
-CAR = load("midsize-eps")
-
-
-def started(folder, outputs, memory=None, car=CAR):
-    events = []
-    hub = Hub()
-    hub.add(lambda text: events.append(json.loads(text)))
-    inbox = queue.SimpleQueue()
-    plan = Plan(car, 12.0, memory)
-    return Drive([], inbox, messages(folder), None, ["friction"], plan, outputs, hub), inbox, events
-
-
-def driven(drive, inbox, frames):
-    for begin in range(0, len(frames), 40):
-        for frame in frames[begin : begin + 40]:
-            inbox.put(frame)
-        drive.tick(frames[begin].time, frames[begin].time)
 
 
 def kinds(events):

@@ -117,3 +117,22 @@ def test_a_bus_without_a_known_message(tmp_path):
     assert found == {}
     assert engine.decoder.known is None
     assert engine.decoder.missing == ("EPS", "ESP", "Never")
+
+
+def test_a_monitor_that_measures_its_first_minute_waits_for_it(tmp_path):
+    frames = frames_of_drive(tmp_path, 66.0)
+    engine, found, events = run(tmp_path, frames, ("driver-torque",), expected=66.0)
+    assert any(each.get("reason") == "listens for 60 s before it judges" for _, each in events)
+    assert engine.ticks.tickers["driver-torque"].corrected == 0
+    offline = diagnose(tmp_path / "log.mf4", CAR, "driver-torque", dbc=tmp_path / "car.dbc")
+    same(found["driver-torque"], offline)
+    for name in ("hand_torque", "hands_on"):
+        live = found["driver-torque"].traces.get(name)
+        if live is not None:
+            assert live.mean.tolist() == pytest.approx(offline.traces[name].mean.tolist(), nan_ok=True, rel=1e-12)
+
+
+def test_a_drive_that_is_shorter_than_what_a_monitor_listens_to_is_judged_at_its_end(tmp_path):
+    engine, found, _ = run(tmp_path, frames_of_drive(tmp_path, 8.0), ("driver-torque",))
+    same(found["driver-torque"], diagnose(tmp_path / "log.mf4", CAR, "driver-torque", dbc=tmp_path / "car.dbc"))
+    assert engine.ticks.tickers == {}

@@ -18,7 +18,7 @@ from tierod.report.campaign import render_campaign, render_comparison, show, sho
 from tierod.report.campaign.charts import box_figure, detection_figure, grid
 from tierod.report.campaign.words import NEVER, amount, count, place, seconds, value
 
-GATES = (gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="fault_free"))
+GATES = (gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="fault-free"))
 EVIL = "<script>alert(1)</script>"
 
 
@@ -34,7 +34,7 @@ def printed(function, content_):
 
 def test_the_page_tells_gates_matrix_states_and_failures():
     page = render_campaign(
-        content(gates=[gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="fault_free")])
+        content(gates=[gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="fault-free")])
     )
     assert page.startswith("<!doctype html>")
     assert "A pass criterion is missed" in page
@@ -98,14 +98,14 @@ def test_sizes_with_a_unit_are_numbers_and_other_sizes_are_names():
 
 def test_boxes_show_the_truth():
     figure = box_figure(0, content()["states"][0])
-    assert figure.data[0]["x"] == ["fault_free", "step 4", "lost"]
+    assert figure.data[0]["x"] == ["fault-free", "step 4", "lost"]
     assert figure.data[1]["y"] == [4.0, 8.0, 8.0]
     assert box_figure(0, {"boxes": [], "unit": ""}) is None
 
 
 def test_the_grid_counts_what_went_right():
     found = grid(content()["cells"], "friction")
-    assert (found.axes, found.columns) == ((), ("fault_free", "step 4", "lost"))
+    assert (found.axes, found.columns) == ((), ("fault-free", "step 4", "lost"))
     (levels, squares) = found.rows[0]
     assert levels == ()
     assert [(s.text, s.kind, s.title) for s in squares] == [
@@ -115,7 +115,7 @@ def test_the_grid_counts_what_went_right():
 
 def test_the_terminal_prints_the_same():
     printed_ = printed(
-        show, content(gates=[gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="fault_free")])
+        show, content(gates=[gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="fault-free")])
     )
     assert re.search(r"step 4 +2 +1 of 2 +5 s +never +never", printed_)
     assert "1 drive of 6 failed" in printed_

@@ -13,6 +13,7 @@ import typer
 if TYPE_CHECKING:
     from tierod.live.buses import Address
     from tierod.live.drive import Drive
+    from tierod.live.results import Sender
 
 
 def live(
@@ -27,6 +28,9 @@ def live(
         list[str] | None, typer.Option(help="What to watch; every monitor that can run where not given.")
     ] = None,
     log: Annotated[Path | None, typer.Option(help="MF4 file that takes every frame as it comes.")] = None,
+    mcap: Annotated[Path | None, typer.Option(help="MCAP file of signals, estimates and findings.")] = None,
+    send: Annotated[str | None, typer.Option(help="Channel of the interface to which results are sent.")] = None,
+    results_dbc: Annotated[Path | None, typer.Option(help="DBC of the results; it is written.")] = None,
     memory: Annotated[Path | None, typer.Option(help="Fault memory; every drive is one operation cycle.")] = None,
     report: Annotated[Path | None, typer.Option(help="HTML page at the end of the drive.")] = None,
     checkpoint: Annotated[
@@ -35,7 +39,7 @@ def live(
     baselines: Annotated[Path | None, typer.Option(help="Folder with the baseline that each monitor learnt.")] = None,
     bitrate: Annotated[int | None, typer.Option(help="Bit rate [bit/s]; as the driver has it where not given.")] = None,
     fd: Annotated[bool, typer.Option("--fd", help="Frames of CAN FD come.")] = False,
-    period: Annotated[float, typer.Option(help="Time between two judgements [s].")] = 1.0,
+    period: Annotated[float, typer.Option(help="Time between two pieces of the drive [s].")] = 2.0,
     silence: Annotated[float, typer.Option(help="Time without a frame after which the drive has ended [s].")] = 30.0,
     ignition: Annotated[
         str, typer.Option(help='Signal of a database, as "Message.Signal", whose zero ends the drive.')
@@ -55,12 +59,15 @@ def live(
         if not value > 0.0:
             raise ParameterError(f"{name} needs a positive time, not {value:g} s")
     load(vehicle)
-    _refuse_what_cannot_be_written([log, report, checkpoint, memory], [*(dbc or []), channel_map])
+    if (send is None) != (results_dbc is None):
+        raise ParameterError("--send sends results by a DBC: give both --send CHANNEL and --results-dbc FILE")
+    _refuse_what_cannot_be_written([log, mcap, results_dbc, report, checkpoint, memory], [*(dbc or []), channel_map])
     addresses = [Address(interface, each, bitrate, fd) for each in channel]
     drive, hub = _drive(
-        addresses, vehicle, dbc, channel_map, monitor, (log, report, checkpoint, memory, baselines),
+        addresses, vehicle, dbc, channel_map, monitor, (log, mcap, report, checkpoint, memory, baselines),
         (period, silence, expected), ignition, fd,
     )  # fmt: skip
+    sender = _sender(drive, Address(interface, send, bitrate, fd), results_dbc) if send and results_dbc else None
     socket = None
     if websocket is not None:
         from tierod.live.events import Socket
@@ -72,8 +79,28 @@ def live(
     try:
         return _followed(drive, drives, seconds, as_json or not sys.stdout.isatty())
     finally:
+        if sender is not None:
+            sender.close()
         if socket is not None:
             socket.close()
+
+
+def _sender(drive: Drive, address: Address, path: Path) -> Sender:
+    """Results go to a bus ten times a second while a drive is judged."""
+    from tierod.core.errors import TierodError
+    from tierod.live.results import Sender
+
+    sender = Sender(address, path)
+
+    def look(now: float) -> None:
+        if drive.engine.tally.frames:
+            try:
+                sender.send(drive.engine.shown(), now)
+            except TierodError as error:
+                drive.once("results", str(error))
+
+    drive.looking.append(look)
+    return sender
 
 
 def _drive(
@@ -94,6 +121,7 @@ def _drive(
     from tierod.io.readers.dbc import load_databases
     from tierod.io.readers.opening import shipped
     from tierod.io.readers.streaming import loaded_map
+    from tierod.live.agreement import disagreements
     from tierod.live.drive import Drive, Outputs
     from tierod.live.engine import Pace
     from tierod.live.events import Hub
@@ -109,13 +137,15 @@ def _drive(
     paths = [shipped(each, ".dbc") for each in given]
     database = load_databases(paths)
     used = channel_map or car.channel_map or _beside(paths)
-    log, report, checkpoint, memory, baselines = files
+    log, mcap, report, checkpoint, memory, baselines = files
     period, silence, expected = times
     names = monitor or [each.name for each in MONITORS.values() if each.default is not None and not each.condition]
     plan = Plan(car, expected, memory, baselines, shlex.join(["tierod", *sys.argv[1:]]))
     hub, inbox = Hub(), queue.SimpleQueue[Any]()
-    outputs = Outputs(log, report, checkpoint, 5.0, silence, ignition, 64 if fd else 8)
+    outputs = Outputs(log, report, checkpoint, 5.0, silence, ignition, 64 if fd else 8, mcap)
     receivers = [receiver(number, each, inbox) for number, each in enumerate(addresses, 1)]
+    if len(paths) > 1 and (text := disagreements({path: load_databases([path]) for path in paths})):
+        print(f"tierod: {text}", file=sys.stderr)
     drive = Drive(receivers, inbox, database, loaded_map(used), names, plan, outputs, hub, Pace(period=period), origin)
     mapped = ["--map", str(used)] if isinstance(used, str | Path) else []
     databases = [word for path in paths for word in ("--dbc", str(path))]
@@ -179,9 +209,9 @@ def _in_terminal(drive: Drive) -> int:
 
         def look(now: float) -> None:
             count[0] += 1
-            if count[0] % 5 == 0:
+            if count[0] % 10 == 0:
                 _press(drive, pressed())
-            if count[0] % 25 == 0:
+            if count[0] % 50 == 0:
                 screen.update(picture(drive), refresh=True)
             while notes:
                 console.print(notes.pop(0), markup=False, soft_wrap=True)

@@ -36,13 +36,17 @@ class Decimator:
         name: of the signal
         unit: in the notation of pint
         bins: how many bins there are at the least once they are full; at the most twice as many
+        reserved: whether memory for all of them is taken at once, so that a program that runs for long keeps its size
     """
 
-    def __init__(self, name: str, unit: str, bins: int = 2000):
+    def __init__(self, name: str, unit: str, bins: int = 2000, reserved: bool = False):
         self.name, self.unit, self.bins = name, unit, bins
         self._start: float | None = None
         self._width = 0.0
+        self._size = 0
         self._lower = self._upper = self._sum = self._count = np.empty(0)
+        if reserved:
+            self._reserve(2 * bins)
 
     def add(self, time: np.ndarray, values: np.ndarray) -> None:
         """Samples that follow those already added.
@@ -62,33 +66,51 @@ class Decimator:
             self._halve()
         index = np.floor((time - self._start) / self._width + 1e-6).astype(int)
         self._grow(int(index[-1]) + 1)
+        touched = slice(int(index[0]), int(index[-1]) + 1)
         seen = np.isfinite(values)
-        index, values = index[seen], values[seen]
-        np.minimum.at(self._lower, index, values)
-        np.maximum.at(self._upper, index, values)
-        self._sum += np.bincount(index, values, len(self._sum))
-        self._count += np.bincount(index, minlength=len(self._count))
+        index, values = index[seen] - touched.start, values[seen]
+        # Only the bins of these samples: with many bins, and few samples at a time, all others would cost most.
+        np.minimum.at(self._lower[touched], index, values)
+        np.maximum.at(self._upper[touched], index, values)
+        width = touched.stop - touched.start
+        self._sum[touched] += np.bincount(index, values, width)
+        self._count[touched] += np.bincount(index, minlength=width)
 
     def trace(self) -> Trace:
         """What was collected; NaN where a bin saw no sample."""
-        seen = self._count > 0
-        mean = np.divide(self._sum, self._count, out=np.full(len(seen), np.nan), where=seen)
+        used = slice(self._size)
+        count = self._count[used]
+        seen = count > 0
+        mean = np.divide(self._sum[used], count, out=np.full(len(seen), np.nan), where=seen)
         time = (self._start or 0.0) + self._width * np.arange(len(seen))
-        lower, upper = (np.where(seen, edge, np.nan) for edge in (self._lower, self._upper))
+        lower, upper = (np.where(seen, edge[used], np.nan) for edge in (self._lower, self._upper))
         return Trace(self.name, self.unit, time, lower, upper, mean)
 
     def _grow(self, size: int) -> None:
-        more = max(size - len(self._count), 0)
-        if more:
-            self._lower = np.append(self._lower, np.full(more, np.inf))
-            self._upper = np.append(self._upper, np.full(more, -np.inf))
-            self._sum, self._count = (np.append(old, np.zeros(more)) for old in (self._sum, self._count))
+        self._size = max(self._size, size)
+        room = len(self._count)
+        if self._size > room:
+            self._reserve(max(self._size, min(2 * room, 2 * self.bins)))
+
+    def _reserve(self, room: int) -> None:
+        more = room - len(self._count)
+        self._lower = np.append(self._lower, np.full(more, np.inf))
+        self._upper = np.append(self._upper, np.full(more, -np.inf))
+        self._sum, self._count = (np.append(old, np.zeros(more)) for old in (self._sum, self._count))
 
     def _halve(self) -> None:
-        self._grow(len(self._count) + len(self._count) % 2)
-        self._lower = np.minimum(self._lower[::2], self._lower[1::2])
-        self._upper = np.maximum(self._upper[::2], self._upper[1::2])
-        self._sum, self._count = (old[::2] + old[1::2] for old in (self._sum, self._count))
+        self._grow(self._size + self._size % 2)
+        half = self._size // 2
+        pairs = slice(0, self._size, 2), slice(1, self._size, 2)
+        for bins, joined, empty in (
+            (self._lower, np.minimum, np.inf),
+            (self._upper, np.maximum, -np.inf),
+            (self._sum, np.add, 0.0),
+            (self._count, np.add, 0.0),
+        ):
+            bins[:half] = joined(bins[pairs[0]], bins[pairs[1]])
+            bins[half:] = empty
+        self._size = half
         self._width *= 2.0
 
 

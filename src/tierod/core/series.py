@@ -45,3 +45,42 @@ class Stride:
         first = -self._seen % self.step
         self._seen += count
         return slice(first, None, self.step)
+
+
+class Rows:
+    """Rows of numbers that follow each other, in one array that doubles when it is full.
+
+    A list of pieces would keep the whole arrays that they were cut from, and cost an object for every piece.
+
+    Args:
+        columns: numbers of a row
+        most: rows that are kept; further ones are left out; None keeps all
+    """
+
+    def __init__(self, columns: int, most: int | None = None):
+        self._most, self._count = most, 0
+        self._values = np.empty((0, columns))
+
+    def __len__(self) -> int:
+        return self._count
+
+    @property
+    def full(self) -> bool:
+        """Whether further rows are left out."""
+        return self._most is not None and self._count >= self._most
+
+    @property
+    def values(self) -> np.ndarray:
+        """All rows, (n, columns); valid until more are added."""
+        return self._values[: self._count]
+
+    def add(self, rows: np.ndarray) -> None:
+        """Rows that follow, (n, columns)."""
+        rows = rows if self._most is None else rows[: max(self._most - self._count, 0)]
+        needed = self._count + len(rows)
+        if needed > len(self._values):
+            larger = np.empty((max(needed, 2 * len(self._values)), self._values.shape[1]))
+            larger[: self._count] = self.values
+            self._values = larger
+        self._values[self._count : needed] = rows
+        self._count = needed

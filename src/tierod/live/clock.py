@@ -75,7 +75,7 @@ class DriveClock:
             self.late += 1
         if time >= bus.newest:
             bus.newest, bus.came = time, came
-        placed = frame._replace(time=time)
+        placed = Frame(time, frame.identifier, frame.bus, frame.data)
         key = (frame.bus, frame.identifier)
         self.doubled += self._last.get(key) == placed
         self._last[key] = placed

@@ -56,6 +56,11 @@ class Decoder:
             self.version += 1
 
     @property
+    def buses(self) -> dict[int, str]:
+        """Names of the buses by their number in `known`."""
+        return {number: name for name, number in self._buses.items()}
+
+    @property
     def identifiers(self) -> tuple[int, ...]:
         """What came on the buses, known or not."""
         return tuple(sorted({identifier for _, identifier in self._counts}))

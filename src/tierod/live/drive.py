@@ -18,9 +18,11 @@ from tierod.live.buses import Inbox, Receiver
 from tierod.live.closing import page, remembered
 from tierod.live.engine import PACE, Engine, Pace
 from tierod.live.events import Hub
+from tierod.live.findings import Findings
 from tierod.live.frame import Frame, Notice
 from tierod.live.judge import Plan
-from tierod.live.log import FrameLog
+from tierod.live.log import FrameLog, is_unfinished
+from tierod.live.mcap_log import McapLog
 from tierod.live.receiving import ProcessReceiver
 from tierod.monitors.harness.baseline import keep_first
 
@@ -30,8 +32,11 @@ if TYPE_CHECKING:
     from tierod.core.findings import Diagnosis
     from tierod.report.html import Origin
 
-TICK = 0.02
+TICK = 0.01
 """Time between two looks at what has come [s]."""
+
+STATED = 1.0
+"""Time between two events with the state of the drive [s]."""
 
 SILENT = 5.0
 """Time without a frame after which the bus is called silent [s]."""
@@ -52,6 +57,7 @@ class Outputs:
         silence: time without a frame after which the drive has ended; infinite for one drive alone
         ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" without
         width: bytes of a payload in the log
+        mcap: MCAP file of signals, estimates and findings
     """
 
     log: Path | None = None
@@ -61,6 +67,7 @@ class Outputs:
     silence: Annotated[float, "s"] = 30.0
     ignition: str = ""
     width: int = 8
+    mcap: Path | None = None
 
 
 @dataclass
@@ -117,9 +124,11 @@ class Drive:
             database, channel_map, monitors, plan, hub.say, pace, ignition=outputs.ignition
         )
         self.engine = self._made()
-        self._came = self._checked = self._begun = time.monotonic()
+        self._came = self._checked = self._begun = self._stated = time.monotonic()
         self._said: set[str] = set()
         self._running = False
+        self._log: Path | None = None
+        self._mcap: Findings | None = None
         self._waiting = self._checkpoint()
 
     def _checkpoint(self) -> Mapping[str, tuple[str, Any]]:
@@ -144,7 +153,7 @@ class Drive:
         due = time.monotonic()
         try:
             while not self.ended:
-                due = max(due + TICK, time.monotonic() - 10 * TICK)
+                due = max(due + TICK, time.monotonic() - 20 * TICK)
                 pause = due - time.monotonic()
                 if pause > 0.0:
                     time.sleep(pause)
@@ -177,9 +186,12 @@ class Drive:
         elif self._running and now - self._came > self.outputs.silence:
             self.close()
         elif now - self._came > SILENT:
-            self._once("silent", self._silent_sentence())
+            self.once("silent", self._silent_sentence())
         if self._running and self.engine.due and not self.paused:
             self._judge()
+        if self._running and now - self._stated >= STATED:
+            self._stated = now
+            self.hub.say("state", self.state())
         if self._running and self.outputs.checkpoint is not None and now - self._checked >= self.outputs.every:
             self._checked = now
             self._store()
@@ -192,7 +204,7 @@ class Drive:
     def _received(self) -> list[Frame]:
         frames: list[Frame] = []
         take = self.inbox.get_nowait
-        for _ in range(20_000):
+        for _ in range(10_000):
             try:
                 each = take()
             except queue.Empty:
@@ -205,7 +217,13 @@ class Drive:
                 frames.append(each)
         return frames
 
-    def _once(self, key: str, text: str) -> None:
+    def once(self, key: str, text: str) -> None:
+        """Say a problem, once in a drive.
+
+        Args:
+            key: of the problem
+            text: a sentence with its remedy
+        """
         if key not in self._said:
             self._said.add(key)
             self.hub.say("problem", {"text": text})
@@ -214,9 +232,11 @@ class Drive:
         self._running, self._begun, self._checked = True, now, now
         self._said.clear()
         self.engine.clock.begin(first, now, calendar)
-        path = self._log_path()
+        path = self._log = self._free(self.outputs.log)
         if path is not None:
             self._open_log(path)
+        if self.outputs.mcap is not None:
+            self._guarded(lambda: self._open_mcap(self._free(self.outputs.mcap)))
         self.hub.say("begin", {"origin": self.engine.clock.origin, "log": str(path) if path else None})
 
     def _open_log(self, path: Path) -> None:
@@ -226,8 +246,29 @@ class Drive:
         except TierodError as error:
             self.hub.say("problem", {"text": f"{error}; monitoring goes on without a log"})
 
+    def _open_mcap(self, path: Path | None) -> None:
+        assert path is not None
+        self._mcap = Findings(McapLog(path, self.engine.clock.origin), self.engine, self.hub)
+
     def _log_path(self) -> Path | None:
-        return _numbered(self.outputs.log, self.drives)
+        """Where this drive is logged: the next name that is free, since what is there may be all that a kill left."""
+        return self._log
+
+    def _free(self, path: Path | None) -> Path | None:
+        if path is None:
+            return None
+        number = self.drives
+        while (found := _numbered(path, number)) is not None and found.exists():
+            number += 1
+        if number > self.drives:
+            before = _numbered(path, number - 1)
+            assert before is not None
+            text = f"{before} is there already; this drive is {found}"
+            if is_unfinished(before) and self.plan.memory is not None:
+                words = f"tierod diagnose {before} --vehicle {self.plan.vehicle.name} --memory {self.plan.memory}"
+                text += f". Its drive was cut off and is not in the fault memory: {words} takes it there"
+            self.hub.say("problem", {"text": text})
+        return found
 
     def _judge(self) -> None:
         self.engine.judge()
@@ -243,11 +284,10 @@ class Drive:
                     text = "the checkpoint is of another calibration; it begins anew"
                     self.hub.say("checkpoint", {"monitor": judge.name, "text": text})
         for name in self.engine.missing:
-            self._once(f"missing {name}", f"{name} does not come any more; what needs it is not judged")
+            self.once(f"missing {name}", f"{name} does not come any more; what needs it is not judged")
         known = self.engine.decoder.known
         if known is None:
-            self._once("unknown", "no frame that came is in the databases; give the DBC of this vehicle and bus")
-        self.hub.say("state", self.state())
+            self.once("unknown", "no frame that came is in the databases; give the DBC of this vehicle and bus")
         if self.engine.ignition_off:
             self.close()
 
@@ -288,7 +328,7 @@ class Drive:
         try:
             checkpoint.stored(self.engine.judges, self.plan.vehicle, self.outputs.checkpoint)
         except TierodError as error:
-            self._once("checkpoint", str(error))
+            self.once("checkpoint", str(error))
 
     def close(self) -> None:
         """End the drive: judge the rest, finish the log, write memory, report, checkpoint and baselines."""
@@ -310,6 +350,9 @@ class Drive:
         missed = {judge.name: judge.reason for judge in engine.judges if judge.name not in diagnoses}
         content = {"time": engine.clock.latest, "frames": engine.tally.frames, "lost": engine.gaps.lost}
         self.hub.say("end", content | {"verdicts": verdicts, "headlines": headlines, "not_run": missed})
+        if self._mcap is not None:
+            self._guarded(self._mcap.close)
+            self._mcap = None
         self.drives += 1
         self.engine = self._made()
 

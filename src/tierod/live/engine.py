@@ -23,6 +23,7 @@ from tierod.live.counting import Gaps
 from tierod.live.decoding import Decoder
 from tierod.live.frame import Frame, frames_of
 from tierod.live.judge import Judge, Plan, Shown
+from tierod.live.stepping import Ticks
 from tierod.monitors.harness.pieces import joined
 
 if TYPE_CHECKING:
@@ -40,14 +41,16 @@ class Pace:
     """When what is done.
 
     Args:
-        period: of judging; every call of a monitor costs some milliseconds
+        period: of judging by the piece; every piece costs a monitor some milliseconds
         order: frames that come later than this behind others are not judged any more
+        wait: for frames of a bus that come later than those of another one, before a monitor is stepped
         listening: time before the first judgement, in which it is learnt what comes on the buses
         oldest: age from which on a signal is named as missing
     """
 
-    period: Annotated[float, "s"] = 1.0
+    period: Annotated[float, "s"] = 2.0
     order: Annotated[float, "s"] = 0.3
+    wait: Annotated[float, "s"] = 0.03
     listening: Annotated[float, "s"] = 3.0
     oldest: Annotated[float, "s"] = 0.5
 
@@ -112,6 +115,8 @@ class Engine:
         self._streams = {judge.name: _Stream(judge.needs) for judge in self.judges}
         self._waiting: list[Frame] = []
         self._ignition_on = False
+        self.ticks = Ticks(pace.wait)
+        self.tap: Callable[[Sequence[Channel]], None] | None = None
         self._until = -np.inf
         self._first = np.inf
         self._newest: dict[str, float] = {}
@@ -132,6 +137,8 @@ class Engine:
         self.tally.frames += len(placed)
         self._first = min(self._first, placed[0].time)
         self._waiting += placed
+        if self.ticks.take(placed, self.clock.latest):
+            self._note_changes()
         if self.log is not None:
             try:
                 self.log.append(placed)
@@ -175,6 +182,8 @@ class Engine:
         for judge in self.judges:
             if not judge.broken:
                 self._feed(judge, self._streams[judge.name], frames, rest)
+        picks = [pick for stream in self._streams.values() if stream.plan is not None for pick in stream.plan.picks]
+        self.ticks.settle(self.judges, self.decoder, picks, [*parts, *self._waiting])
         self._note_changes()
 
     def _feed(self, judge: Judge, stream: _Stream, frames: Frames, rest: bool) -> None:
@@ -196,6 +205,8 @@ class Engine:
             judge.reason = str(error)
             return
         self._follow(channels)
+        if self.tap is not None:
+            self.tap(channels)
         whole = joined(stream.rest, Recording({channel.name: channel for channel in channels}))
         if not any(len(channel.time) for channel in whole.channels.values()):
             return
@@ -240,7 +251,8 @@ class Engine:
             now = (str(each.status), each.reason)
             if self._statuses.get(each.monitor) != now:
                 self._statuses[each.monitor] = now
-                content = {"time": self._until, "monitor": each.monitor, "status": now[0], "since": each.since}
+                time = max(each.since, self._until)
+                content = {"time": time, "monitor": each.monitor, "status": now[0], "since": each.since}
                 self.say("verdict", content | ({"reason": each.reason} if each.reason else {}))
 
     def finish(self) -> list[tuple[Judge, Diagnosis, MemoryFeed | None]]:

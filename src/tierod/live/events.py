@@ -1,4 +1,15 @@
-"""Events of a drive: to the terminal as JSON lines, and to programs over WebSocket."""
+"""Events of a drive: to the terminal as JSON lines, to programs over WebSocket, and to readers in this program.
+
+A `Hub` gives every event to all who listen. `Events` is what a web server of this program reads: several readers, each
+with a queue of its own, from threads or from coroutines:
+
+    source = Events()
+    hub.add(source)
+    async for event in source.subscribed():  # dicts with "event", "schema" and what run-live.md lists
+        await client.send_json(event)
+
+The newest `begin`, `state` and verdicts come first to a reader who joins in the middle of a drive.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +17,8 @@ import contextlib
 import json
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Generator, Mapping
 from typing import Any
 
 from tierod.core.errors import InputError, MissingExtra
@@ -43,6 +55,11 @@ class Hub:
         """Give it all events from now on, a line each."""
         self._listeners.append(listener)
 
+    def remove(self, listener: Callable[[str], None]) -> None:
+        """Give it no further events."""
+        if listener in self._listeners:
+            self._listeners.remove(listener)
+
     def say(self, kind: str, content: Mapping[str, Any]) -> None:
         """Give an event to all listeners."""
         text = line(kind, content)
@@ -51,6 +68,78 @@ class Hub:
                 listener(text)
             except BrokenPipeError:
                 self._listeners.remove(listener)
+
+
+class Events:
+    """A source of events that several readers subscribe to; one who is slow loses the oldest, and holds up no other.
+
+    Args:
+        most: events that wait for a reader
+    """
+
+    def __init__(self, most: int = 1000):
+        self._most = most
+        self._lock = threading.Condition()
+        self._queues: list[deque[dict[str, Any]]] = []
+        self._latest: dict[str, dict[str, Any]] = {}
+        self._closed = False
+
+    def __call__(self, text: str) -> None:
+        """Take an event, as a listener of a `Hub`."""
+        event = json.loads(text)
+        kind = event["event"]
+        with self._lock:
+            if kind == "begin":
+                self._latest.clear()
+            if kind in ("begin", "state", "verdict"):
+                self._latest[f"{kind} {event.get('monitor', '')}"] = event
+            for queue in self._queues:
+                queue.append(event)
+            self._lock.notify_all()
+
+    def close(self) -> None:
+        """Readers end when they have read what is there."""
+        with self._lock:
+            self._closed = True
+            self._lock.notify_all()
+
+    def read(self, pause: float | None = None) -> Generator[dict[str, Any], None, None]:
+        """Events from now on, until `close`.
+
+        Args:
+            pause: an empty event comes after so long without one [s], so that the reader can look after itself
+        """
+        queue: deque[dict[str, Any]] = deque(maxlen=self._most)
+        with self._lock:
+            queue.extend(self._latest.values())
+            self._queues.append(queue)
+        try:
+            while True:
+                with self._lock:
+                    if not queue and not self._closed:
+                        self._lock.wait(pause)
+                    event = queue.popleft() if queue else None
+                    if event is None and self._closed:
+                        return
+                if event is not None or pause is not None:
+                    yield event or {}
+        finally:
+            with self._lock:
+                self._queues[:] = [each for each in self._queues if each is not queue]
+
+    async def subscribed(self) -> AsyncIterator[dict[str, Any]]:
+        """The same for a coroutine; it may be cancelled at any time."""
+        import asyncio
+
+        events = self.read(pause=0.2)
+        try:
+            while (event := await asyncio.to_thread(next, events, None)) is not None:
+                if event:
+                    yield event
+        finally:
+            # Where it was cancelled, a thread may still wait for the next event; it ends with that one.
+            with contextlib.suppress(ValueError):
+                events.close()
 
 
 class Socket:

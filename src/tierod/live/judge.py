@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,15 +18,23 @@ from tierod.io.readers import SHARE_READ
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
+from tierod.monitors.harness.pieces import joined
 from tierod.monitors.harness.run import Run, fitting
 from tierod.monitors.harness.session import BlockSession
 from tierod.vehicles import Vehicle
 
 if TYPE_CHECKING:
     from tierod.core.graph import Memory
+    from tierod.live.ticking import Ticker
 
 HISTORY = 60
 """Values of each estimate that are kept for the terminal."""
+
+BINS = 4096
+"""Bins of a trace at the least: twice what a page shows of it at once, in memory that does not grow with the drive."""
+
+LEAST_STEPS = 3
+"""Steps of the grid that a first piece has beyond what its session listens to: those at its edges are judged later."""
 
 BEHIND = 1.5e-6
 """Samples that come a microsecond behind a step of the grid belong to it, as where a recording is aligned [s]."""
@@ -65,6 +73,7 @@ class Shown:
         units: of them
         enabled: share of the last stretch in which it learnt; NaN where it does not say
         history: past values of every estimate
+        ticking: whether status and values are those of the last tick; else of the last piece
     """
 
     monitor: str
@@ -75,6 +84,7 @@ class Shown:
     units: Mapping[str, str] = field(default_factory=dict)
     enabled: float = math.nan
     history: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    ticking: bool = False
 
 
 class _Newest:
@@ -84,6 +94,7 @@ class _Newest:
         self.values: dict[str, float] = {}
         self.history: dict[str, deque[float]] = {}
         self.enabled = math.nan
+        self.tap: Callable[[np.ndarray, Mapping[str, np.ndarray]], None] | None = None
 
     def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
         if not len(time):
@@ -93,6 +104,8 @@ class _Newest:
             self.history.setdefault(name, deque(maxlen=HISTORY)).append(float(values[-1]))
         if "enabled" in shown:
             self.enabled = float(np.mean(shown["enabled"]))
+        if self.tap is not None:
+            self.tap(time, shown)
 
 
 class Judge:
@@ -116,7 +129,9 @@ class Judge:
         self._newest = _Newest()
         self._feed: MemoryFeed | None = None
         self.broken = False
+        self.ticker: Ticker | None = None
         self._start: float | None = None
+        self._first: Recording | None = None
         self.needs: tuple[str, ...] = ()
         try:
             self.needs = tuple(Run(self.definition, self.variant, plan.vehicle).needs)
@@ -131,7 +146,13 @@ class Judge:
             if self.run is None:
                 self._begin(piece)
             assert self.run is not None
-            self.run.add(piece)
+            self._first = whole = joined(self._first, piece)
+            listens = getattr(self.run.session, "listens", 0.0)
+            if not self.run.begun and whole.span[1] - whole.span[0] < listens + LEAST_STEPS / self.run.monitor.rate:
+                self.reason = f"listens for {listens:.0f} s before it judges"
+                return
+            self._first = None
+            self.run.add(piece if self.run.begun else replace(whole, metadata=piece.metadata))
             self.reason = ""
         except TierodError as error:
             self.reason = str(error)
@@ -142,7 +163,7 @@ class Judge:
 
     def _begin(self, piece: Recording) -> None:
         definition, variant = fitting(self.definition, self.variant, piece, asked=False)
-        run = Run(definition, variant, self.plan.vehicle, self._baseline(), None, uncertain=True)
+        run = Run(definition, variant, self.plan.vehicle, self._baseline(), None, uncertain=True, bins=BINS)
         run.kept = self._newest  # type: ignore[assignment]  # takes the same two arguments
         if self.plan.memory is not None:
             run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
@@ -161,12 +182,28 @@ class Judge:
         """What is shown of it now."""
         if self.run is None or self.broken:
             return Shown(self.name, Status.NOT_AVAILABLE, 0.0, self.reason)
+        if self._first is not None:
+            return Shown(self.name, Status.NOT_READY, 0.0, self.reason)
         course = getattr(self.run.session, "course", ())
         status, since = (course[-1].status, course[-1].time) if course else (Status.NOT_READY, 0.0)
         own = self.run.session.traces
         values = {name: value for name, value in self._newest.values.items() if name in own}
         history = {name: tuple(each) for name, each in self._newest.history.items() if name in own}
-        return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history)
+        ticking = self.ticker is not None and self.ticker.live
+        if self.ticker is not None and ticking:
+            values |= self.ticker.values()
+            if self.ticker.status is not None:
+                status, since = self.ticker.status.status, self.ticker.status.time
+        return Shown(self.name, status, since, "", values, dict(own), self._newest.enabled, history, ticking)
+
+    def tap(self, take: Callable[[np.ndarray, Mapping[str, np.ndarray]], None]) -> None:
+        """Give every sample that is judged from now on: time [s], signals and estimates by name, (n,) each."""
+        self._newest.tap = take
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Units of what it estimates, by name; empty before it runs."""
+        return {} if self.run is None else self.run.session.traces
 
     def go_on(self, memory: Memory) -> None:
         """Go on from a state of an earlier session; what was judged since the beginning of this one is left behind."""
@@ -190,6 +227,8 @@ class Judge:
         if self.run is None or self.broken:
             return None
         try:
+            if self._first is not None and not self.run.begun:
+                self.run.add(self._first)
             diagnosis = self.run.finish(self.plan.command)
         except TierodError as error:
             self.reason = str(error)

@@ -89,6 +89,15 @@ def _head(origin: int, width: int, comment: str) -> tuple[bytes, int, int]:
     return bytes(blocks.data), group + _LINKS + 48 + 8, at
 
 
+def is_unfinished(path: Path) -> bool:
+    """Whether a file is a log whose program ended without finishing it."""
+    try:
+        with path.open("rb") as file:
+            return file.read(7) == b"UnFinMF"
+    except OSError:
+        return False
+
+
 class FrameLog:
     """Writes frames behind each other; what was given to `append` survives the end of the process.
 

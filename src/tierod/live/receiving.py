@@ -18,7 +18,7 @@ from tierod.core.errors import InputError, ParameterError, TierodError
 from tierod.live.buses import Address, Inbox, Receiver
 from tierod.live.frame import Frame, Notice
 
-MOST, SECONDS = 25_000, 0.01
+MOST, SECONDS = 25_000, 0.005
 """Frames of a batch at the most, and time after which one is sent [s]."""
 
 PATIENCE = 20.0

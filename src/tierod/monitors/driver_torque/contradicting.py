@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.series import Stride
+from tierod.core.series import Rows, Stride
 
 SIGNALS = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
 """The signals of the torsion bar: wheel angle = motor angle / ratio + torque of the bar / stiffness + constant."""
@@ -78,19 +78,16 @@ class ContradictionOverDrive:
         self._scales = np.array([1.0, -1.0 / ratio, -1.0 / stiffness])
         self._stride = Stride(max(round(rate / RATE), 1))
         self._rate = rate / self._stride.step
-        self._kept: list[np.ndarray] = []
-        self._room = round(LONGEST * self._rate)
+        self._kept = Rows(3, round(LONGEST * self._rate))
 
     def add(self, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
         """The next piece: angles [rad] and torque of the bar [N*m], (n,) each; NaN where missing."""
         kept = self._stride.over(len(wheel_angle))
-        rows = np.column_stack([wheel_angle, motor_angle, driver_torque])[kept][: self._room]
-        self._room -= len(rows)
-        self._kept.append(rows * self._scales)
+        self._kept.add(np.column_stack([wheel_angle, motor_angle, driver_torque])[kept] * self._scales)
 
     def found(self) -> Contradiction | None:
         """What contradicts the others; None where the signals are too few or do not move."""
-        rows = np.vstack(self._kept) if self._kept else np.empty((0, 3))
+        rows = self._kept.values
         there = np.isfinite(rows).all(axis=1)
         if np.count_nonzero(there) < FEWEST:
             return None

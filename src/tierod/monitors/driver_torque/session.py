@@ -61,6 +61,9 @@ class DriverTorqueSession(BlockSession):
         remark: on the observer, for the report
     """
 
+    listens = MEASURED
+    """Time that its first piece needs, so that the noise does not depend on how the recording is cut [s]."""
+
     def __init__(
         self,
         build: Builder,

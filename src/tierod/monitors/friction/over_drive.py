@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.core.series import Stride
+from tierod.core.series import Rows, Stride
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence, HysteresisPresenceTest
 
 STRETCHES = 4
@@ -29,15 +29,13 @@ class EstimateOverDrive:
 
     def __init__(self, rate: float):
         self._stride = Stride(max(round(rate), 1))
-        self._time: list[np.ndarray] = []
-        self._values: list[np.ndarray] = []
+        self._rows = Rows(2)
 
     def add(self, time: np.ndarray, estimate: np.ndarray, ready: np.ndarray) -> None:
         """Estimates that follow those already added; only those of the ready monitor count."""
         chosen = np.arange(*self._stride.over(len(time)).indices(len(time)))
         chosen = chosen[ready[chosen] & np.isfinite(estimate[chosen])]
-        self._time.append(time[chosen])
-        self._values.append(estimate[chosen])
+        self._rows.add(np.column_stack([time[chosen], estimate[chosen]]))
 
     def histograms(self, change: float | None) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Name of a stretch -> (edges, counts).
@@ -45,7 +43,7 @@ class EstimateOverDrive:
         Args:
             change: time at which friction changed [s]; the stretches are then before and after it
         """
-        time, values = np.concatenate(self._time or [np.empty(0)]), np.concatenate(self._values or [np.empty(0)])
+        time, values = self._rows.values.T
         if not len(values):
             return {}
         high = float(np.quantile(values, 0.999)) * 1.1
@@ -133,7 +131,7 @@ class SignalsOverDrive:
     LONGEST = 600.0
 
     def __init__(self) -> None:
-        self._parts: list[np.ndarray] = []
+        self._rows = Rows(1 + len(self.SIGNALS))
         self._start: float | None = None
         self._stride = Stride(2)
 
@@ -142,11 +140,11 @@ class SignalsOverDrive:
         self._start = float(time[0]) if self._start is None else self._start
         rows = np.arange(*self._stride.over(len(time)).indices(len(time)))
         rows = rows[time[rows] < self._start + self.LONGEST]
-        self._parts.append(np.column_stack([time[rows], *(signals[name][rows] for name in self.SIGNALS)]))
+        self._rows.add(np.column_stack([time[rows], *(signals[name][rows] for name in self.SIGNALS)]))
 
     def presence(self) -> HysteresisPresence | None:
         """Whether the driver's torque carries hysteresis; None where that cannot be tested."""
-        time, *signals = np.vstack(self._parts).T
+        time, *signals = self._rows.values.T
         try:
             return HysteresisPresenceTest().test(time, **dict(zip(self.SIGNALS, signals, strict=True)))
         except InputError:

@@ -10,7 +10,7 @@ import numpy as np
 from tierod.core.files import require_folder
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Aligned
-from tierod.core.series import Stride
+from tierod.core.series import Rows, Stride
 from tierod.diagnosis.counting import Counting
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
@@ -40,16 +40,19 @@ class MemoryFeed:
         self.codes, self.identifiers = memory.codes.of_monitor(monitor), memory.codes.identifiers
         # Traces and compiles what the transaction at the end needs, which would hold up all others.
         Counting(memory.codes).add(np.zeros(1), {})
-        self._pieces: list[tuple[np.ndarray, dict[str, np.ndarray]]] = []
+        self._names: tuple[str, ...] = ()
+        self._rows: Rows | None = None
         self._stride: Stride | None = None
 
     def add(self, aligned: Aligned, rate: float) -> None:
         """Signals of one more piece, at the rate of its grid [Hz]."""
         self._stride = self._stride or Stride(max(round(rate / RATE), 1))
         kept = self._stride.over(len(aligned.time))
-        names = [name for name in self.identifiers if name in aligned.names]
-        columns = {name: aligned.values[kept, aligned.names.index(name)] for name in names}
-        self._pieces.append((aligned.time[kept], columns))
+        if self._rows is None:
+            self._names = tuple(name for name in self.identifiers if name in aligned.names)
+            self._rows = Rows(1 + len(self._names))
+        columns = (aligned.values[kept, aligned.names.index(name)] for name in self._names)
+        self._rows.add(np.column_stack([aligned.time[kept], *columns]))
 
     def finish(
         self,
@@ -88,8 +91,9 @@ class MemoryFeed:
         code_courses: Mapping[str, Sequence[StatusChange]] | None = None,
     ) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray]]:
         """(time [s], results by code, signals by name) of the run; arguments as of `finish`."""
-        time = np.concatenate([piece[0] for piece in self._pieces])
-        signals = {name: np.concatenate([piece[1][name] for piece in self._pieces]) for name in self._pieces[0][1]}
+        assert self._rows is not None
+        time, *columns = self._rows.values.T
+        signals = dict(zip(self._names, columns, strict=True))
         last = diagnosis.findings[0].status
         results = {}
         for name, code in self.codes.items():

@@ -10,6 +10,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.findings import ChannelQuality
 from tierod.core.recording import Channel, Recording
+from tierod.core.series import Rows
 from tierod.core.shown import in_words
 from tierod.io.quality import (
     assumes_unit,
@@ -38,19 +39,19 @@ class QualityOverChunks:
         self._notes: dict[str, str] = {}
         self._spans: dict[str, float] = {}
         self._last: dict[str, float] = {}
-        self._reduced: list[np.ndarray] = []
+        self._reduced = Rows(1 + len(self.names))
 
     def add(self, piece: Recording) -> None:
         """The next piece."""
         for name in self.names:
             if name in piece:
                 self._merge(name, piece)
-        kept = sum(len(part) for part in self._reduced) / REDUCED_RATE
+        kept = len(self._reduced) / REDUCED_RATE
         if kept < COMPARED and any(name in piece for name in self.names):
             # No more than is compared: a piece may be a whole recording with a pause of days in it.
             first = piece.slice(stop=piece.span[0] + COMPARED + 1.0)
             aligned = first.align(self.names, REDUCED_RATE, maximum_age=2.0 / REDUCED_RATE)
-            self._reduced.append(np.column_stack([aligned.time, aligned.values]))
+            self._reduced.add(np.column_stack([aligned.time, aligned.values]))
 
     def rows(self) -> tuple[ChannelQuality, ...]:
         """One row per channel that the recording has; notes on a channel are those of the last piece."""
@@ -61,9 +62,9 @@ class QualityOverChunks:
 
     def contradictions(self) -> tuple[str, ...]:
         """Which signal has probably the wrong sign, or which of them the wrong unit, beside the others."""
-        if not self._reduced:
+        if not len(self._reduced):
             return ()
-        table = np.vstack(self._reduced)
+        table = self._reduced.values
         channels = {
             name: Channel(name, table[:, 0], table[:, 1 + column], self.units[name])
             for column, name in enumerate(self.names)

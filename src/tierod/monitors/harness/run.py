@@ -68,6 +68,7 @@ class Run:
         memory: path of the fault memory that takes the recording as one operation cycle
         kept: takes what is read and estimated over time
         uncertain: whether the spread of the vehicle's parameters is carried into bands and verdict
+        bins: of every trace at the least, for which memory is taken at once; as many as memory allows where None
 
     Raises:
         InputError: the baseline is of another vehicle or variant
@@ -83,9 +84,10 @@ class Run:
         memory: str | Path | None = None,
         kept: OverTime | None = None,
         uncertain: bool = False,
+        bins: int | None = None,
     ):
         self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
-        self._given = (baseline, memory, kept, uncertain)
+        self._given = (baseline, memory, kept, uncertain, bins)
         if baseline is not None:
             refuse_foreign(baseline, vehicle.name, f"{monitor.name}, {variant.name}")
         self._uncertain = Uncertain(monitor, variant, vehicle, baseline) if uncertain else None
@@ -109,12 +111,29 @@ class Run:
         self._silence = Silence()
         self._metadata: dict[str, Any] = {}
         units = dict.fromkeys(self.session.signals, "") | dict(self.session.traces)
-        self._traces = {name: Decimator(name, unit, bins_each(len(units))) for name, unit in units.items()}
+        room = bins_each(len(units)) if bins is None else bins
+        self._traces = {name: Decimator(name, unit, room, bins is not None) for name, unit in units.items()}
 
     @property
     def begun(self) -> bool:
         """Whether something was judged."""
         return self._steps > 0
+
+    @property
+    def start(self) -> float:
+        """Time of the first step of the grid [s]; NaN before the first piece."""
+        return math.nan if self._start is None else self._start
+
+    @property
+    def steps(self) -> int:
+        """Steps of the grid that were judged or skipped."""
+        return self._steps
+
+    @property
+    def removed(self) -> frozenset[str]:
+        """Signals that the monitor does not see now, since they are stuck."""
+        stuck = self._inputs.stuck
+        return frozenset(stuck.lasting()) - stuck.passed_on
 
     def fitted(self, piece: Recording, asked: bool) -> Run:
         """The run on the grid of a recording, and as the variant that it has signals for.

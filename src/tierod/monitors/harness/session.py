@@ -111,6 +111,16 @@ class BlockSession(ABC):
         """The state of the block after the last piece, to be stored or to go on from; None before the first."""
         self._scanner: Scanner[Any, Any, Any] | None = None
 
+    @property
+    def running(self) -> tuple[str, Sequence[Status]] | None:
+        """Output that holds the code of the running verdict, and the status of each code; None without one."""
+        return self._running
+
+    @property
+    def shown_outputs(self) -> Mapping[str, str]:
+        """Output of the block by the name under which a report shows it."""
+        return self._outputs
+
     def refuse(self, aligned: Aligned) -> None:  # noqa: B027  # most blocks judge whatever has their signals
         """Refuse a recording that it cannot judge, from its first piece."""
 

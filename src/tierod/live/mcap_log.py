@@ -1,0 +1,174 @@
+"""The drive as MCAP while it is driven: signals, estimates and findings, for Foxglove and Lichtblick.
+
+Topics: `/signals/NAME` with every sample of a signal, `/estimates/MONITOR` with what it estimates ten times a second,
+`/findings` with verdicts, problems and marks as log entries (`foxglove.Log`). Chunks are small and go to the disk when
+they are full, so that a kill costs less than a second of a drive on which signals come.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from tierod.core.errors import OutputError
+from tierod.core.files import expanded, require_folder
+from tierod.core.recording import Channel
+from tierod.io.readers.listed import require_library
+
+CHUNK: Annotated[int, "byte"] = 1 << 14
+
+RATE: Annotated[float, "Hz"] = 10.0
+"""Estimates that are written per second."""
+
+FLUSHED: Annotated[int, "ns"] = 250_000_000
+"""Time of the drive after which what is in memory goes to the system."""
+
+LEVELS = {"healthy": 2, "rising": 3, "suspect": 3, "fault": 4}
+"""Levels of `foxglove.Log`: 2 information, 3 warning, 4 error; others are information."""
+
+LOG_SCHEMA = {
+    "title": "foxglove.Log",
+    "type": "object",
+    "properties": {
+        "timestamp": {"type": "object", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}},
+        "level": {"type": "integer"},
+        "message": {"type": "string"},
+        "name": {"type": "string"},
+        "file": {"type": "string"},
+        "line": {"type": "integer"},
+    },
+}
+
+
+class McapLog:
+    """Writes what was found beside the frames.
+
+    Args:
+        path: of the file; replaced
+        origin: calendar time of the drive's zero [s]
+
+    Raises:
+        MissingExtra: mcap is not installed
+        OutputError: the file cannot be written
+    """
+
+    def __init__(self, path: str | Path, origin: float):
+        require_library("mcap", "live", "writing an MCAP log")
+        from mcap.writer import CompressionType, Writer
+
+        require_folder(path)
+        self.path, self.origin = expanded(path), origin
+        self._channels: dict[str, int] = {}
+        self._written: dict[str, float] = {}
+        self._next: dict[str, float] = {}
+        self._flushed = 0
+        try:
+            self._file = self.path.open("wb")
+            self._writer = Writer(self._file, chunk_size=CHUNK, compression=CompressionType.ZSTD)
+            self._writer.start(library="tierod")
+        except OSError as error:
+            raise self._refused(error) from None
+
+    def signals(self, channels: Sequence[Channel]) -> None:
+        """Samples of signals; those that another monitor gave already are left out.
+
+        Raises:
+            OutputError: the disk is full or gone
+        """
+        for each in channels:
+            last = self._written.get(each.name, -math.inf)
+            at = int(np.searchsorted(each.time, last, side="right"))
+            if at == len(each.time):
+                continue
+            self._written[each.name] = float(each.time[-1])
+            topic = self._topic(f"/signals/{each.name}", {"value": each.unit})
+            for time, value in zip(each.time[at:].tolist(), each.values[at:].tolist(), strict=True):
+                self._add(topic, time, {"value": value if math.isfinite(value) else None})
+
+    def estimates(
+        self, monitor: str, units: Mapping[str, str], time: np.ndarray, values: Mapping[str, np.ndarray]
+    ) -> None:
+        """What a monitor estimated over a piece.
+
+        Args:
+            monitor: its name
+            units: of what it estimates, by name
+            time: [s], (n,)
+            values: by name, (n,) each; others than those with a unit are left out
+
+        Raises:
+            OutputError: the disk is full or gone
+        """
+        topic = self._topic(f"/estimates/{monitor}", units)
+        for place, stamp in enumerate(time.tolist()):
+            if stamp < self._next.get(monitor, -math.inf):
+                continue
+            self._next[monitor] = stamp + 1.0 / RATE - 1e-6
+            row = {name: float(values[name][place]) for name in units if name in values}
+            self._add(topic, stamp, {name: value if math.isfinite(value) else None for name, value in row.items()})
+
+    def finding(self, time: float, level: int, name: str, message: str) -> None:
+        """A verdict, a problem or a mark.
+
+        Args:
+            time: in the drive [s]
+            level: as of `LEVELS`
+            name: of the monitor, or the kind of the event
+            message: in words
+
+        Raises:
+            OutputError: the disk is full or gone
+        """
+        if "/findings" not in self._channels:
+            self._register("/findings", "foxglove.Log", LOG_SCHEMA)
+        whole, part = divmod(self._stamp(time), 10**9)
+        stamp = {"sec": whole, "nsec": part}
+        entry = {"timestamp": stamp, "level": level, "message": message, "name": name, "file": "", "line": 0}
+        self._add(self._channels["/findings"], time, entry)
+
+    def _topic(self, name: str, units: Mapping[str, str]) -> int:
+        if name not in self._channels:
+            properties = {each: {"type": ["number", "null"], "unit": unit} for each, unit in units.items()}
+            self._register(name, name.strip("/").replace("/", "."), {"type": "object", "properties": properties})
+        return self._channels[name]
+
+    def _register(self, topic: str, name: str, schema: Mapping[str, Any]) -> None:
+        number = self._writer.register_schema(name=name, encoding="jsonschema", data=json.dumps(schema).encode())
+        self._channels[topic] = self._writer.register_channel(topic, "json", number)
+
+    def _stamp(self, time: float) -> int:
+        return max(round(self.origin) * 10**9 + round(time * 1e9), 0)
+
+    def _add(self, channel: int, time: float, content: Mapping[str, Any]) -> None:
+        stamp = self._stamp(time)
+        try:
+            self._writer.add_message(channel, stamp, json.dumps(content).encode(), stamp)
+            if stamp - self._flushed > FLUSHED:
+                self._flushed = stamp
+                self._file.flush()
+        except OSError as error:
+            raise self._refused(error) from None
+
+    def finish(self) -> None:
+        """Write the index and close.
+
+        Raises:
+            OutputError: the disk is full or gone; what was written before can be read
+        """
+        try:
+            self._writer.finish()  # type: ignore[no-untyped-call]  # the library has no annotation there
+        except OSError as error:
+            raise self._refused(error) from None
+        finally:
+            with contextlib.suppress(OSError):
+                self._file.close()
+
+    def _refused(self, error: OSError) -> OutputError:
+        reason = (error.strerror or str(error)).lower()
+        return OutputError(f"the log {self.path} cannot be written: {reason}; make room or name another place")

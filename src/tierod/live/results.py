@@ -1,0 +1,153 @@
+"""Results as CAN frames, by a DBC that is written beside them: what monitors state goes to whatever reads the bus."""
+
+from __future__ import annotations
+
+import math
+import re
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from tierod.core.errors import InputError
+from tierod.core.files import write_text
+from tierod.core.findings import Status
+from tierod.live.buses import Address, open_bus
+from tierod.live.judge import Shown
+
+if TYPE_CHECKING:
+    import can
+
+FIRST = 0x6E0
+"""Identifier of the first message; the others follow."""
+
+STATUSES = tuple(Status)
+"""Code of a status is its place here."""
+
+UNKNOWN = 255
+
+
+@dataclass(frozen=True)
+class Layout:
+    """One message of a monitor: its status, since when, and its first estimate that has a band.
+
+    Args:
+        monitor: its name
+        identifier: of the message
+        estimate: name of what it estimates; "" without
+        unit: of it
+    """
+
+    monitor: str
+    identifier: int
+    estimate: str = ""
+    unit: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of the message in the DBC."""
+        return "Tierod_" + re.sub(r"\W", "_", self.monitor)
+
+
+def layouts(monitors: Sequence[tuple[str, Mapping[str, str]]], first: int = FIRST) -> tuple[Layout, ...]:
+    """The messages for some monitors.
+
+    Args:
+        monitors: name, and units of what it estimates by name
+        first: identifier of the first message
+
+    Raises:
+        InputError: identifiers beyond 11 bits
+    """
+    if not 0 <= first <= 0x7FF + 1 - len(monitors):
+        raise InputError(f"{len(monitors)} messages from 0x{first:X} on do not fit into 11 bits; begin at 0x6E0")
+    found = []
+    for place, (monitor, units) in enumerate(monitors):
+        estimate = next((name for name in units if f"{name}_standard_deviation" in units), "")
+        found.append(Layout(monitor, first + place, estimate, units.get(estimate, "")))
+    return tuple(found)
+
+
+def database(messages: Sequence[Layout]) -> str:
+    """The DBC that describes the messages."""
+    parts = ['VERSION ""', "NS_ :", "BS_:", "BU_: tierod", ""]
+    values = []
+    for each in messages:
+        parts.append(f"BO_ {each.identifier} {each.name}: 8 tierod")
+        parts.append(f' SG_ status : 0|8@1+ (1,0) [0|{len(STATUSES) - 1}] "" Vector__XXX')
+        parts.append(' SG_ since : 8|24@1+ (0.01,0) [0|167772] "s" Vector__XXX')
+        if each.estimate:
+            parts.append(f' SG_ {each.estimate} : 32|32@1- (1,0) [0|0] "{each.unit}" Vector__XXX')
+            values.append(f"SIG_VALTYPE_ {each.identifier} {each.estimate} : 1;")
+        parts.append("")
+        names = " ".join(f'{code} "{status.value}"' for code, status in enumerate(STATUSES))
+        values.append(f'VAL_ {each.identifier} status {names} {UNKNOWN} "unknown" ;')
+    return "\n".join([*parts, *values, ""])
+
+
+def payload(layout: Layout, shown: Shown) -> bytes:
+    """The eight bytes of a message.
+
+    Args:
+        layout: of the message
+        shown: what the monitor states
+    """
+    code = STATUSES.index(shown.status) if shown.status in STATUSES else UNKNOWN
+    since = min(max(round(shown.since / 0.01), 0), (1 << 24) - 1)
+    value = shown.values.get(layout.estimate, math.nan) if layout.estimate else 0.0
+    return struct.pack("<B", code) + since.to_bytes(3, "little") + struct.pack("<f", value)
+
+
+class Sender:
+    """Sends the results to a bus.
+
+    Args:
+        address: of the bus
+        path: of the DBC, which is written as soon as the monitors run
+        first: identifier of the first message
+        every: time between two of the same message
+
+    Raises:
+        InputError: the bus cannot be opened
+    """
+
+    def __init__(self, address: Address, path: Path, first: int = FIRST, every: Annotated[float, "s"] = 0.1):
+        self.path, self.every, self.failed, self.sent = path, every, 0, 0
+        self._first = first
+        self._bus: can.BusABC = open_bus(address)
+        self._layouts: tuple[Layout, ...] = ()
+        self._last = -math.inf
+
+    def send(self, shown: Sequence[Shown], now: float) -> None:
+        """Send what monitors state, where it is time.
+
+        Args:
+            shown: of all monitors
+            now: by the computer's clock [s]
+
+        Raises:
+            OutputError: the DBC cannot be written
+        """
+        import can
+
+        if now - self._last < self.every:
+            return
+        self._last = now
+        made = layouts([(each.monitor, each.units) for each in shown], self._first)
+        if made != self._layouts:
+            write_text(self.path, database(made))
+            self._layouts = made
+        for layout, each in zip(made, shown, strict=True):
+            message = can.Message(
+                arbitration_id=layout.identifier, data=payload(layout, each), is_extended_id=False, check=False
+            )
+            try:
+                self._bus.send(message)
+                self.sent += 1
+            except can.CanError:
+                self.failed += 1
+
+    def close(self) -> None:
+        """Close the bus."""
+        self._bus.shutdown()

@@ -1,0 +1,188 @@
+"""Multiplexed and J1939 signals live, an interrupted bus, and drives that go on after a kill."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from live_drives import CAR, DBC, START, driven, frames_of_drive, started
+from tierod.io.readers.dbc import load_databases
+from tierod.live import checkpoint
+from tierod.live.drive import Outputs
+from tierod.live.engine import Engine
+from tierod.live.judge import Plan
+from tierod.live.log import is_unfinished
+
+pytest.importorskip("cantools")
+pytest.importorskip("asammdf")
+
+HEAVY = """
+BO_ 2566844926 EBC1: 8 ECU
+ SG_ yaw_rate : 0|16@1+ (0.0001,-3) [-3|3] "rad/s" ECU
+ SG_ vehicle_speed : 16|16@1+ (0.00390625,0) [0|251] "km/h" ECU
+
+BO_ 513 Switched: 8 ECU
+ SG_ which M : 0|4@1+ (1,0) [0|15] "" ECU
+ SG_ lateral_acceleration m1 : 8|16@1- (0.001,0) [0|0] "m/s**2" ECU
+
+BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","J1939PG";
+BA_DEF_ "ProtocolType" STRING ;
+BA_DEF_DEF_ "VFrameFormat" "StandardCAN";
+BA_DEF_DEF_ "ProtocolType" "";
+BA_ "ProtocolType" "J1939";
+BA_ "VFrameFormat" BO_ 2566844926 3;
+"""
+
+
+def as_truck(frames):
+    """The second message as one of J1939 from another sender, and one that is multiplexed."""
+    for frame in frames:
+        if frame.identifier != 0x200:
+            yield frame
+            continue
+        yaw, lateral, speed = (int.from_bytes(frame.data[at : at + 2], "little", signed=at < 4) for at in (0, 2, 4))
+        words = (yaw + 30_000, round(0.01 * speed * 3.6 * 256.0), 0, 0)
+        yield frame._replace(
+            # The address of the sender is not that of the database.
+            identifier=(2566844926 & ~0xFF) | 0x31,
+            data=b"".join(each.to_bytes(2, "little") for each in words),
+        )
+        other = b"\1" + lateral.to_bytes(2, "little", signed=True) + bytes(5)
+        yield frame._replace(identifier=0x201, data=other)
+        yield frame._replace(identifier=0x201, data=b"\2" + b"\x55" * 7)
+
+
+def test_ticks_follow_j1939_and_multiplexed_messages(tmp_path):
+    text = DBC[: DBC.index("BO_ 512")] + HEAVY
+    (tmp_path / "truck.dbc").write_text(text)
+    frames = list(as_truck(frames_of_drive(tmp_path)))
+    engine = Engine(load_databases([tmp_path / "truck.dbc"]), None, ("friction",), Plan(CAR, 12.0))
+    for begin in range(0, len(frames), 40):
+        part = frames[begin : begin + 40]
+        engine.take(part, part[-1].time, part[-1].time)
+        if engine.due:
+            engine.judge()
+    assert [each.reason for each in engine.shown()] == [""]
+    ticker = engine.ticks.tickers["friction"]
+    assert (ticker.live, ticker.corrected) == (True, 0)
+    speed = engine.judges[0]._newest.values["vehicle_speed"]
+    assert speed == pytest.approx(20.0, abs=0.3)
+
+
+def test_a_bus_that_was_off_is_taken_up_again(tmp_path):
+    frames = [each for each in frames_of_drive(tmp_path) if not 6.0 < each.time - START < 6.6]
+    run, inbox, _ = started(tmp_path, Outputs())
+    driven(run, inbox, frames)
+    ticker = run.engine.ticks.tickers["friction"]
+    assert (ticker.live, ticker.corrected) == (True, 0)
+    assert run.engine.missing == ()
+    assert run.engine.clock.jumps == 0
+
+
+def estimates(run):
+    values = run.engine.judges[0].ticker.values()
+    return values["friction_torque"]
+
+
+@pytest.mark.slow
+def test_half_a_minute_after_a_checkpoint_the_estimate_is_that_of_an_undisturbed_drive(tmp_path):
+    frames = frames_of_drive(tmp_path, 90.0)
+    whole, inbox, _ = started(tmp_path, Outputs())
+    driven(whole, inbox, frames)
+    first, inbox, _ = started(tmp_path, Outputs(checkpoint=tmp_path / "state.json", every=5.0))
+    driven(first, inbox, [each for each in frames if each.time < START + 52.0])
+    second, inbox, events = started(tmp_path, Outputs(checkpoint=tmp_path / "state.json"))
+    driven(second, inbox, [each for each in frames if each.time >= START + 54.0])
+    assert any("goes on from the checkpoint" in each.get("text", "") for each in events)
+    assert estimates(second) == pytest.approx(estimates(whole), rel=0.01)
+
+
+WRITING = """
+import sys, time, pathlib
+sys.path[:0] = {path!r}
+from live_drives import CAR, START, driven, frames_of_drive, started
+from tierod.live.drive import Outputs
+folder = pathlib.Path({folder!r})
+outputs = Outputs(folder / "log.mf4", checkpoint=folder / "state.json", every=0.2)
+run, inbox, _ = started(folder, outputs, folder / "car.json")
+frames = frames_of_drive(folder, 60.0)
+print("begins", flush=True)
+for begin in range(0, len(frames), 40):
+    for frame in frames[begin : begin + 40]:
+        inbox.put(frame)
+    run.tick(frames[begin].time, time.time())
+    print(frames[begin + 39].time - START, flush=True)
+"""
+
+
+def killed(folder, pause):
+    """The time up to which frames were given when a drive was killed."""
+    code = WRITING.format(path=[p for p in sys.path if p], folder=str(folder))
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    process.stdout.readline()
+    time.sleep(pause)
+    os.kill(process.pid, signal.SIGKILL)
+    said = process.communicate(timeout=30)[0].split()
+    return float(said[-1]) if said else 0.0
+
+
+def survives(folder, pause):
+    from tierod.diagnosis.fault_memory import FaultMemory
+    from tierod.io.readers.log import InOrder
+    from tierod.io.readers.mdf import open_mdf
+
+    until = killed(folder, pause)
+    if (folder / "log.mf4").exists() and until > 0.0:
+        assert is_unfinished(folder / "log.mf4")
+        last = max(float(block.time[-1]) for block in InOrder(open_mdf(folder / "log.mf4")))
+        assert last > until - 1.0
+    if (folder / "state.json").exists():
+        checkpoint.taken_up(folder / "state.json", CAR)
+    FaultMemory.opened(folder / "car.json", CAR.name)
+
+
+def test_a_kill_leaves_what_was_written(tmp_path):
+    chance = random.Random(3)
+    for number in range(2):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        survives(folder, chance.uniform(0.05, 1.0))
+
+
+@pytest.mark.slow
+def test_a_hundred_kills_leave_what_was_written(tmp_path):
+    chance = random.Random(5)
+    for number in range(100):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        survives(folder, chance.uniform(0.0, 3.0))
+
+
+def test_a_disk_that_fills_up_leaves_whole_records(tmp_path):
+    """The system refuses to let the file grow, as a full disk does."""
+    code = f"""
+import resource, signal, sys, pathlib
+sys.path[:0] = {[p for p in sys.path if p]!r}
+from live_drives import driven, frames_of_drive, started
+from tierod.live.drive import Outputs
+folder = pathlib.Path({str(tmp_path)!r})
+frames = frames_of_drive(folder, 8.0)
+run, inbox, events = started(folder, Outputs(folder / "log.mf4"))
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+driven(run, inbox, frames)
+run.close()
+print([each["text"] for each in events if each["event"] == "problem"])
+print(events[-1]["event"])
+"""
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert "monitoring goes on without a log" in found.stdout, found.stderr
+    assert found.stdout.split()[-1] == "end"
+    from tierod.io.readers.log import heard
+    from tierod.io.readers.mdf import open_mdf
+
+    assert heard(open_mdf(tmp_path / "log.mf4")).frames > 500
