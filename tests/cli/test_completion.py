@@ -37,7 +37,7 @@ def test_bash_completes_commands_options_and_names(scripts, tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     script = scripts["bash"]
     assert completed(script, "tierod", "diag") == ["diagnose"]
-    assert completed(script, "tierod", "diagnose", "--own") == ["--baseline"]
+    assert completed(script, "tierod", "diagnose", "--base") == ["--baseline"]
     assert completed(script, "tierod", "diagnose", "a.mf4", "--monitor", "side") == ["sideslip"]
     assert completed(script, "tierod", "new", "--like", "ferr") == ["ferrari-250lm"]
     assert completed(script, "tierod", "new", "--class", "qu") == ["quadricycle"]

@@ -159,7 +159,7 @@ def test_a_base_scenario_with_faults_is_refused(folder):
 
 
 def test_two_monitors_of_one_label_are_refused(folder):
-    text = FILE + '[[monitors]]\nmonitor = "friction"\nvehicle = "midsize-eps"\nown_level = "none"\n'
+    text = FILE + '[[monitors]]\nmonitor = "friction"\nvehicle = "midsize-eps"\nbaseline = "none"\n'
     assert "two monitors are called 'friction, pre-sliding'" in refusal(folder, text)
 
 

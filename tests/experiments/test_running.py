@@ -156,7 +156,7 @@ def test_failed_drives_are_reported_and_stop_nothing(store):
     assert len(verdicts) == 2
     assert any("needs lateral_acceleration" in verdict["reason"] for verdict in verdicts)
     # Only what may have been chance is tried again.
-    assert [each.name for each in ran(store, plan(*scenarios))[1:]] == ["fault_free_0_4"]
+    assert [each.name for each in ran(store, plan(*scenarios))[1:]] == ["fault-free_0_4"]
 
 
 def test_a_full_disk_stops_the_campaign_and_leaves_what_is_finished(whole, store):
@@ -179,9 +179,11 @@ def test_a_full_disk_stops_the_campaign_and_leaves_what_is_finished(whole, store
 def test_teachers_come_first_and_their_pupils_learn_that_they_taught_nothing(store):
     scenarios = [replace(each, seed=number) for number, each in enumerate([MIXED[1], MIXED[0], MIXED[3]])]
     reports = ran(store, plan(*scenarios, learns=True), processes=1)
-    assert [each.name for each in reports[1:]] == ["fault_free_0_1", "step_0_0", "step_0_2"]
-    verdicts = {path.name[:8]: json.loads(path.read_text()) for path in (store.folder / "verdicts").iterdir()}
-    assert verdicts["fault_free_0_"]["judged"]["status"] == "not ready"
+    assert [each.name for each in reports[1:]] == ["fault-free_0_1", "step_0_0", "step_0_2"]
+    verdicts = {
+        path.name[:8].strip("-"): json.loads(path.read_text()) for path in (store.folder / "verdicts").iterdir()
+    }
+    assert verdicts["fault-fr"]["judged"]["status"] == "not ready"
     assert verdicts["step_0_0"]["judged"] is None
     assert verdicts["step_0_0"]["reason"].endswith("set no baseline: it was judged 'not ready'")
 

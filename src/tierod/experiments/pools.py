@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.experiments.figures import Moments, area_under_curve, pooled, quantile, rate_bound, share_bound
 from tierod.experiments.judged import Judged
-from tierod.experiments.rows import Row
+from tierod.experiments.rows import FAULT_FREE, Row
 
 HOUR = 3600.0
 
@@ -185,7 +185,7 @@ def boxes(rows: Sequence[Row]) -> list[Box]:
         each = row.judged
         if each is None:
             continue
-        parts.setdefault("fault_free", []).append(
+        parts.setdefault(FAULT_FREE, []).append(
             (each.truth_fault_free, each.errors_fault_free, each.estimates_fault_free)
         )
         if row.faulty:

@@ -26,7 +26,7 @@ _ACTIONS = {
     "not judged": "See below which drives failed and why; the same command again drives what is missing.",
 }
 ALARMS = (Status.RISING, Status.SUSPECT, Status.FAULT)
-FAULT_FREE = "fault_free"
+FAULT_FREE = "fault-free"
 """The state of a drive without a fault."""
 
 MOST_CELLS = 3000
