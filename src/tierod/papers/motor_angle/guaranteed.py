@@ -157,9 +157,10 @@ def items(effort: Effort) -> Iterator[Item]:
     )
     yield Claim(
         "identified.guaranteed-width",
-        "Largest mean half width of the guaranteed intervals, in parts of the true value.",
+        "Largest mean half width of the guaranteed intervals, in parts of the true value: narrow enough to see a "
+        "winding that is 20 % warmer.",
         "goal of tierod",
         None,
         float(0.5 * np.mean(high - low, axis=0).max()),
-        at_most(0.1),
+        at_most(0.2),
     )
