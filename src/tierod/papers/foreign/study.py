@@ -9,9 +9,9 @@ from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
 
 PARTS: Mapping[str, str] = {
-    "motors": "motors of motulator",
-    "friction": "friction on a foreign column",
     "cars": "sensors of a foreign car",
+    "friction": "friction on a foreign column",
+    "motors": "motors of motulator",
 }
 """Module of every part, and what it is about."""
 
