@@ -41,12 +41,13 @@ def linearised(parameters: FrictionParameters, **terms: float) -> LinearisedFric
     """The printed monitor with an open self-aligning torque and the terms of eq (19).
 
     Args:
-        parameters: of the joint model
+        parameters: of the joint model; those of a vehicle, `vehicle.parameters_for(VariableRatioParameters)`, have the
+            growth of its ratio where its file gives `steering_ratio_growth`
         terms: fields of `VariableRatioParameters` beyond it
     """
     return LinearisedFrictionMonitor(
         joint_filter(
-            VariableRatioParameters(**dataclasses.asdict(parameters), **terms),
+            VariableRatioParameters(**{**dataclasses.asdict(parameters), **terms}),
             input_variance=(0.01, 0.01, 0.1),
             virtual_variance=(1e4, 0.001),
             virtual_noise="scaled by sample time",
