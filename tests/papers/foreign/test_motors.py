@@ -35,19 +35,21 @@ def test_a_fault_begins_when_it_should(fault):
 
 def test_false_alarms_come_first_and_are_counted():
     quiet = Judged("one", 5.0, 0.01, (), dict.fromkeys(FAULTS, 0.1))
-    loud = Judged("other", 5.0, 0.2, ("rate",), dict.fromkeys(FAULTS, np.inf))
+    loud = Judged("other", 5.0, 0.2, ("rate",), dict.fromkeys(FAULTS, np.inf), ("angle",))
     found = list(shown([quiet, loud]))
     (table,) = (each for each in found if isinstance(each, Table))
     assert [row[0] for row in table.rows] == ["other", "one"]
     claims = {each.id: each for each in found if isinstance(each, Claim)}
     assert claims["motors.false-alarms"].measured == 1.0
     assert claims["motors.faults-found"].measured == 0.5
+    assert claims["motors.without-saliency"].measured == 1.0
     assert not any(each.met for each in claims.values())
 
 
 def test_the_vehicle_file_has_the_machines_parameters():
     made = vehicle("48 V, interior magnets")
     assert made.parameters["motor_saliency"].value == pytest.approx(2.0)
+    assert "motor_saliency" not in vehicle("48 V, interior magnets", salient=False).parameters
     assert made.parameters["motor_flux"].value == MACHINES["48 V, interior magnets"].flux
 
 

@@ -68,6 +68,8 @@ class Judged(NamedTuple):
         error: of the observer's electrical angle while it was, root mean square [rad]
         false: tests that alarmed without a fault
         delays: by fault, time to the first alarm [s]; infinite where none came
+        plain: tests that alarm without a fault where the vehicle file gives the inductance along the flux alone; None
+            for a machine with surface magnets
     """
 
     machine: str
@@ -75,10 +77,16 @@ class Judged(NamedTuple):
     error: float
     false: tuple[str, ...]
     delays: Mapping[str, float]
+    plain: tuple[str, ...] | None = None
 
 
-def vehicle(name: str) -> Vehicle:
-    """A vehicle file with the parameters of a machine."""
+def vehicle(name: str, salient: bool = True) -> Vehicle:
+    """A vehicle file with the parameters of a machine.
+
+    Args:
+        name: in `MACHINES`
+        salient: whether it gives both inductances; otherwise that along the flux alone
+    """
     machine, base = MACHINES[name], load("motor-bench")
     known = {
         "motor_resistance": machine.resistance,
@@ -91,6 +99,8 @@ def vehicle(name: str) -> Vehicle:
     }
     plain = base.parameters["motor_resistance"]
     changed = {each: replace(base.parameters.get(each, plain), value=value) for each, value in known.items()}
+    if not salient:
+        del changed["motor_saliency"]
     return replace(base, parameters={**base.parameters, **changed})
 
 
@@ -116,7 +126,11 @@ def judged(task: tuple[str, int, float]) -> Judged:
         delays[fault] = min(alarms.values(), default=np.inf)
     error = float(np.sqrt(np.mean(away**2))) if known.any() else np.nan
     false = tuple(alarms_of(free, np.ones(len(since), bool)))
-    return Judged(name, SAMPLE_TIME * float(known.sum()), error, false, delays)
+    plain = None
+    if MACHINES[name].direct != MACHINES[name].quadrature:
+        unaware = MotorAngleMonitor.of_vehicle(vehicle(name, salient=False), SAMPLE_TIME)
+        plain = tuple(alarms_of(scan(unaware, drive.samples), np.ones(len(since), bool)))
+    return Judged(name, SAMPLE_TIME * float(known.sum()), error, false, delays, plain)
 
 
 def alarms_of(outputs: Result, during: np.ndarray) -> dict[str, float]:
@@ -174,6 +188,18 @@ def shown(found: Sequence[Judged]) -> Iterator[Item]:
         exactly(0.0),
         "",
         f"Of {len(found)}, {sum(each.turning for each in found):.0f} s of turning.",
+    )
+    unaware = [each for each in found if each.plain is not None]
+    yield Claim(
+        "motors.without-saliency",
+        "Fault-free drives of interior magnets with an alarm, where the vehicle file says nothing of their saliency.",
+        GOAL,
+        None,
+        float(sum(bool(each.plain) for each in unaware)) if unaware else None,
+        exactly(0.0),
+        "",
+        f"Of {len(unaware)}. Taken as alike in both axes, with that along the flux, they turn the angle under load; "
+        "give motor_saliency, or the inductance across the flux.",
     )
     tried = [delay for each in found for delay in each.delays.values()]
     yield Claim(

@@ -25,7 +25,7 @@ PRINTED_SECONDS = {"enabled": 50.0, "total": 150.0}
 GOALS = {"enabled": between(30.0, 75.0), "total": between(90.0, 225.0)}
 TEXT = (
     "The paper's filter starts at 3 N·m and needs some 50 s of enabled time, 150 s in all, to converge; P0 of friction "
-    "is not printed. Here times run from the start until the estimate stays beyond a share of the way to the true "
+    "is not printed. Here times run from the start until the estimate has gone a share of the way to the true "
     "12.5 N·m, not to its own mean. Friction that builds up over an angle leaves every such filter short of it.",
 )
 
@@ -57,7 +57,7 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
         "Time of the printed filter to the true friction, from 3 to 12.5 N·m, means of the drives",
         (*header, "N·m after 50 s enabled", "after 150 s enabled", "95 % of the way to its own mean, enabled [s]"),
         tuple(rows),
-        "A time is that from which the estimate stays beyond the share; never, where in some drive it does not.",
+        "Never: in some drive it does not come so far.",
     )
     if digests:
         yield _courses(digests[0])
@@ -65,7 +65,7 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
 
 
 def reached(digest: Digest, name: str, share: float, true: float = TRUE) -> tuple[float, float]:
-    """Enabled and total time [s] from which an estimate stays beyond a share of the way to the truth, or infinite.
+    """Enabled and total time [s] until an estimate has gone a share of the way to the truth, or infinite.
 
     Args:
         digest: of a drive
@@ -75,9 +75,9 @@ def reached(digest: Digest, name: str, share: float, true: float = TRUE) -> tupl
     """
     course = digest.courses[name]
     short = course.friction < INITIAL + share * (true - INITIAL)
-    if not len(short) or short[-1]:
+    if short.all():
         return math.inf, math.inf
-    place = int(np.flatnonzero(short)[-1]) + 1 if short.any() else 0
+    place = int(np.argmin(short))
     return float(course.enabled_seconds[place]), place * KEPT / RATE
 
 
