@@ -43,7 +43,7 @@ def test_right_estimates_hold_and_wrong_ones_do_not():
     assert len(table.rows) == len(LAWS) * len(LEVELS)
 
 
-def test_a_foreign_car_is_judged_against_its_own_level(monkeypatch):
+def test_a_foreign_car_is_judged_against_its_baseline(monkeypatch):
     monkeypatch.setattr(friction, "LEVELS", (4.0, 12.5))
     free, risen = judged((LAWS[0], 0, 1, 4.0))
     assert (free.status, risen.status) == (Status.HEALTHY, Status.FAULT)

@@ -21,7 +21,7 @@ from tierod.models.stiff_rack import StiffRack
 from tierod.models.two_body_rack import TwoBodyRack
 from tierod.papers.condition.drives import TEST_SECONDS, Drive
 from tierod.papers.condition.faults import LOSS, Injected
-from tierod.papers.condition.recorded import recorded, sound
+from tierod.papers.condition.recorded import fault_free, recorded
 from tierod.papers.condition.rules.angle_filters import (
     explicit,
     exponential,
@@ -184,7 +184,7 @@ def drive_of(block: UnscentedFilter, copied: bool) -> OnDrive:
     drive = Drive(SHORT, TEST_SECONDS, 1, _SEED)
     lost = Drive(SHORT, TEST_SECONDS, 1, _SEED, (Injected("steering_wheel_angle", LOSS),))
     angle, expected, deviation = _filtered(block, copied, drive)
-    true = sound("steering_wheel_angle", recorded(drive), drive.driven.sensors)
+    true = fault_free("steering_wheel_angle", recorded(drive), drive.driven.sensors)
     read, followed, _ = _filtered(block, copied, lost)
     settled = slice(200, None)
     jump, later = (float(np.max(np.abs((followed - read)[at : at + 10]))) for at in (2000, 3000))
