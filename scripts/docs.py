@@ -13,6 +13,7 @@ from pathlib import Path
 import docs_catalogues
 import docs_commands
 import docs_monitors
+import docs_papers
 import docs_schemas
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -26,6 +27,7 @@ def pages() -> dict[str, Callable[[], str]]:
         **docs_monitors.pages(),
         **docs_catalogues.pages(),
         **docs_schemas.pages(),
+        **docs_papers.pages(),
     }
 
 

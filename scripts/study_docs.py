@@ -67,6 +67,7 @@ TOPICS = {
         Topic("healthy", "Fault-free drives, odd recordings, real cars", "False alarms"),
     ),
     "own-car": (Topic("cars", "Virtual and real cars", ""),),
+    "foreign": (Topic("plants", "Motors, column, car", ""),),
     "fleet": (Topic("years", "Errors, vehicle-years and batches", ""),),
 }
 """Study -> topics of its tables, in the order in which it prints them."""

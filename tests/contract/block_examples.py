@@ -96,6 +96,7 @@ from tierod.papers.condition.rules.residual_set import ResidualSet, residual_set
 from tierod.papers.condition.rules.rule_monitor import RuleMonitor, RulesWithReaction, rule_monitor
 from tierod.papers.condition.rules.steering_signals import LostShares, SteeringSignals
 from tierod.papers.condition.rules.symptom_files import rules
+from tierod.papers.friction.linearised import LinearisedFrictionMonitor, linearised
 from tierod.papers.motor_angle.dq_motor import DqMotorParameters
 from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
 from tierod.papers.motor_angle.flux_observer import FluxObserver
@@ -187,6 +188,7 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
     TwoStagePoles: lambda: two_stage_poles(BY_WIRE, DT),
     SideslipMonitor: lambda: SideslipMonitor.of_vehicle(two_stage_kalman(BY_WIRE, 1e-3), load("steer-by-wire")),
     RefinedFrictionMonitor: lambda: consistent(CAR),
+    LinearisedFrictionMonitor: lambda: linearised(CAR, steering_ratio_growth=0.06),
     RollingVariance: lambda: RollingVariance(50, 40),
     LeakyKinematic: lambda: LeakyKinematic(DT, 1.5),
     CombinedSideslip: lambda: CombinedSideslip.of_vehicle(load("midsize-eps"), DT),

@@ -117,6 +117,17 @@ STUDIES: Mapping[str, Study] = {
             },
         ),
         Study(
+            "foreign",
+            "Plants of others",
+            "Monitors on motulator's drives, CommonRoad's car and a column of its own, worst first.",
+            _items("foreign"),
+            {
+                "cars": "Sensors of CommonRoad's car",
+                "friction": "Friction on a foreign column",
+                "motors": "Motors of motulator",
+            },
+        ),
+        Study(
             "own-car",
             "Cars without preparation",
             "Virtual cars drawn over the classes and real ones, judged by a brochure and by one identifying drive.",

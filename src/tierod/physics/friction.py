@@ -36,6 +36,20 @@ def smooth_coulomb(rate: Scalar, level: Scalar, width: Scalar) -> Scalar:
     return level * tanh(rate / width)
 
 
+def smooth_sign_slope(rate: Scalar, width: Scalar) -> Scalar:
+    """Derivative [s/rad] of the sign smoothed by a hyperbolic tangent: twice a Dirac delta of finite width.
+
+    Args:
+        rate: angular rate [rad/s]
+        width: rate at which 76 % of the sign is reached [rad/s]
+
+    Source: d tanh(x / w) / dx; its integral over all rates is 2, as that of d sgn(x) / dx = 2 delta(x) in eq (19) of
+    Mohtat et al., printed without the factor.
+    """
+    level = tanh(rate / width)
+    return (1.0 - level * level) / width
+
+
 def viscous(rate: Number, damping: Scalar) -> Number:
     """Viscous friction torque [N*m].
 

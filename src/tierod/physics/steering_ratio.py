@@ -7,7 +7,7 @@ work the same number turns a torque about the kingpin into a torque at the steer
 from __future__ import annotations
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import Number
+from tierod.core.graph.maths import Number, absolute, arcsin, exp, log, minimum, sign, sin, sqrt, where
 
 
 def variable_ratio(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar) -> Scalar:
@@ -21,6 +21,17 @@ def variable_ratio(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: S
     return centre_ratio * (1.0 + growth * steering_wheel_angle * steering_wheel_angle)
 
 
+def variable_ratio_slope(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar) -> Scalar:
+    """Change of the ratio per angle [1/rad]: the derivative of `variable_ratio`, rho' of Mohtat et al., eq (19).
+
+    Args:
+        steering_wheel_angle: [rad]
+        centre_ratio: ratio at the centre [-]
+        growth: relative growth with the squared angle [1/rad**2]
+    """
+    return 2.0 * centre_ratio * growth * steering_wheel_angle
+
+
 def road_wheel_angle(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar = 0.0) -> Scalar:
     """Mean steer [rad] of the front wheels: the integral of the ratio over the steering-wheel angle.
 
@@ -30,6 +41,41 @@ def road_wheel_angle(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth:
         growth: relative growth of the ratio with the squared angle [1/rad**2]
     """
     return centre_ratio * steering_wheel_angle * (1.0 + growth / 3.0 * steering_wheel_angle * steering_wheel_angle)
+
+
+def pinion_angle(road_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar = 0.0) -> Scalar:
+    """Angle of the pinion [rad] at which the front wheels have a mean steer: the inverse of `road_wheel_angle`.
+
+    Args:
+        road_wheel_angle: mean steer of the front wheels, delta_F [rad]
+        centre_ratio: ratio at the centre [-]
+        growth: relative growth of the ratio with the squared angle [1/rad**2]
+
+    Validity: with a negative growth, below the angle at which the ratio is zero.
+    Source: Reinelt et al., eq (2), delta_G = F_SG(delta_F), with a course of F_SG that is assumed; the one real root of
+    its cubic by the triple angle of the hyperbolic and of the plain sine.
+    """
+    straight = road_wheel_angle / centre_ratio
+    bent = absolute(growth) > 1e-12
+    root = sqrt(where(bent, absolute(growth), 1.0))
+    third = 1.5 * root * absolute(straight)
+    raised = log(third + sqrt(1.0 + third * third)) / 3.0
+    direct = exp(raised) - exp(-raised)  # twice the hyperbolic sine
+    falling = 2.0 * sin(arcsin(minimum(third, 1.0)) / 3.0)
+    size = where(growth > 0.0, direct, falling) / root
+    return where(bent, sign(straight) * size, straight)
+
+
+def road_wheel_angle_of_ratio(steering_wheel_angle: Scalar, overall_ratio: Scalar) -> Scalar:
+    """Mean steer of the front wheels [rad] that an overall ratio gives.
+
+    Args:
+        steering_wheel_angle: delta_S [rad]
+        overall_ratio: steering wheel angle per mean steer, i_V [-]; wanted by speed and pinion angle (eq 4)
+
+    Source: Reinelt et al., eq (3).
+    """
+    return steering_wheel_angle / overall_ratio
 
 
 def torque_at_steering_wheel(kingpin_torque: Number, ratio: Scalar) -> Number:

@@ -74,6 +74,12 @@ _CATALOGUE = (
     Quantity("gearhead_efficiency", "", "share of the motor's torque that passes the gearhead", (0.05, 1.0)),
     Quantity("power_assist_factor", "", "torque at the pinion over that of the actuator", (1.0, 50.0)),
     Quantity("steering_ratio", "", "road wheel angle per steering wheel angle, about 1/15.5", (0.01, 1.0)),
+    Quantity(
+        "steering_ratio_growth",
+        "1/rad**2",
+        "relative growth of that ratio with the squared angle; 0 if absent",
+        (-1.0, 1.0),
+    ),
     Quantity("column_inertia", "kg*m**2", "wheel, column, rotor and road wheels at the wheel axis", (1e-3, 5.0)),
     Quantity("column_damping", "N*m*s/rad", "viscous damping at the steering wheel axis", (0.0, 20.0)),
     Quantity("steering_wheel_inertia", "kg*m**2", "part of the column's inertia above the torsion bar", (0.0, 1.0)),

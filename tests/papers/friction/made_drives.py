@@ -50,9 +50,8 @@ def made_digest(case: Case, names, estimate, verdict) -> Digest:
     assert all(name in BASELINES or name in ESTIMATORS or name == DEFAULT for name in names)
     courses = {name: made_course(estimate(case.level, name, chance), time) for name in names if name not in BASELINES}
     spread = np.exp(0.2 * chance.standard_normal(200))
-    windows = {
-        name: Windows(100.0 * case.level**2 * spread, 100.0 * case.level**2 * spread, 0.3, 0.2) for name in names
-    }
+    variance = 100.0 * case.level**2 * spread
+    windows = {name: Windows(variance, variance, 0.3, 0.2, variance) for name in names}
     status = verdict(case.level)
     worst = {Status.HEALTHY: 2.0, Status.RISING: 3.0}.get(status, 4.0)
     level = (courses[DEFAULT].friction[-1], 0.1)

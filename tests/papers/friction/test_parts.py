@@ -5,9 +5,20 @@ import pytest
 from papers.friction.made_drives import QUICK, claims_of, made_drives, right
 from tierod.core.content import Chart, Table
 from tierod.core.findings import Status
-from tierod.papers.friction import baseline, conditions, fleet, laws, refined_claims, refined_figures, steps, verdicts
+from tierod.papers.friction import (
+    all_terms,
+    baseline,
+    conditions,
+    convergence,
+    fleet,
+    laws,
+    refined_claims,
+    refined_figures,
+    steps,
+    verdicts,
+)
 from tierod.papers.friction.cases import Case
-from tierod.papers.friction.estimators import DEFAULT, PRINTED
+from tierod.papers.friction.estimators import ALL_TERMS, DEFAULT, PRINTED
 from tierod.papers.friction.runs import Drives
 from tierod.papers.friction.study import PARTS
 
@@ -110,10 +121,30 @@ def test_the_scatter_of_the_printed_filter_is_held_against_the_printed_one():
 
 
 def test_convergence_is_read_off_the_course():
-    claims = claims_of(refined_claims.items, made_drives())
-    # 95 % of the way with a time constant of 10 s.
-    assert claims["paper.convergence-enabled"].measured == pytest.approx(30.0, abs=1.0)
-    assert claims["paper.convergence-total"].measured == pytest.approx(30.0 / 0.36, abs=3.0)
+    drives = made_drives()
+    claims = claims_of(convergence.items, drives)
+    # 80 % of the way to the truth with a time constant of 10 s.
+    assert claims["paper.convergence-enabled"].measured == pytest.approx(16.1, abs=1.0)
+    assert claims["paper.convergence-total"].measured == pytest.approx(16.1 / 0.36, abs=3.0)
+
+
+def test_convergence_to_an_own_mean_that_is_not_the_truth_does_not_count():
+    def low(level, name, chance):
+        return 0.6 * level
+
+    claims = claims_of(convergence.items, made_drives(low))
+    assert claims["paper.convergence-enabled"].met is claims["paper.convergence-total"].met is False
+    assert claims["paper.convergence-enabled"].figure is None
+    assert "25: never" in claims["paper.convergence-enabled"].note
+
+
+def test_terms_that_move_the_estimate_are_not_ignored():
+    plain = claims_of(all_terms.items, made_drives())
+    assert all(plain[f"paper.{name}"].met for name in ("delta-term", "ratio-slope-term", "constant-ratio"))
+    moved = claims_of(all_terms.items, made_drives(off(ALL_TERMS, 0.5)))
+    assert moved["paper.delta-term"].measured == pytest.approx(0.5, abs=0.2)
+    assert moved["paper.delta-term"].met is False
+    assert moved["paper.constant-ratio"].met
 
 
 def test_a_baseline_that_overlaps_is_found_overlapping():

@@ -42,7 +42,9 @@ def test_the_default_estimator_finds_the_friction(driven):
 def test_windows_are_those_of_the_baseline(driven):
     windows = driven.windows[BASELINE]
     assert len(windows.variance) == len(windows.realigned) > 200
+    assert len(windows.warped) == len(windows.variance)
     assert windows.variance.min() > 0.0
+    assert np.median(windows.warped) < 0.9 * np.median(windows.variance)
     assert windows.enabled_share == pytest.approx(1.0, abs=0.25)
 
 

@@ -79,7 +79,7 @@ def joint_filter(
         initial_variance=(1e-2, 1e-2, 1e-2, 100.0, initial_friction_variance),
         process_noise=(None, None, None, scale * virtual_variance[0], scale * virtual_variance[1]),
         measurement_noise=(measurement_variance,) * 3,
-        input_noise=(*input_variance, None),
+        input_noise=(*input_variance, *[None] * (len(model.Input._fields) - len(input_variance))),
         maskable=("friction_torque",),
         covariance_update=covariance_update,
         hold_missing_input=False,

@@ -155,9 +155,7 @@ class RefinedFrictionMonitor:
         belief, estimate = self.filter.step(
             belief,
             self.filter.Sample(
-                FrictionEstimation.Input(
-                    before.driver_torque, before.motor_torque, before.lateral_acceleration, direction
-                ),
+                self.inputs(before, belief, direction),
                 FrictionEstimation.Output(sample.steering_wheel_angle, sample.steering_wheel_rate, sample.yaw_rate),
                 (enabled,),
             ),
@@ -179,6 +177,18 @@ class RefinedFrictionMonitor:
             InnovationVariance(*estimate.innovation_variance),
             estimate.nis,
             estimate.present,
+        )
+
+    def inputs(self, before: Any, belief: Belief, direction: Any) -> Any:
+        """Inputs of the filter's model: the torques and the acceleration, and the direction of friction.
+
+        Args:
+            before: the sample before
+            belief: after the sample before
+            direction: of friction at the operating point
+        """
+        return FrictionEstimation.Input(
+            before.driver_torque, before.motor_torque, before.lateral_acceleration, direction
         )
 
     def _gated(self, sample: Any) -> Any:

@@ -194,7 +194,13 @@ def _ratios(here: Mapping[RealCar, Recording]) -> Table:
     return Table("Ratios of fault-free recordings [nat]", header, tuple(rows), note)
 
 
-def judged(car: RealCar, recording: Recording, name: str = BEST, quick: bool = False) -> Judged:
+def judged(
+    car: RealCar,
+    recording: Recording,
+    name: str = BEST,
+    quick: bool = False,
+    kinds: Callable[[str, float, float], tuple[Injected, ...]] | None = None,
+) -> Judged:
     """Scores of the recording as it is, after the learning, and with every injected fault.
 
     Args:
@@ -202,6 +208,7 @@ def judged(car: RealCar, recording: Recording, name: str = BEST, quick: bool = F
         recording: as it was made
         name: of the diagnosis, the bank or the rules that discriminate
         quick: whether one instant of each fault has to do
+        kinds: faults of a sensor from a start that last so long; those of the tests if None
     """
     own = accuracy(car, recording)
     measures = [{name: max(own[name], KNOWN[name]) for name in SENSORS}, KNOWN, own]
@@ -211,7 +218,9 @@ def judged(car: RealCar, recording: Recording, name: str = BEST, quick: bool = F
     else:
         diagnosis = partial(said, rolling_monitor(car.known))
     starts = car.starts[:1] if quick else car.starts
-    faults = [each for start in starts for sensor in SENSORS for each in faults_of(sensor, start, car.lasting)]
+    faults = [
+        each for start in starts for sensor in SENSORS for each in (kinds or faults_of)(sensor, start, car.lasting)
+    ]
     scored = [_scored(car, recording, diagnosis, (each,), measures) for each in faults]
     return Judged(
         _scored(car, recording, diagnosis, (), measures)[0], *(list(each) for each in zip(*scored, strict=True))

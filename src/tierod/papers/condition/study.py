@@ -11,6 +11,8 @@ from tierod.experiments.effort import Effort, Progress
 PARTS: Mapping[str, str] = {
     "driven": "what is driven",
     "figures": "the paper's figures",
+    "trends": "residuals over time",
+    "two_bodies": "the steering as two bodies",
     "residuals": "sensitivity of every residual",
     "sensors": "tests of the sensors",
     "actuators": "tests of the actuators",

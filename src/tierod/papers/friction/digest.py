@@ -14,6 +14,7 @@ from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
 from tierod.core.recording import Aligned, Recording
 from tierod.core.statement import STATUSES
+from tierod.methods.analysis.warping import warped
 from tierod.papers.friction.cases import Case
 from tierod.papers.friction.estimators import BASELINES, DEFAULT, ESTIMATORS, monitor
 
@@ -64,12 +65,14 @@ class Windows:
         realigned: the same where the vehicle's torque is delayed until both agree best [(N*m)**2]
         enabled_share: of the drive
         delay: by which the observer's torque lags behind that of the vehicle [s]
+        warped: variance of every window where the vehicle's torque is stretched by dynamic time warping [(N*m)**2]
     """
 
     variance: np.ndarray
     realigned: np.ndarray
     enabled_share: float
     delay: float
+    warped: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -174,7 +177,27 @@ def _windows(run: Result) -> Windows:
         _variance(internal - delayed)[ready],
         float(run["enabled"].mean()),
         lag / RATE,
+        _warped(internal, external)[ready],
     )
+
+
+WARPED_RATE, WARPED_BAND = 20.0, 0.5
+"""Samples that are warped [Hz], and how far two times may lie apart [s]."""
+
+
+def _warped(internal: np.ndarray, external: np.ndarray) -> np.ndarray:
+    """As `_variance`, once a second over the last 15 s, each window warped by itself; the first ones are shorter."""
+    thin = round(RATE / WARPED_RATE)
+    second, length = round(WARPED_RATE), 15 * round(WARPED_RATE)
+    pair = [values[thin - 1 :: thin] for values in (external, internal)]
+    ends = np.arange(second, len(pair[0]) + 1, second)[: len(internal) // round(RATE)]
+    found = np.array([(pair[1] - pair[0])[:end].var(ddof=1) for end in ends[ends < length]])
+    whole = ends[ends >= length]
+    if not len(whole):
+        return found
+    cut = [np.stack([values[end - length : end] for end in whole]) for values in pair]
+    apart = cut[1] - warped(cut[0], cut[1], round(WARPED_BAND * WARPED_RATE))
+    return np.concatenate([found, apart.var(axis=1, ddof=1)])
 
 
 def _variance(difference: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from tierod.models.friction_estimation import FrictionParameters
@@ -14,11 +14,15 @@ from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.presets import consistent, equal_low_pass, printed, printed_open, unscented
 from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.presliding_tuning import DEVIATIONS, PROCESS, PreslidingTuning
+from tierod.monitors.friction.refined import RefinedFrictionMonitor
 from tierod.monitors.friction.variance_method import VarianceFrictionMonitor, VarianceGate, VarianceParameters
+from tierod.papers.friction.linearised import linearised
 from tierod.vehicles import Vehicle, load
 
 VEHICLE = "midsize-eps"
 GRAVITY = 9.81
+RATIO_GROWTH = 0.06
+"""Growth of the ratio with the squared angle that estimators with a variable ratio are given [1/rad**2]."""
 
 DEFAULT = "default"
 """tierod's own estimator, with its verdict."""
@@ -29,6 +33,9 @@ PNEUMATIC = "paper, printed, rows of G one, pneumatic trail alone"
 OPEN = "paper, printed, aligning torque open"
 CORRECTED = "paper, corrected"
 UNSCENTED = "paper, unscented"
+RATIO = "paper, variable ratio"
+RATIO_SLOPE = "paper, variable ratio and its slope"
+ALL_TERMS = "paper, all terms of eq (19)"
 PRINTED_SMOOTH = "paper, printed, 5 Hz low-pass"
 CORRECTED_SMOOTH = "paper, corrected, 5 Hz low-pass"
 SINGLE_LAW = "single-law estimator"
@@ -40,6 +47,9 @@ RIGID = "default, the bar taken as rigid"
 NO_ROAD = "default, no weight, turn slip or drive force"
 ROAD = ("weight_lever", "turn_slip", "drive_share")
 """Coefficients of what the road does to the steered wheels beside the self-aligning torque."""
+
+OF_VARIANCE = {variance: f"paper, printed, P0 {variance:g}" for variance in (6e-4, 1e-2, 0.1, 1.0, 25.0)}
+"""Names of the printed filter by its variance of friction at the start [(N*m)**2]; 6e-4 is its steady one."""
 
 BASELINE = "baseline"
 BASELINE_SIGN = "baseline, printed sign"
@@ -96,6 +106,18 @@ def monitor(level: tuple[float, float] | None = None) -> FrictionMonitor:
     return FrictionMonitor.of_vehicle(vehicle(), 0.01, *(level or (None, 0.0)))
 
 
+def _of_variance(variance: float) -> RefinedFrictionMonitor:
+    """The printed filter that starts with a variance of friction [(N*m)**2]."""
+    return printed(_parameters(), initial_friction_variance=variance)
+
+
+def _with_terms(ratio_slope: float, sign_slope: float) -> RefinedFrictionMonitor:
+    """The printed filter with a variable ratio and terms of eq (19), 1 or 0 each."""
+    return linearised(
+        _parameters(), steering_ratio_growth=RATIO_GROWTH, with_ratio_slope=ratio_slope, with_sign_slope=sign_slope
+    )
+
+
 def _baseline(gate: VarianceGate | None = None, literal_sign: bool = False) -> VarianceFrictionMonitor:
     parameters = vehicle().parameters_for(VarianceParameters)
     return VarianceFrictionMonitor(parameters, math.inf, gate=gate, literal_sign=literal_sign)
@@ -114,6 +136,10 @@ ESTIMATORS: Mapping[str, Callable[[], Any]] = {
     OPEN: lambda: printed_open(_parameters()),
     CORRECTED: lambda: consistent(_parameters()),
     UNSCENTED: lambda: unscented(_parameters()),
+    RATIO: lambda: _with_terms(0.0, 0.0),
+    RATIO_SLOPE: lambda: _with_terms(1.0, 0.0),
+    ALL_TERMS: lambda: _with_terms(1.0, 1.0),
+    **{name: partial(_of_variance, variance) for variance, name in OF_VARIANCE.items()},
     PRINTED_SMOOTH: lambda: replace(printed(_parameters()), low_pass=equal_low_pass(5.0)),
     CORRECTED_SMOOTH: lambda: replace(consistent(_parameters()), low_pass=equal_low_pass(5.0)),
     SINGLE_LAW: _single_law,

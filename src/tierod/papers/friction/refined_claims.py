@@ -12,9 +12,8 @@ from tierod.core.content import Item
 from tierod.experiments.effort import Effort
 from tierod.papers.friction import estimators as named
 from tierod.papers.friction.cases import STATES
-from tierod.papers.friction.digest import KEPT, RATE, Digest
 from tierod.papers.friction.paper_sets import SOURCE, WORST, PaperSets, minutes, paper_sets
-from tierod.papers.friction.refined_figures import INITIAL, THRESHOLD
+from tierod.papers.friction.refined_figures import THRESHOLD
 from tierod.papers.friction.runs import Drives
 from tierod.papers.friction.setups import TYRES
 from tierod.papers.friction.statistics import (
@@ -35,7 +34,6 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
     yield from _on_separation(estimates["Healthy"], estimates[WORST])
     yield from _on_deviation(estimates)
     yield from _on_means(estimates)
-    yield from _on_time(sets, drives)
     yield from _on_tyres(sets, drives)
 
 
@@ -158,35 +156,6 @@ def _on_means(estimates: dict[str, np.ndarray]) -> Iterator[Claim]:
         "N*m",
         "Mean bias of the faulty states. Friction that builds up over an angle and noise of the rate explain it.",
     )
-
-
-def _on_time(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
-    digests = drives.of(sets.all_of(WORST))
-    times = [_converged(each) for each in digests]
-    for index, (name, printed, goal) in enumerate(
-        (("enabled", 50.0, between(30.0, 75.0)), ("total", 150.0, between(90.0, 225.0)))
-    ):
-        yield Claim(
-            f"paper.convergence-{name}",
-            f"From its start at 3 N·m the filter needs about {printed:g} s ({name}) to converge.",
-            f"{SOURCE}, section 5",
-            printed,
-            mean(np.array([time[index] for time in times])),
-            goal,
-            "s",
-            "Until the estimate has gone 95 % of the way to its mean over the rest of the drive, PWM 25%.",
-        )
-
-
-def _converged(digest: Digest) -> tuple[float, float]:
-    """Enabled and total time until the estimate has gone 95 % of the way from start to its settled mean [s]."""
-    course = digest.courses[named.PRINTED]
-    goal = INITIAL + 0.95 * (digest.mean(named.PRINTED) - INITIAL)
-    before = course.friction < goal
-    if before.all():
-        return math.nan, math.nan
-    reached = int(np.argmin(before))
-    return float(course.enabled_seconds[reached]), reached * KEPT / RATE
 
 
 def _on_tyres(sets: PaperSets, drives: Drives) -> Iterator[Claim]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tierod.papers.friction.setups import CONDITIONS, TYRES, USUAL_LAW
+from tierod.papers.friction.setups import CONDITIONS, TYRES, USUAL_LAW, VARIABLE_RATIO
 from tierod.proving_ground import FrictionCourse
 
 
@@ -34,7 +34,7 @@ class Setting:
 _ALL_TYRES = tuple(TYRES)[1:]
 
 SEARCHED: Mapping[str, Setting] = {
-    **{name: Setting(name) for name in CONDITIONS if name != "all together"},
+    **{name: Setting(name) for name in CONDITIONS if name not in ("all together", VARIABLE_RATIO)},
     "other tyres": Setting(tyres=_ALL_TYRES),
     "friction that builds up over 3°": Setting(law="Dahl 3°"),
     "friction that depends on load": Setting(law="load-dependent 40 %"),

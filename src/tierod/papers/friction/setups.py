@@ -66,6 +66,10 @@ def _friction(**changes: Any) -> Change:
     return lambda setup: _steering(friction=replace(setup.car.steering.friction, **changes))(setup)  # type: ignore[attr-defined]
 
 
+def _linkage(**changes: Any) -> Change:
+    return lambda setup: _steering(linkage=replace(setup.car.steering.linkage, **changes))(setup)  # type: ignore[attr-defined]
+
+
 def _kingpins(level: float) -> Change:
     def change(setup: Setup) -> Setup:
         linkage = setup.car.steering.linkage  # type: ignore[attr-defined]
@@ -182,6 +186,11 @@ UNKNOWN_LAWS = tuple(LAWS)[4:]
 _TORQUES = ("driver_torque", "motor_torque")
 _MOTION = ("yaw_rate", "lateral_acceleration")
 
+RATIO_GROWTH = 0.06
+"""Of the variable ratio with the squared angle [1/rad**2]: 15 % more direct at a quarter turn; assumed."""
+
+VARIABLE_RATIO = "variable steering ratio"
+
 CONDITIONS: Mapping[str, Change] = {
     "as usual": lambda setup: setup,
     "rate noise 0.05 rad/s": _sensors(("steering_wheel_rate",), noise=0.05),
@@ -202,6 +211,7 @@ CONDITIONS: Mapping[str, Change] = {
     "trail 40 % shorter": _trail(0.6),
     "fully loaded": _loaded,
     "wind, ruts and banked bends": _rough,
+    VARIABLE_RATIO: _linkage(ratio_growth=RATIO_GROWTH),
     "all together": together(
         _driven(7.0, 1.3),
         _kingpins(25.0),

@@ -8,9 +8,11 @@ from tierod.core.claims import Claim, exactly
 from tierod.core.content import Heading, Item
 from tierod.experiments.effort import Effort, Progress
 from tierod.papers.friction import (
+    all_terms,
     baseline,
     choices,
     conditions,
+    convergence,
     exactness,
     fleet,
     hysteresis,
@@ -26,11 +28,23 @@ from tierod.papers.friction import (
 from tierod.papers.friction.fleet import GOAL
 from tierod.papers.friction.runs import Drives, run_drives
 
-WANTS = (paper_sets.wants, conditions.wants, picture.wants, fleet.wants, exactness.wants, laws.wants, steps.wants)
+WANTS = (
+    paper_sets.wants,
+    convergence.wants,
+    all_terms.wants,
+    conditions.wants,
+    picture.wants,
+    fleet.wants,
+    exactness.wants,
+    laws.wants,
+    steps.wants,
+)
 PARTS = (
     baseline.items,
     refined_figures.items,
     refined_claims.items,
+    convergence.items,
+    all_terms.items,
     choices.items,
     conditions.items,
     picture.items,

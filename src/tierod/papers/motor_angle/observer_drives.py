@@ -124,12 +124,21 @@ def locked(plant: Block, torque: np.ndarray, seed: int) -> ObserverDrive:
 def _run(plant: Block, seed: int, **given: np.ndarray) -> ObserverDrive:
     found = scan(plant, np.column_stack(list(inputs_of(plant, **given).values())))
     true = np.column_stack([fine(found, name) for name in MotorAngleObserver.Sample._fields])
-    noise = np.random.default_rng([seed, 5]).normal(size=true.shape) * NOISE
     opposing = found["motor.truth_load_torque"] + found["motor.truth_motor_friction_torque"]
     commands = np.column_stack([fine(found, f"motor_target_voltage_{axis}") for axis in ("alpha", "beta")])
     angle, speed = fine(found, "motor_angle_mechanical"), fine(found, "motor_speed")
     load, resistance = (np.repeat(each, SUBSTEPS) for each in (opposing, found["motor.truth_motor_resistance"]))
-    return ObserverDrive(true + noise, angle, speed, load, commands, resistance)
+    return ObserverDrive(true + noises(seed, true.shape), angle, speed, load, commands, resistance)
+
+
+def noises(seed: int, shape: tuple[int, ...]) -> np.ndarray:
+    """Normal errors of the readings of a drive.
+
+    Args:
+        seed: of the drive
+        shape: of its samples
+    """
+    return np.asarray(np.random.default_rng([seed, 5]).normal(size=shape) * NOISE)
 
 
 SPEEDS = (0.0, 20.0, 40.0, 80.0, math.inf)

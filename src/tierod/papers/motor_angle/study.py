@@ -23,6 +23,7 @@ PARTS: Mapping[str, str] = {
     "run_length": "time between false alarms",
     "salient": "salient motors, and loads that step",
     "identified": "parameters from a drive",
+    "guaranteed": "guaranteed intervals",
     "real_drives": "recordings of a real drive",
 }
 """Module of every part, and what it is about."""

@@ -9,13 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.block import Block
-from tierod.core.claims import Claim, between
+from tierod.core.claims import Claim, at_most, between
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph.kernel import kernel
 from tierod.core.graph.operation_count import OperationCount, operation_count
 from tierod.core.graph.trace import initial_memory
 from tierod.experiments.effort import Effort
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.papers.motor_angle.bare_observers import BareFeedforward, BareLuenberger, BareReduced
 from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardWithLoad
 from tierod.papers.motor_angle.flux_observer import FluxObserver
 from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, parameters, to_and_fro
@@ -67,7 +68,56 @@ def items(effort: Effort) -> Iterator[Item]:
         "Printed are multiplications, integrators (here under states), trigonometric functions with logic. The time is "
         "that of the fastest thousand samples on one core of whatever machine made this page.",
     )
+    yield _bare(counts)
     yield from _claims(counts)
+
+
+REASONS = {
+    "Luenberger": "The observer is sampled exactly, so that T is part of its matrices; the direct axis is not needed.",
+    "reduced Luenberger": "Printed are the coefficients of (32) worked out in every step; here they depend on tuning "
+    "alone and are worked out once before.",
+    "feedforward": "Beyond (46): the lag of the filter is taken back, half turns are distinguished, the back-EMF is "
+    "carried on while samples are missing, and a standing motor is noticed.",
+}
+"""Why the counts of the observers differ from those of their bare equations."""
+
+
+def bare_observers() -> dict[str, Block]:
+    """The paper's equations by the name of the observer that carries them out."""
+    return {"Luenberger": BareLuenberger(), "reduced Luenberger": BareReduced(), "feedforward": BareFeedforward()}
+
+
+def _products(count: OperationCount) -> int:
+    """Multiplications and divisions, which the paper counts alike."""
+    return count.multiplications + count.divisions
+
+
+def _bare(counts: dict[str, OperationCount]) -> Table:
+    bare = {name: operation_count(block) for name, block in bare_observers().items()}
+    rows = tuple(
+        (
+            name,
+            str(PRINTED[name].multiplications),
+            str(_products(count)),
+            str(_products(counts[name])),
+            f"{PRINTED[name].integrators} / {count.states}",
+            REASONS[name],
+        )
+        for name, count in bare.items()
+    )
+    return Table(
+        "Multiplications and divisions of the bare equations, and of the observers",
+        (
+            "observer",
+            "printed",
+            "bare equations",
+            "observer",
+            "integrators, printed / bare",
+            "why the observer differs",
+        ),
+        rows,
+        "Bare: both Park transforms in full, Euler's method, no beginning and no missing samples.",
+    )
 
 
 def observers() -> dict[str, Block]:
@@ -136,6 +186,28 @@ def _claims(counts: dict[str, OperationCount]) -> Iterator[Claim]:
             between(round(0.75 * printed), round(1.25 * printed)),
             "",
             note,
+        )
+    for name, key in (("Luenberger", "luenberger"), ("reduced Luenberger", "reduced"), ("feedforward", "feedforward")):
+        printed = PRINTED[name].multiplications
+        yield Claim(
+            f"motor-angle.table-one.bare-{key}",
+            f"Multiplications and divisions of the bare equations of the {name}",
+            "Reinelt et al., Table 1",
+            printed,
+            _products(operation_count(bare_observers()[name])),
+            between(printed - 1.0, printed + 1.0),
+        )
+    for name, key in (("reduced Luenberger", "reduced"), ("feedforward", "feedforward")):
+        printed = PRINTED[name].multiplications
+        yield Claim(
+            f"motor-angle.table-one.{key}",
+            f"Multiplications of a step of the {name} observer, no more than printed",
+            "Reinelt et al., Table 1",
+            printed,
+            counts[name].multiplications,
+            at_most(printed),
+            "",
+            REASONS[name],
         )
     yield Claim(
         "motor-angle.table-one.order",

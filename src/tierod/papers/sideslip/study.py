@@ -9,6 +9,7 @@ from tierod.experiments.effort import Effort, Progress
 from tierod.papers.sideslip import (
     bandwidth,
     combined,
+    cosine,
     limits,
     neutral_steer,
     paper,
@@ -24,6 +25,7 @@ Part = Callable[[Effort], Iterator[Item]]
 PARTS: tuple[tuple[str, Part], ...] = (
     ("the paper's test", paper.items),
     ("the observers side by side", table.items),
+    ("the cosine of the steer", cosine.items),
     ("limits at low speed", limits.items),
     ("noise against bandwidth", bandwidth.items),
     ("neutral steer", neutral_steer.items),

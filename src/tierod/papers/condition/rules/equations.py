@@ -8,7 +8,6 @@ from typing import Annotated
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import limit, maximum
 from tierod.models.single_track import SingleTrack
-from tierod.models.stiff_rack import StiffRack
 from tierod.monitors.condition.signals import Measured
 from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
@@ -49,7 +48,7 @@ class Equations:
         steer: SteeringSignals.Output,
         turning: SingleTrack.State,
         forward: AdaptiveSpeed.Output,
-        unmeasured: StiffRack.State,
+        unmeasured: Scalar,
     ) -> Motion:
         """Readings that the models expect.
 
@@ -58,7 +57,7 @@ class Equations:
             steer: low-passed signals of the steering and their rates
             turning: state of the single track
             forward: of the two-stage filter
-            unmeasured: the steering by torque and force alone
+            unmeasured: angle of the column by torque and force alone [rad]
 
         Source: Li, Frey, Gauterin, eqs (9) to (12), (46), (47).
         """
@@ -83,7 +82,7 @@ class Equations:
             torque + known.cornering * steer.lateral_acceleration + known.torque_offset,
             force + known.force_offset,
             angle,
-            unmeasured.steering_wheel_angle,
+            unmeasured,
         )
 
     def residuals(

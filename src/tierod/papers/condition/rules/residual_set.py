@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.fields import POSITIVE
@@ -11,11 +12,11 @@ from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, pr
 from tierod.methods.estimators import KalmanFilter, UnscentedFilter
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters.each import InputHold
-from tierod.models.exponential import discretise_pair
 from tierod.models.single_track import SingleTrack
 from tierod.models.stiff_rack import StiffRack
 from tierod.monitors.condition.signals import ConditionSample, Measured
 from tierod.papers.condition.rules.adaptive_speed import AdaptiveSpeed
+from tierod.papers.condition.rules.angle_filters import one_body
 from tierod.papers.condition.rules.catalogue import SENSOR_RESIDUALS
 from tierod.papers.condition.rules.equations import Equations
 from tierod.papers.condition.rules.parameters import Coefficients, ResidualParameters
@@ -40,6 +41,7 @@ class ResidualSet:
         most_lateral_acceleration: above it residuals of the single track are not judged: its tyres are linear
         settling: a signal must have been there so long until residuals with it are judged: filters begin anew
         printed: whether the equations are taken with their misprints: (9), (11), (14), (27), (46)
+        copied: whether a filter of two bodies gets the rack's position as rack ratio times angle (eq 5)
 
     Build it by `residual_set`.
     """
@@ -55,6 +57,7 @@ class ResidualSet:
     most_lateral_acceleration: Annotated[float, "m/s**2", POSITIVE] = 6.0
     settling: Annotated[float, "s", POSITIVE] = 1.0
     printed: bool = False
+    copied: bool = False
 
     Sample = ConditionSample
 
@@ -64,7 +67,7 @@ class ResidualSet:
         hold: Tree
         steering: tuple[Smooth, ...]
         angle: Belief
-        unmeasured: StiffRack.State
+        unmeasured: Tree
         lateral: Belief
         speed: AdaptiveSpeed.State
         there: Measured
@@ -84,7 +87,7 @@ class ResidualSet:
             self.hold.init(),
             self.steering.init(),
             self.angle.init(),
-            StiffRack.State(0.0, 0.0),
+            self.angle.init().mean,
             self.lateral.init(),
             self.speed.init(),
             Measured(*(0.0,) * len(Measured._fields)),
@@ -108,7 +111,7 @@ class ResidualSet:
             AdaptiveSpeed.Sample(held.longitudinal_acceleration, held.yaw_rate, turning.sideslip_angle, *held[:2]),
         )
         equations = Equations(self.car, self.coefficients, self.moving, self.printed)
-        expected = equations.expected(now, steer, turning, forward, unmeasured)
+        expected = equations.expected(now, steer, turning, forward, unmeasured.steering_wheel_angle)
         values = equations.residuals(now, steer, by_balance, turning, forward, expected)
         waited = Measured(*(self._waited(*each) for each in zip(state.there, held, strict=True)))
         there = self._there(waited, held, moving)
@@ -146,17 +149,21 @@ class ResidualSet:
     def _balanced(self, state: Belief, held: Measured) -> tuple[Belief, Scalar]:
         """The filter of r1 one sample on, and the angle that it expects."""
         inputs = StiffRack.Input(held.steering_shaft_torque, held.tie_rod_force)
-        after, estimate = self.angle.step(state, self.angle.Sample(inputs, StiffRack.Output(held.steering_wheel_angle)))
+        shape = self.angle.model.Output
+        copied = self.car.rack_ratio * held.steering_wheel_angle if self.copied else math.inf  # not present
+        rack = {"rack_position": copied} if "rack_position" in shape._fields else {}
+        measured = shape(**rack, steering_wheel_angle=held.steering_wheel_angle)
+        after, estimate = self.angle.step(state, self.angle.Sample(inputs, measured))
         return after, estimate.mean.steering_wheel_angle
 
-    def _unmeasured(self, state: StiffRack.State, held: Measured) -> StiffRack.State:
+    def _unmeasured(self, state: Tree, held: Measured) -> Tree:
         """The steering by torque and force alone, held where one is missing."""
         complete = both(present(held.steering_shaft_torque), present(held.tie_rod_force))
         inputs = StiffRack.Input(
             where(complete, held.steering_shaft_torque, 0.0), where(complete, held.tie_rod_force, 0.0)
         )
         ahead = self.angle.model.transition(state, inputs, self.angle.parameters)
-        return StiffRack.State(*(where(complete, new, old) for new, old in zip(ahead, state, strict=True)))
+        return type(ahead)(*(where(complete, new, old) for new, old in zip(ahead, state, strict=True)))
 
     def _turning(self, state: Belief, held: Measured, now: Measured) -> tuple[Belief, SingleTrack.State]:
         """The lateral filter one sample on; its speed is the wheels' mean, held above walking."""
@@ -176,6 +183,8 @@ def residual_set(
     coefficients: Coefficients | None = None,
     sample_time: float = 0.01,
     printed: bool = False,
+    angle: UnscentedFilter | None = None,
+    copied: bool = False,
 ) -> ResidualSet:
     """The residuals of a vehicle.
 
@@ -184,23 +193,17 @@ def residual_set(
         coefficients: from calibration; zeros where None, which leaves r3 and r19 without a model
         sample_time: [s]
         printed: whether the equations are taken with their misprints
+        angle: filter of r1, of `angle_filters`; that of one body if None
+        copied: whether a filter of two bodies gets the rack's position by eq (5)
     """
-    rack: Any = discretise_pair(StiffRack)
-    angle = UnscentedFilter(
-        rack,
-        rack.Parameters(car.rack, sample_time),
-        (0.0, 0.0),
-        (0.1, 0.1),
-        (1e-8, 10.0 * sample_time),
-        (0.002**2,),
-    )
     return ResidualSet(
         car,
         coefficients or Coefficients(),
         InputHold(Measured, sample_time, 2.0 * sample_time),
         SteeringSignals(sample_time=sample_time),
-        angle,
+        angle or one_body(car, sample_time),
         lateral_filter(car.single_track, sample_time, printed),
         AdaptiveSpeed.design(car.track_width, sample_time),
         printed=printed,
+        copied=copied,
     )

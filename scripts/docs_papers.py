@@ -1,0 +1,61 @@
+"""Reference pages of the five papers: every equation, table and figure, and where it is found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from docs_text import page, table
+
+from tierod.papers.contents import PAPERS, Entry, contents
+
+
+def pages() -> dict[str, Callable[[], str]]:
+    """Path below docs/ -> function that gives the text."""
+    found: dict[str, Callable[[], str]] = {"reference/papers/index.md": overview}
+    return found | {f"reference/papers/{_file(package)}.md": partial(paper, package) for package in PAPERS}
+
+
+def _file(package: str) -> str:
+    return package.replace("_", "-")
+
+
+def overview() -> str:
+    """How much of each paper is there."""
+    rows = []
+    for package in PAPERS:
+        held = contents(package)
+        misprints = sum("misprint" in row.verdict for row in held.rows)
+        rows.append(
+            (
+                f"[{held.paper}]({_file(package)}.md)",
+                *(str(count) for count in (held.equations, held.tables, held.figures)),
+                str(misprints),
+                f"[page](../../explanation/papers/{held.explanation}.md)",
+            )
+        )
+    return page(
+        "The five papers",
+        "Every numbered equation, table and figure of the papers that tierod carries out: where it is implemented, "
+        "tested and reproduced, and what was corrected. The tables are read from `contents.toml` beside each study; a "
+        "test holds that every number is covered, and that every function, test and part that they name is there.",
+        table(("paper", "equations", "tables", "figures", "entries with misprints", "explanation"), rows),
+    )
+
+
+def paper(package: str) -> str:
+    """One paper."""
+    held = contents(package)
+    return page(
+        held.paper,
+        f"[What is corrected and why](../../explanation/papers/{held.explanation}.md). The parts of the study are run "
+        f"by `tierod study {_file(package)}`.",
+        table(("of the paper", "what", "implemented in", "tested by", "study", "verdict"), map(_row, held.rows)),
+    )
+
+
+def _row(entry: Entry) -> tuple[str, ...]:
+    code = ", ".join(f"`{each.removeprefix('tierod.').replace(':', '.')}`" for each in entry.code)
+    tests = ", ".join(f"`{each.removeprefix('tests/').removesuffix('.py')}`" for each in entry.tests)
+    study = ", ".join(f"`{each.partition('.')[2]}`" for each in entry.study)
+    return entry.of, entry.what, code, tests, study, entry.verdict

@@ -1,0 +1,90 @@
+"""Parameters that are certain: all values that bounded errors allow, as the smallest box round them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.errors import InputError, ParameterError
+
+Array = np.ndarray
+
+
+class Bounded(NamedTuple):
+    """Equations y = regressors p + error, (rows, parameters), whose errors are bounded.
+
+    Args:
+        regressors: (rows, parameters)
+        values: y, (rows,)
+        bound: largest error whatever the parameters, (rows,)
+        slope: growth of the largest error with each parameter, (rows, parameters): where a regressor itself is
+            measured with a bounded error, that error
+    """
+
+    regressors: Array
+    values: Array
+    bound: Array
+    slope: Array
+
+
+class Box(NamedTuple):
+    """Least and greatest value of every parameter, (parameters,) each."""
+
+    low: Array
+    high: Array
+
+    @property
+    def middle(self) -> Array:
+        """Of the box."""
+        return np.asarray(0.5 * (self.low + self.high))
+
+    @property
+    def half_width(self) -> Array:
+        """Of the box."""
+        return np.asarray(0.5 * (self.high - self.low))
+
+
+def feasible_box(rows: Bounded) -> Box:
+    """The smallest box round all parameters, none of them negative, that the equations and bounds allow.
+
+    The set is a polytope: |y - regressors p| <= bound + slope p with p >= 0 is linear in p, and each side of the box is
+    the optimum of a linear programme. Its truth needs nothing but the bounds: no distribution, no independence, no
+    number of samples; leaving rows out makes it larger and never wrong.
+
+    Raises:
+        ParameterError: shapes that differ, or bounds below zero
+        InputError: no parameters are possible: a bound or the model is wrong; or some parameter is not bounded
+
+    Source: Milanese and Vicino, Automatica 27 (1991) 997, section 3; errors in the regressors as in Cerone, IEEE Trans.
+    Automatic Control 38 (1993) 1729, for parameters of known sign.
+    """
+    from scipy.optimize import linprog
+
+    regressors, values, bound, slope = rows
+    if not (regressors.shape == slope.shape and values.shape == bound.shape == regressors.shape[:1]):
+        shapes = f"{regressors.shape}, {slope.shape}, {values.shape}, {bound.shape}"
+        raise ParameterError(f"regressors, slopes, values and bounds of shapes {shapes} do not go together")
+    if (bound < 0.0).any() or (slope < 0.0).any():
+        raise ParameterError("a bound of an error is below zero; give its largest size")
+    scale = np.maximum(np.abs(regressors).max(axis=0, initial=0.0), 1e-300)
+    matrix = np.concatenate([regressors - slope, -regressors - slope]) / scale
+    right = np.concatenate([values + bound, bound - values])
+    ends = []
+    for place in range(regressors.shape[1]):
+        for sign in (1.0, -1.0):
+            cost = np.zeros(regressors.shape[1])
+            cost[place] = sign
+            found = linprog(cost, A_ub=matrix, b_ub=right, bounds=(0.0, None), method="highs")
+            if found.status == 2:
+                raise InputError(
+                    "no parameters agree with all readings within their bounds: a bound is too small, or the model "
+                    "does not hold; give larger bounds, or leave out what it does not describe"
+                )
+            if found.status != 0:
+                raise InputError(
+                    f"parameter {place + 1} of {regressors.shape[1]} is not bounded by these readings; record a drive "
+                    "that excites it"
+                )
+            ends.append(sign * found.fun / scale[place])
+    return Box(np.array(ends[::2]), np.array(ends[1::2]))

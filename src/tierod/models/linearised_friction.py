@@ -1,0 +1,96 @@
+"""The joint model of friction linearised with every term: a ratio that varies, and the turn of friction's sign."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar
+from tierod.models.eps_column import column_after
+from tierod.models.friction_estimation import FrictionEstimation, SmoothFrictionParameters
+from tierod.physics.aligning import yaw_acceleration_from_aligning
+from tierod.physics.friction import smooth_sign_slope
+from tierod.physics.steering_ratio import (
+    column_torque_of_motor,
+    torque_at_steering_wheel,
+    variable_ratio,
+    variable_ratio_slope,
+)
+
+
+@dataclass(frozen=True)
+class VariableRatioParameters(SmoothFrictionParameters):
+    """Parameters of the joint model whose ratio varies, by the names of a vehicle file.
+
+    Args:
+        steering_ratio_growth: relative growth of the ratio with the squared angle [1/rad^2]; zero is a constant ratio
+        with_ratio_slope: 1 with the term of rho' in eq (19), 0 without
+        with_sign_slope: 1 with the term of delta in eq (19), 0 without
+    """
+
+    steering_ratio_growth: Annotated[float, "1/rad**2"] = 0.0
+    with_ratio_slope: Annotated[float, ""] = 1.0
+    with_sign_slope: Annotated[float, ""] = 1.0
+
+
+class LinearisedFrictionEstimation:
+    """The joint model of `FrictionEstimation` with all terms of its linearisation.
+
+    What turns the column is rho(theta) M_z and T_f sgn(theta'); both are products, whose linearisation has the terms
+    rho'(theta*) M_z* (theta - theta*) and 2 delta(theta'*) T_f* (theta' - theta'*). The paper leaves both out and
+    prints the second without the factor 2, although d sgn(x)/dx = 2 delta(x). Delta is that of a sign smoothed by tanh
+    over `smoothing_rate`: a damping of T_f / smoothing_rate near standstill, and none beyond some times that rate.
+
+    Source: Mohtat et al., eq (19).
+    """
+
+    State = FrictionEstimation.State
+    Output = FrictionEstimation.Output
+    Parameters = VariableRatioParameters
+
+    class Input(NamedTuple):
+        """Eq (6), u, and the operating point (marked by an asterisk in appendix B)."""
+
+        driver_torque: Annotated[float, "N*m"]
+        motor_torque: Annotated[float, "N*m"]
+        lateral_acceleration: Annotated[float, "m/s**2"]
+        direction: Annotated[float, ""]
+        angle_there: Annotated[float, "rad"]
+        rate_there: Annotated[float, "rad/s"]
+        aligning_there: Annotated[float, "N*m"]
+        friction_there: Annotated[float, "N*m"]
+
+    @staticmethod
+    def transition(x: FrictionEstimation.State, u: Input, p: VariableRatioParameters) -> FrictionEstimation.State:
+        """Eq (19), and the linear rows of eq (7)."""
+        ratio = variable_ratio(u.angle_there, p.steering_ratio, p.steering_ratio_growth)
+        slope = variable_ratio_slope(u.angle_there, p.steering_ratio, p.steering_ratio_growth)
+        turned = x.steering_wheel_angle - u.angle_there
+        aligning = torque_at_steering_wheel(x.self_aligning_torque, ratio)
+        aligning = aligning + p.with_ratio_slope * torque_at_steering_wheel(u.aligning_there, slope * turned)
+        net = u.driver_torque + column_torque_of_motor(u.motor_torque, p.motor_ratio) - aligning - _friction(x, u, p)
+        yaw_acceleration = yaw_acceleration_from_aligning(
+            x.self_aligning_torque,
+            u.lateral_acceleration,
+            mass=p.mass,
+            yaw_inertia=p.yaw_inertia,
+            front_distance=p.front_distance,
+            rear_distance=p.rear_distance,
+            trail=p.trail,
+        )
+        return FrictionEstimation.State(
+            *column_after(x.steering_wheel_angle, x.steering_wheel_rate, net, p),
+            x.yaw_rate + p.sample_time * yaw_acceleration,
+            x.self_aligning_torque,
+            x.friction_torque,
+        )
+
+    @staticmethod
+    def output(x: FrictionEstimation.State, u: Input, p: VariableRatioParameters) -> FrictionEstimation.Output:
+        """Eq (10)."""
+        return FrictionEstimation.Output(x.steering_wheel_angle, x.steering_wheel_rate, x.yaw_rate)
+
+
+def _friction(x: FrictionEstimation.State, u: LinearisedFrictionEstimation.Input, p: VariableRatioParameters) -> Scalar:
+    turn = smooth_sign_slope(u.rate_there, p.smoothing_rate) * (x.steering_wheel_rate - u.rate_there)
+    return x.friction_torque * u.direction + p.with_sign_slope * u.friction_there * turn

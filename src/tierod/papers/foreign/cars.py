@@ -1,0 +1,85 @@
+"""The bank of filters on CommonRoad's multi-body car: faults of the sensors of its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from tierod.core.claims import Claim, at_least, exactly
+from tierod.core.content import Heading, Item, Table
+from tierod.experiments.effort import Effort
+from tierod.experiments.fingerprint import tower_code
+from tierod.papers.condition import tables
+from tierod.papers.condition.faults import DRIFT, LOSS, OFFSET, OFFSETS, OUTLIER, OUTLIER_FACTOR, STUCK, Injected
+from tierod.papers.condition.real_cars import Judged, judged
+from tierod.papers.condition.scoring import DriveScore
+from tierod.papers.condition.summary import isolated, summary
+from tierod.papers.foreign.multibody_car import MultibodyCar
+
+GOAL = "goal of tierod, as on real cars"
+LEARNING, STARTS, LASTING = 30.0, (33.0, 42.0, 51.0), 6.0
+"""Of a drive that is learnt, and of the faults that are put into the rest, as on the highway minute [s]."""
+TEXT = (
+    "CommonRoad's multi-body car turns by its own Magic Formula tyres, springs and load transfer. Its vehicle file has "
+    "its masses and lengths, and a stiffness from its tyres. The bank keeps the limits that were found on the RAV4. "
+    "Faults are those of the study of real cars, and besides a reading that stands still and one that drifts by a "
+    "tenth of the offset a second, put into the recording alone. The seed follows from the code.",
+)
+
+
+def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]:
+    """The faults of a sensor; arguments as in the study of real cars."""
+    end, size = start + lasting, OFFSETS[sensor]
+    return (
+        Injected(sensor, LOSS, start=start, end=end),
+        Injected(sensor, OFFSET, size, start, end),
+        Injected(sensor, OFFSET, -size, start, end),
+        Injected(sensor, OUTLIER, OUTLIER_FACTOR, start, start + 1.0),
+        Injected(sensor, STUCK, start=start, end=end),
+        Injected(sensor, DRIFT, 0.1 * size, start, end),
+    )
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """What is worse than at home first."""
+    yield Heading("Sensors of CommonRoad's car", TEXT)
+    car = MultibodyCar(
+        "CommonRoad's car", ("", ""), "rav4", None, LEARNING, STARTS, LASTING, seed=int(tower_code()[:6], 16)
+    )
+    recording = car.recording()
+    if recording is None:
+        yield Heading("Not judged", ("The package commonroad-vehicle-models is not installed.",))
+        return
+    yield from shown(judged(car, recording, quick=effort.quick, kinds=faults_of))
+
+
+def by_kind(found: list[DriveScore]) -> Mapping[str, list[DriveScore]]:
+    """The scores by kind of fault, those with the most missed first."""
+    kinds: dict[str, list[DriveScore]] = {}
+    for each in found:
+        kinds.setdefault(each.drive.injected[0].kind, []).append(each)
+    return dict(sorted(kinds.items(), key=lambda pair: (-summary(pair[1]).missed, isolated(pair[1]).right)))
+
+
+def shown(of: Judged) -> Iterator[Item]:
+    """Tables and claims.
+
+    Args:
+        of: of the recording
+    """
+    rows = []
+    for kind, found in by_kind(of.found).items():
+        known, isolation = summary(found), isolated(found)
+        latest = f"{max(known.delays_shown):.2f}" if len(known.delays_shown) else "–"
+        cells = (len(found), known.missed, known.not_testable, f"{isolation.right:.3f}", f"{isolation.ambiguous:.3f}")
+        rows.append((kind, *map(str, cells), f"{known.wrong:.4f}", latest))
+    header = ("kind", "faults", "missed", "never observable", "named rightly", "ambiguous", "time wrong", "longest [s]")
+    yield Table("Faults of the sensors of CommonRoad's car, by kind", header, tuple(rows), "Worst kind first.")
+    yield tables.named("What went by which name: CommonRoad's car", of.found)
+    known, isolation = summary(of.found), isolated(of.found)
+    for key, claim, measured, goal in (
+        ("missed", "Faults missed on CommonRoad's car", float(known.missed), exactly(0.0)),
+        ("named", "Faults named and nothing else on CommonRoad's car", isolation.right, at_least(0.9)),
+        ("wrong", "Time of the faults with a fault-free sensor named on CommonRoad's car", known.wrong, exactly(0.0)),
+        ("alarms", "False alarms where nothing was injected on CommonRoad's car", of.quiet.false_alarms, exactly(0.0)),
+    ):
+        yield Claim(f"cars.multibody-{key}", f"{claim}.", GOAL, None, float(measured), goal)

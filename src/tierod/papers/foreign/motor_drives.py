@@ -1,0 +1,143 @@
+"""Drives of motulator: machines of several ratings under its own control, and what their sensors read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.monitors.motor_angle.signals import MotorAngleSample
+
+SAMPLE_TIME = 1e-4
+"""Of control and recording [s]."""
+CURRENT_NOISE, VOLTAGE_NOISE, ANGLE_NOISE = 2.5e-3, 2.3e-3, 5e-4
+"""Standard deviations: of currents over the largest one, of voltages over the supply, of the shaft's angle [rad]."""
+HELD, RAMP = 0.5, 0.1
+"""Time of each speed, and of the way to it [s]."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A synchronous machine with permanent magnets, and what feeds and loads it.
+
+    Args:
+        resistance: of a phase [ohm]
+        direct, quadrature: inductances along and across the flux [H]
+        flux: of the magnets [V*s]
+        pole_pairs: electrical turns per turn
+        inertia: of rotor and load [kg*m**2]
+        supply: of the converter [V]
+        current: largest, amplitude of a phase [A]
+        speed: largest electrical one of the courses [rad/s]
+        load: largest torque that opposes [N*m]
+    """
+
+    resistance: float
+    direct: float
+    quadrature: float
+    flux: float
+    pole_pairs: int
+    inertia: float
+    supply: float
+    current: float
+    speed: float
+    load: float
+
+
+MACHINES = {
+    "12 V, surface magnets": Machine(0.05, 1e-4, 1e-4, 0.0085, 4, 1.2e-3, 13.0, 60.0, 250.0, 1.0),
+    "12 V, interior magnets": Machine(0.05, 0.8e-4, 1.3e-4, 0.0085, 4, 1.2e-3, 13.0, 60.0, 250.0, 1.0),
+    "48 V, surface magnets": Machine(0.04, 1.5e-4, 1.5e-4, 0.02, 5, 2e-3, 48.0, 80.0, 500.0, 4.0),
+    "48 V, interior magnets": Machine(0.04, 1.1e-4, 2.2e-4, 0.02, 5, 2e-3, 48.0, 80.0, 500.0, 4.0),
+    "2.2 kW, surface magnets": Machine(3.6, 0.043, 0.043, 0.545, 3, 0.015, 540.0, 9.0, 280.0, 8.0),
+    "2.2 kW, interior magnets": Machine(3.6, 0.036, 0.051, 0.545, 3, 0.015, 540.0, 9.0, 280.0, 8.0),
+}
+"""By name; the last is motulator's own example, the others are assumed. Inertias include what the motor turns."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotorDrive:
+    """A drive as it is recorded.
+
+    Args:
+        samples: of `MotorAngleSample`, (n, signals), every `SAMPLE_TIME`
+        angle: true, of the shaft [rad], (n,)
+    """
+
+    samples: np.ndarray
+    angle: np.ndarray
+
+
+@lru_cache(maxsize=16)
+def motor_drive(name: str, seed: int, seconds: float) -> MotorDrive:
+    """A drive to and fro under motulator's current vector control with its sensor.
+
+    Args:
+        name: in `MACHINES`
+        seed: of speeds, loads and noise
+        seconds: how long
+
+    Raises:
+        InputError: motulator is not installed
+    """
+    machine, random = MACHINES[name], np.random.default_rng([seed, sorted(MACHINES).index(name)])
+    current, voltage, angle = _simulated(machine, random, seconds)
+    shape = (len(angle), 2)
+    currents = np.column_stack([current.real, current.imag])
+    currents = currents + CURRENT_NOISE * machine.current * random.normal(size=shape)
+    voltages = np.column_stack([voltage.real, voltage.imag])
+    voltages = voltages + VOLTAGE_NOISE * machine.supply * random.normal(size=shape)
+    samples = np.full((len(angle), len(MotorAngleSample._fields)), np.nan)
+    sensed = angle + ANGLE_NOISE * random.normal(size=len(angle))
+    columns = {"motor_current_alpha": currents[:, 0], "motor_current_beta": currents[:, 1]}
+    columns |= {"motor_voltage_alpha": voltages[:, 0], "motor_voltage_beta": voltages[:, 1]}
+    columns["motor_angle_mechanical"] = sensed
+    for each, values in columns.items():
+        samples[:, MotorAngleSample._fields.index(each)] = values
+    return MotorDrive(samples, angle)
+
+
+def _simulated(
+    machine: Machine, random: np.random.Generator, seconds: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Currents and mean voltages of each sample in the stator's axes, complex, and the shaft's angle."""
+    model, sm, parts = _motulator()
+    levels = machine.speed * random.uniform(-1.0, 1.0, round(seconds / HELD) + 2)
+    loads = machine.load * random.uniform(-1.0, 1.0, len(levels))
+    knots = [0.0] + [at for k in range(1, len(levels)) for at in (k * HELD, k * HELD + RAMP)]
+    speeds = [0.0] + [speed for k in range(1, len(levels)) for speed in ([0.0, *levels[1:]][k - 1], levels[k])]
+
+    def load(time: Any) -> Any:
+        return loads[np.minimum((np.asarray(time) / HELD).astype(int), len(loads) - 1)]
+
+    given = parts(
+        n_p=machine.pole_pairs, R_s=machine.resistance, L_d=machine.direct, L_q=machine.quadrature, psi_f=machine.flux
+    )
+    drive = model.Drive(
+        model.VoltageSourceConverter(u_dc=machine.supply),
+        model.SynchronousMachine(given),
+        model.StiffMechanicalSystem(J=machine.inertia, tau_L=load),
+    )
+    reference = sm.CurrentReferenceCfg(given, nom_w_m=2.0 * machine.speed, max_i_s=machine.current)
+    control = sm.CurrentVectorControl(given, reference, T_s=SAMPLE_TIME, J=machine.inertia, sensorless=False)
+    control.ref.w_m = lambda time: float(np.interp(time, knots, speeds))
+    model.Simulation(drive, control).simulate(t_stop=seconds)
+    seen = control.data
+    phases = np.asarray(seen.ref.d_abc) * machine.supply
+    made = (2.0 / 3.0) * (phases @ np.exp(2j * np.pi / 3.0 * np.arange(3)))
+    # A command is made one sample after it was computed, and stands until the sample after that.
+    voltage = np.concatenate([[0.0, 0.0], made[:-2]])
+    return np.asarray(seen.fbk.i_ss), voltage, np.unwrap(np.asarray(seen.fbk.theta_m)) / machine.pole_pairs
+
+
+def _motulator() -> tuple[Any, Any, Any]:
+    try:
+        from motulator.drive import model
+        from motulator.drive.control import sm
+        from motulator.drive.utils import SynchronousMachinePars
+    except ImportError:
+        raise InputError("the drives of motulator are not here to judge on; pip install motulator") from None
+    return model, sm, SynchronousMachinePars

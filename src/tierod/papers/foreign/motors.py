@@ -1,0 +1,214 @@
+"""The monitor of the motor's angle sensor on motulator's drives, fault-free and with faults in the recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.claims import Claim, at_least, exactly
+from tierod.core.content import Heading, Item, Table
+from tierod.core.errors import InputError
+from tierod.core.graph import Result, scan
+from tierod.experiments.effort import Effort
+from tierod.experiments.fingerprint import tower_code
+from tierod.monitors.motor_angle.monitor import MotorAngleMonitor
+from tierod.monitors.motor_angle.signals import MotorAngleSample
+from tierod.papers.foreign.motor_drives import MACHINES, SAMPLE_TIME, motor_drive
+from tierod.vehicles import Vehicle, load
+
+GOAL = "goal of tierod, as at home"
+SECONDS, START = 10.0, 7.0
+"""Of a drive, and of a fault [s]."""
+ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
+TEXT = (
+    "Drives that motulator simulates under its own current vector control: surface and interior magnets of three "
+    "ratings, to and fro under loads that step. The vehicle file has the machine's true parameters, and tuning and "
+    "thresholds stay those of the 12 V motor. Faults are put into the recording. Seeds follow from the code.",
+)
+Fault = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
+
+
+def _offset(angle: np.ndarray, since: np.ndarray, pole_pairs: float) -> np.ndarray:
+    return np.where(since >= 0.0, angle + 0.3 / pole_pairs, angle)
+
+
+def _drift(angle: np.ndarray, since: np.ndarray, pole_pairs: float) -> np.ndarray:
+    return np.asarray(angle + 0.35 / pole_pairs * np.maximum(since, 0.0))
+
+
+def _gain(angle: np.ndarray, since: np.ndarray, pole_pairs: float) -> np.ndarray:
+    del pole_pairs
+    begin = int(np.argmax(since >= 0.0))
+    return np.where(since >= 0.0, angle[begin] + 1.05 * (angle - angle[begin]), angle)
+
+
+def _stuck(angle: np.ndarray, since: np.ndarray, pole_pairs: float) -> np.ndarray:
+    del pole_pairs
+    return np.where(since >= 0.0, angle[int(np.argmax(since >= 0.0))], angle)
+
+
+FAULTS: Mapping[str, Fault] = {
+    "offset of 0.3 rad electrical": _offset,
+    "drift of 0.35 rad/s electrical": _drift,
+    "gain of 1.05": _gain,
+    "stuck": _stuck,
+}
+"""By name: what the sensor reads of a true reading, its time since the fault [s], and the pole pairs."""
+
+
+class Judged(NamedTuple):
+    """A drive.
+
+    Args:
+        machine: in `MACHINES`
+        turning: time in which the angle was known [s]
+        error: of the observer's electrical angle while it was, root mean square [rad]
+        false: tests that alarmed without a fault
+        delays: by fault, time to the first alarm [s]; infinite where none came
+        plain: tests that alarm without a fault where the vehicle file gives the inductance along the flux alone; None
+            for a machine with surface magnets
+    """
+
+    machine: str
+    turning: float
+    error: float
+    false: tuple[str, ...]
+    delays: Mapping[str, float]
+    plain: tuple[str, ...] | None = None
+
+
+def vehicle(name: str, salient: bool = True) -> Vehicle:
+    """A vehicle file with the parameters of a machine.
+
+    Args:
+        name: in `MACHINES`
+        salient: whether it gives both inductances; otherwise that along the flux alone
+    """
+    machine, base = MACHINES[name], load("motor-bench")
+    known = {
+        "motor_resistance": machine.resistance,
+        "motor_inductance": machine.direct,
+        "motor_saliency": machine.quadrature / machine.direct,
+        "motor_flux": machine.flux,
+        "motor_pole_pairs": float(machine.pole_pairs),
+        "motor_inertia": machine.inertia,
+        "motor_damping": 1e-6,
+    }
+    plain = base.parameters["motor_resistance"]
+    changed = {each: replace(base.parameters.get(each, plain), value=value) for each, value in known.items()}
+    if not salient:
+        del changed["motor_saliency"]
+    return replace(base, parameters={**base.parameters, **changed})
+
+
+def judged(task: tuple[str, int, float]) -> Judged:
+    """A machine's drive, fault-free and with every fault.
+
+    Args:
+        task: name of the machine, seed, and seconds of the drive
+    """
+    name, seed, seconds = task
+    drive, pole_pairs = motor_drive(name, seed, seconds), float(MACHINES[name].pole_pairs)
+    monitor = MotorAngleMonitor.of_vehicle(vehicle(name), SAMPLE_TIME)
+    free = scan(monitor, drive.samples)
+    known = free["compared.known"] > 0.5
+    away = np.angle(np.exp(1j * pole_pairs * (free["estimate.motor_angle"] - drive.angle)))[known]
+    start = START * seconds / SECONDS
+    since = SAMPLE_TIME * np.arange(len(drive.angle)) - start
+    delays = {}
+    for fault, change in FAULTS.items():
+        samples = drive.samples.copy()
+        samples[:, ANGLE] = change(samples[:, ANGLE], since, pole_pairs)
+        alarms = alarms_of(scan(monitor, samples), since >= 0.0)
+        delays[fault] = min(alarms.values(), default=np.inf)
+    error = float(np.sqrt(np.mean(away**2))) if known.any() else np.nan
+    false = tuple(alarms_of(free, np.ones(len(since), bool)))
+    plain = None
+    if MACHINES[name].direct != MACHINES[name].quadrature:
+        unaware = MotorAngleMonitor.of_vehicle(vehicle(name, salient=False), SAMPLE_TIME)
+        plain = tuple(alarms_of(scan(unaware, drive.samples), np.ones(len(since), bool)))
+    return Judged(name, SAMPLE_TIME * float(known.sum()), error, false, delays, plain)
+
+
+def alarms_of(outputs: Result, during: np.ndarray) -> dict[str, float]:
+    """Time from the first sample of `during` to the first alarm of every test that alarms in it [s]."""
+    begin = int(np.argmax(during))
+    found = {}
+    for name in outputs.names:
+        if name.startswith("alarms.") and (outputs[name][during] > 0.5).any():
+            found[name.partition(".")[2]] = SAMPLE_TIME * int(np.argmax(outputs[name][begin:] > 0.5))
+    return found
+
+
+def items(effort: Effort) -> Iterator[Item]:
+    """What is worse than at home first: false alarms, then faults."""
+    yield Heading("Motors of motulator", TEXT)
+    seed, drives = int(tower_code()[:6], 16), 3 if effort.thorough else 1
+    machines = list(MACHINES)[:1] if effort.quick else list(MACHINES)
+    tasks = [(name, seed + number, SECONDS) for name in machines for number in range(drives)]
+    try:
+        found = effort.made(judged, tasks)
+    except InputError as error:
+        yield Heading("Not judged", (str(error),))
+        return
+    yield from shown(found)
+
+
+def shown(found: Sequence[Judged]) -> Iterator[Item]:
+    """Table and claims.
+
+    Args:
+        found: drives
+    """
+    names = list(dict.fromkeys(each.machine for each in found))
+    names.sort(key=lambda name: -sum(bool(each.false) for each in found if each.machine == name))
+    rows = []
+    for name in names:
+        own = [each for each in found if each.machine == name]
+        false = sorted({test for each in own for test in each.false})
+        cells = []
+        for fault in FAULTS:
+            times = [each.delays[fault] for each in own]
+            reached = [each for each in times if np.isfinite(each)]
+            cells.append(f"{len(reached)} of {len(times)}" + (f", {max(reached):.2f} s" if reached else ""))
+        turning, error = sum(each.turning for each in own), max(each.error for each in own)
+        rows.append((name, f"{turning:.0f} s", ", ".join(false) or "none", f"{error:.3f}", *cells))
+    header = ("machine", "turning", "false alarms", "error of the angle [rad el]", *FAULTS)
+    note = "Of each fault: drives in which it was found, and the longest delay. Machines with false alarms come first."
+    yield Table("The motor's angle sensor on motulator's drives", header, tuple(rows), note)
+    yield Claim(
+        "motors.false-alarms",
+        "Fault-free drives of motulator with an alarm.",
+        GOAL,
+        None,
+        float(sum(bool(each.false) for each in found)),
+        exactly(0.0),
+        "",
+        f"Of {len(found)}, {sum(each.turning for each in found):.0f} s of turning.",
+    )
+    unaware = [each for each in found if each.plain is not None]
+    yield Claim(
+        "motors.without-saliency",
+        "Fault-free drives of interior magnets with an alarm, where the vehicle file says nothing of their saliency.",
+        GOAL,
+        None,
+        float(sum(bool(each.plain) for each in unaware)) if unaware else None,
+        exactly(0.0),
+        "",
+        f"Of {len(unaware)}. Taken as alike in both axes, with that along the flux, they turn the angle under load; "
+        "give motor_saliency, or the inductance across the flux.",
+    )
+    tried = [delay for each in found for delay in each.delays.values()]
+    yield Claim(
+        "motors.faults-found",
+        "Share of the faults of the sensor that are found on motulator's drives.",
+        GOAL,
+        None,
+        float(np.mean(np.isfinite(tried))),
+        at_least(0.99),
+        "",
+        f"{len(tried)} faults in the recording alone.",
+    )

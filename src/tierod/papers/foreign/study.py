@@ -1,0 +1,25 @@
+"""The study of foreign plants: one part after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+
+from tierod.core.content import Item
+from tierod.experiments.effort import Effort, Progress
+
+PARTS: Mapping[str, str] = {
+    "cars": "sensors of a foreign car",
+    "friction": "friction on a foreign column",
+    "motors": "motors of motulator",
+}
+"""Module of every part, and what it is about."""
+
+
+def items(effort: Effort, progress: Progress) -> Iterator[Item]:
+    """All that the study finds out."""
+    for done, (name, title) in enumerate(PARTS.items()):
+        progress(done / len(PARTS), title)
+        part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.foreign.{name}").items
+        yield from part(effort)
+    progress(1.0, "done")

@@ -1,0 +1,58 @@
+"""The refined monitor with every term of its linearisation."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from tierod.methods.estimators.shapes import Belief
+from tierod.models.friction_estimation import FrictionParameters
+from tierod.models.linearised_friction import LinearisedFrictionEstimation, VariableRatioParameters
+from tierod.monitors.friction.presets import joint_filter
+from tierod.monitors.friction.refined import RefinedFrictionMonitor
+
+
+@dataclass(frozen=True)
+class LinearisedFrictionMonitor(RefinedFrictionMonitor):
+    """The refined monitor on `LinearisedFrictionEstimation`: the operating point enters as inputs.
+
+    Angle and rate there are measured or estimated, as `operating_point` says; torque and friction are estimated.
+    Source: Mohtat et al., appendix B.
+    """
+
+    def inputs(self, before: Any, belief: Belief, direction: Any) -> Any:
+        """Inputs of the model, with the operating point."""
+        plain = super().inputs(before, belief, direction)
+        there = before if self.operating_point == "measurement" else belief.mean
+        return LinearisedFrictionEstimation.Input(
+            plain.driver_torque,
+            plain.motor_torque,
+            plain.lateral_acceleration,
+            plain.direction,
+            there.steering_wheel_angle,
+            there.steering_wheel_rate,
+            belief.mean.self_aligning_torque,
+            belief.mean.friction_torque,
+        )
+
+
+def linearised(parameters: FrictionParameters, **terms: float) -> LinearisedFrictionMonitor:
+    """The printed monitor with an open self-aligning torque and the terms of eq (19).
+
+    Args:
+        parameters: of the joint model; those of a vehicle, `vehicle.parameters_for(VariableRatioParameters)`, have the
+            growth of its ratio where its file gives `steering_ratio_growth`
+        terms: fields of `VariableRatioParameters` beyond it
+    """
+    return LinearisedFrictionMonitor(
+        joint_filter(
+            VariableRatioParameters(**{**dataclasses.asdict(parameters), **terms}),
+            input_variance=(0.01, 0.01, 0.1),
+            virtual_variance=(1e4, 0.001),
+            virtual_noise="scaled by sample time",
+            covariance_update="printed",
+            initial_friction_variance=1.0,
+            model=LinearisedFrictionEstimation,
+        )
+    )

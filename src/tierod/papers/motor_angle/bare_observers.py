@@ -1,0 +1,188 @@
+"""The equations of the paper's methods and nothing else, for counting: no beginning, no gaps, no decisions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar
+from tierod.core.graph.maths import arctan
+from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, direction, electrical_angle, park
+
+
+class Seen(NamedTuple):
+    """Voltages and currents in the stator's axes, and the sensor's angle that turns them (8, 9)."""
+
+    voltage_alpha: Annotated[Scalar, "V"]
+    voltage_beta: Annotated[Scalar, "V"]
+    current_alpha: Annotated[Scalar, "A"]
+    current_beta: Annotated[Scalar, "A"]
+    motor_angle: Annotated[Scalar, "rad"]
+
+
+class Found(NamedTuple):
+    """Angle and speed, and what Park's transform makes of the direct axis, which the paper counts."""
+
+    motor_angle: Annotated[Scalar, "rad"]
+    motor_speed: Annotated[Scalar, "rad/s"]
+    direct_voltage: Annotated[Scalar, "V"]
+    direct_current: Annotated[Scalar, "A"]
+
+
+class FullState(NamedTuple):
+    """Current, speed, angle: three integrators."""
+
+    current: Annotated[Scalar, "A"]
+    speed: Annotated[Scalar, "rad/s"]
+    angle: Annotated[Scalar, "rad"]
+
+
+@dataclass(frozen=True)
+class BareLuenberger:
+    """Eqs (8), (9) and (23), by Euler.
+
+    Args:
+        current_current, current_speed, speed_current, speed_speed: A of (20)
+        current_voltage: B of (20)
+        current_gain, speed_gain: K of (23)
+        pole_pairs: z_p
+        sample_time: T
+    """
+
+    current_current: Annotated[float, "1/s"] = -500.0
+    current_speed: Annotated[float, "A/rad"] = -340.0
+    speed_current: Annotated[float, "rad/A/s**2"] = 425.0
+    speed_speed: Annotated[float, "1/s"] = -3.3
+    current_voltage: Annotated[float, "A/V/s"] = 1e4
+    current_gain: Annotated[float, "1/s"] = 800.0
+    speed_gain: Annotated[float, "rad/A/s**2"] = -400.0
+    pole_pairs: Annotated[float, ""] = 4.0
+    sample_time: Annotated[float, "s"] = 1e-4
+
+    Sample = Seen
+
+    def init(self) -> FullState:
+        """At rest."""
+        return FullState(0.0, 0.0, 0.0)
+
+    def step(self, state: FullState, sample: Seen) -> tuple[FullState, Found]:
+        """One sample on."""
+        voltage, current = _rotor(sample, direction(electrical_angle(sample.motor_angle, self.pole_pairs)))
+        off = current.q - state.current
+        rise = (
+            self.current_current * state.current
+            + self.current_speed * state.speed
+            + self.current_voltage * voltage.q
+            + self.current_gain * off
+        )
+        gain = self.speed_current * state.current + self.speed_speed * state.speed + self.speed_gain * off
+        after = FullState(
+            state.current + self.sample_time * rise,
+            state.speed + self.sample_time * gain,
+            state.angle + self.sample_time * state.speed,
+        )
+        return after, Found(after.angle, after.speed, voltage.d, current.d)
+
+
+class ReducedState(NamedTuple):
+    """x_B and angle: two integrators."""
+
+    inner: Annotated[Scalar, "rad/s"]
+    angle: Annotated[Scalar, "rad"]
+
+
+class Motor(NamedTuple):
+    """Voltages, currents and angle, and the motor's parameters where they are read in every step."""
+
+    seen: Seen
+    gain: Annotated[Scalar, "rad/A/s"]
+    resistance: Annotated[Scalar, "ohm"]
+    inductance: Annotated[Scalar, "H"]
+    machine_constant: Annotated[Scalar, "V*s/rad"]
+    torque_constant: Annotated[Scalar, "N*m/A"]
+    inertia: Annotated[Scalar, "kg*m**2"]
+    damping: Annotated[Scalar, "N*m*s/rad"]
+
+
+@dataclass(frozen=True)
+class BareReduced:
+    """Eqs (8), (9), (32) corrected and (33), by Euler, their coefficients worked out in every step as they are written.
+
+    Args:
+        pole_pairs: z_p
+        sample_time: T
+    """
+
+    pole_pairs: Annotated[float, ""] = 4.0
+    sample_time: Annotated[float, "s"] = 1e-4
+
+    Sample = Motor
+
+    def init(self) -> ReducedState:
+        """At rest."""
+        return ReducedState(0.0, 0.0)
+
+    def step(self, state: ReducedState, sample: Motor) -> tuple[ReducedState, Found]:
+        """One sample on."""
+        angle = electrical_angle(sample.seen.motor_angle, self.pole_pairs)
+        voltage, current = _rotor(sample.seen, direction(angle))
+        pole = -sample.damping / sample.inertia + sample.gain * sample.machine_constant / sample.inductance
+        by_current = (
+            pole * sample.gain
+            + sample.torque_constant / sample.inertia
+            + sample.gain * sample.resistance / sample.inductance
+        )
+        slope = pole * state.inner + by_current * current.q - sample.gain / sample.inductance * voltage.q
+        inner = state.inner + self.sample_time * slope
+        speed = inner + sample.gain * current.q
+        after = ReducedState(inner, state.angle + self.sample_time * speed)
+        return after, Found(after.angle, speed, voltage.d, current.d)
+
+
+class FilteredState(NamedTuple):
+    """Low-passed currents: two integrators, whose rates are the derivatives."""
+
+    alpha: Annotated[Scalar, "A"]
+    beta: Annotated[Scalar, "A"]
+
+
+class FeedforwardFound(NamedTuple):
+    """Electrical angle."""
+
+    electrical_angle: Annotated[Scalar, "rad"]
+
+
+@dataclass(frozen=True)
+class BareFeedforward:
+    """Eq (46) with minus L dI/dt, its quotient as printed, and derivatives of the currents by a low-pass.
+
+    Args:
+        resistance, inductance: of a phase
+        bandwidth: of the low-pass
+        sample_time: T
+    """
+
+    resistance: Annotated[float, "ohm"] = 0.05
+    inductance: Annotated[float, "H"] = 1e-4
+    bandwidth: Annotated[float, "rad/s"] = 1885.0
+    sample_time: Annotated[float, "s"] = 1e-4
+
+    Sample = Seen
+
+    def init(self) -> FilteredState:
+        """No current."""
+        return FilteredState(0.0, 0.0)
+
+    def step(self, state: FilteredState, sample: Seen) -> tuple[FilteredState, FeedforwardFound]:
+        """One sample on."""
+        share, slope = self.bandwidth * self.sample_time, self.inductance * self.bandwidth
+        away = (sample.current_alpha - state.alpha, sample.current_beta - state.beta)
+        alpha = sample.voltage_alpha - self.resistance * sample.current_alpha - slope * away[0]
+        beta = sample.voltage_beta - self.resistance * sample.current_beta - slope * away[1]
+        after = FilteredState(state.alpha + share * away[0], state.beta + share * away[1])
+        return after, FeedforwardFound(arctan(-alpha / beta))
+
+
+def _rotor(sample: Seen, rotor: Direction) -> tuple[RotorVector, RotorVector]:
+    voltage = park(StatorVector(sample.voltage_alpha, sample.voltage_beta), rotor)
+    return voltage, park(StatorVector(sample.current_alpha, sample.current_beta), rotor)

@@ -1,0 +1,69 @@
+"""The foreign column against closed forms, and its sources against their imports."""
+
+import ast
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tierod.papers.foreign import rubbing_column as plant
+from tierod.papers.foreign.rubbing_column import LUGRE, MAXWELL, SIGNALS, STEP, Course, RubbingCar, course, driven
+
+
+def test_it_imports_nothing_of_the_project():
+    tree = ast.parse(Path(plant.__file__).read_text(encoding="utf-8"))
+    modules = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    modules |= {each.name for node in ast.walk(tree) if isinstance(node, ast.Import) for each in node.names}
+    assert not [each for each in modules if each.startswith("tierod")]
+
+
+@pytest.mark.parametrize("kind", [plant._LuGre, plant._Maxwell])
+@pytest.mark.parametrize("rate", [0.15, -0.8])
+def test_friction_settles_at_its_stribeck_level(kind, rate):
+    car = RubbingCar(LUGRE, 5.0)
+    law = kind(car)
+    for _ in range(4000):
+        torque = law.torque(rate)
+    level = 5.0 * (1.0 + 0.1 * math.exp(-((rate / 0.3) ** 2)))
+    assert torque == pytest.approx(math.copysign(level, rate), rel=0.02)
+
+
+@pytest.mark.parametrize("kind", [plant._LuGre, plant._Maxwell])
+def test_friction_loses_energy_over_a_cycle_and_holds_at_rest(kind):
+    car = RubbingCar(LUGRE, 5.0)
+    law, work = kind(car), 0.0
+    for k in range(8000):
+        rate = 0.6 * math.cos(2.0 * math.pi * k * STEP)
+        work += law.torque(rate) * rate * STEP * (k >= 4000)
+    stroke = 2.0 * 0.6 / (2.0 * math.pi) * 2.0  # two seconds, two periods, four strokes of twice the amplitude
+    assert 0.8 * 5.0 * 2.0 * stroke < work < 1.1 * 1.1 * 5.0 * 2.0 * stroke
+    held = law.torque(0.0)
+    assert law.torque(0.0) == pytest.approx(held)
+
+
+def test_a_steady_bend_is_that_of_the_linear_single_track():
+    """V = 20 m/s, small angle: yaw rate V delta / (L + K V^2) with the understeer of both axles."""
+    car, speed, steer = RubbingCar(MAXWELL, 1e-3), 20.0, 0.15
+    count = round(20.0 / STEP)
+    seen = driven(car, Course(np.full(count, steer), np.full(count, speed)), 0)[-200:].mean(axis=0)
+    wheel, yaw, lateral = (
+        seen[SIGNALS.index(name)] for name in ("steering_wheel_angle", "yaw_rate", "lateral_acceleration")
+    )
+    bar = seen[SIGNALS.index("driver_torque")]
+    length = car.front + car.rear
+    gradient = car.mass / length * (car.rear / car.front_stiffness - car.front / car.rear_stiffness)
+    pinion = wheel - bar / car.shaft
+    assert yaw == pytest.approx(speed * pinion * car.ratio / (length + gradient * speed**2), rel=0.03)
+    assert lateral == pytest.approx(speed * yaw, rel=0.02)
+
+
+def test_the_course_is_one_of_a_driver_and_the_same_for_a_seed():
+    way, again = course(2.0, 5), course(2.0, 5)
+    assert np.array_equal(way.angle, again.angle)
+    assert way.speed.min() >= 10.0
+    assert way.speed.max() <= 27.0
+    seen = driven(RubbingCar(LUGRE, 4.0), way, 5)
+    assert seen.shape == (12000, len(SIGNALS))
+    assert 1.5 < np.abs(seen[:, SIGNALS.index("lateral_acceleration")]).max() < 4.5
+    assert np.isfinite(seen).all()
