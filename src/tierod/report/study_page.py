@@ -36,13 +36,14 @@ class StudyPage:
     remark: str = ""
 
 
-_PLURAL = {"holds": "hold", "does not hold": "do not hold", "not judged": "not judged"}
-_VERDICTS = {True: ("✓", "holds", "good"), False: ("✕", "does not hold", "bad"), None: ("–", "not judged", "open")}
+_PLURAL = {"holds": "hold", "does not hold": "do not hold", "not measured": "not measured"}
+_VERDICTS = {True: ("✓", "holds", "good"), False: ("✕", "does not hold", "bad"), None: ("–", "not measured", "open")}
 
 
 def render_study(page: StudyPage) -> str:
     """The page as text."""
-    claims = [item for item in page.items if isinstance(item, Claim)]
+    every = [item for item in page.items if isinstance(item, Claim)]
+    claims, described = ([claim for claim in every if claim.describes is only] for only in (False, True))
     return rendered(
         "study.html.j2",
         Origin(page.created, page.version, page.command),
@@ -51,6 +52,8 @@ def render_study(page: StudyPage) -> str:
         counts=[(*_VERDICTS[met], sum(claim.met is met for claim in claims)) for met in (True, False, None)],
         plural=_PLURAL,
         groups=[(title, rows) for title, rows in _groups(page.groups, claims) if rows],
+        described=[_row(claim) for claim in described],
+        derived=any(claim.derived is not None for claim in claims),
     )
 
 
@@ -69,6 +72,7 @@ def _row(claim: Claim) -> dict[str, Any]:
         "source": claim.source,
         "note": claim.note,
         "printed": _figure(claim.printed),
+        "derived": "" if claim.derived is None else _figure(claim.derived),
         "measured": _figure(claim.figure),
         "goal": "–" if claim.goal is None else str(claim.goal).replace("<=", "≤").replace(">=", "≥"),
         "unit": unit,

@@ -193,3 +193,16 @@ def test_a_sample_time_that_cannot_be_is_refused(step):
 def test_the_vehicle_file_decides_on_the_steering():
     assert CombinedSideslip.of_vehicle(load("steer-by-wire"), STEP).filter.model.steering
     assert not CombinedSideslip.of_vehicle(load("midsize-eps"), STEP).filter.model.steering
+
+
+@pytest.mark.parametrize("lateral", [4.0, -4.0])
+def test_friction_is_at_least_what_the_acceleration_shows_less_what_the_roll_adds_to_it(lateral):
+    """A body that leans adds `roll_share` of the acceleration to the reading: mu >= a / (1 + share) / g."""
+    block = estimator()
+    car = block.filter.parameters.car
+    assert car.roll_share > 0.01
+    mean = block.filter.init().mean._replace(log_friction=-3.0)
+    kept = block._kept(mean, lateral)
+    least = abs(lateral) / (1.0 + car.roll_share) / 9.80665 / car.tyre_friction
+    assert kept.log_friction == pytest.approx(math.log(least), rel=1e-3)
+    assert block._kept(mean._replace(log_friction=-0.1), lateral).log_friction == -0.1

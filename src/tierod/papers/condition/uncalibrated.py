@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from functools import lru_cache
 
-from tierod.core.claims import Claim, exactly
+from tierod.core.claims import Claim, at_least, between, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import Bank, scan
 from tierod.core.recording import Recording
@@ -50,8 +50,8 @@ def items(effort: Effort) -> Iterator[Item]:
     yield _by_kind(scored)
     known = summary(scored)
     for key, claim, measured, goal in (
-        ("kinds", "Kinds named rightly on uncalibrated vehicles.", known.kinds, None),
-        ("covered", "Magnitudes within their estimated interval.", known.covered, None),
+        ("kinds", "Kinds named rightly on uncalibrated vehicles.", known.kinds, at_least(0.95)),
+        ("covered", "Magnitudes within their estimated interval.", known.covered, between(0.93, 0.97)),
         ("wrong", "Time of the faults with a fault-free element named.", known.wrong, exactly(0.0)),
         ("alarms", f"False alarms in {quiet.healthy_hours:.2g} h.", float(quiet.false_alarms), exactly(0.0)),
     ):
