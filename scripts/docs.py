@@ -14,6 +14,7 @@ import docs_catalogues
 import docs_commands
 import docs_monitors
 import docs_schemas
+import docs_tuning
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -26,6 +27,7 @@ def pages() -> dict[str, Callable[[], str]]:
         **docs_monitors.pages(),
         **docs_catalogues.pages(),
         **docs_schemas.pages(),
+        **docs_tuning.pages(),
     }
 
 

@@ -20,6 +20,8 @@ from scripts.mutants.chosen_tests import ChosenTests
 from scripts.mutants.trying import Copy, Outcome
 
 ROOT = Path(__file__).resolve().parents[2]
+PAGES = Path("tests/examples/test_site.py")
+"""Holds the generated pages against the code: they state every number of the monitors, and so concern every file."""
 
 
 def drawn(paths: Sequence[Path], number: int, seed: int) -> Iterator[Change]:
@@ -55,7 +57,7 @@ def outcomes(changes: Sequence[Change], processes: int, limit: float) -> Iterato
         limit: of the tests of one change [s]
     """
     tests = ChosenTests(ROOT)
-    chosen = {path: tests.of(path) for path in {change.path for change in changes}}
+    chosen = {path: [*tests.of(path), PAGES] for path in {change.path for change in changes}}
     copies: SimpleQueue[Copy] = SimpleQueue()
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder, ThreadPoolExecutor(processes) as pool:
         for number in range(processes):
