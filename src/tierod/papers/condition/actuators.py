@@ -11,8 +11,8 @@ from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.core.content import Chart, Heading, Item, Panel, Points, Table
 from tierod.experiments.effort import Effort
 from tierod.papers.condition import tables
-from tierod.papers.condition.driven import VEHICLES
 from tierod.papers.condition.drives import ACTUATORS, Drive, actuator_tests, supply_tests
+from tierod.papers.condition.reported import vehicles
 from tierod.papers.condition.runs import BEST, VARIANTS, scores
 from tierod.papers.condition.scoring import AMBIGUOUS, DriveScore
 from tierod.papers.condition.sensors import GOAL, longest
@@ -48,8 +48,7 @@ def campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Dri
         share: of the torque that is lost
         swing: whether the split of the steering torque alternates
     """
-    vehicles = VEHICLES[:1] if effort.quick else VEHICLES
-    drives = [drive for number in vehicles for drive in actuator_tests(number, share, swing)]
+    drives = [drive for number in vehicles(effort) for drive in actuator_tests(number, share, swing)]
     return drives[::8] if effort.quick else drives
 
 
@@ -61,8 +60,7 @@ def supply_campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> l
         share: of the torque that both lose
         swing: whether the split of the steering torque alternates
     """
-    vehicles = VEHICLES[:1] if effort.quick else VEHICLES
-    drives = [drive for number in vehicles for drive in supply_tests(number, share, swing)]
+    drives = [drive for number in vehicles(effort) for drive in supply_tests(number, share, swing)]
     return drives[:2] if effort.quick else drives
 
 

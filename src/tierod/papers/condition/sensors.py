@@ -10,9 +10,9 @@ from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.core.content import Chart, Heading, Item, Panel, Points
 from tierod.experiments.effort import Effort
 from tierod.papers.condition import tables
-from tierod.papers.condition.driven import VEHICLES
 from tierod.papers.condition.drives import SENSORS, Drive, sensor_tests
 from tierod.papers.condition.faults import LOSS, OFFSET, OUTLIER
+from tierod.papers.condition.reported import vehicles
 from tierod.papers.condition.runs import BEST, VARIANTS, scores
 from tierod.papers.condition.scoring import DriveScore
 from tierod.papers.condition.summary import Summary, share_within, summary
@@ -42,7 +42,7 @@ PLACES = tuple(name.replace("_", " ") for name in SENSORS)
 
 def campaign(effort: Effort) -> list[Drive]:
     """The tests of all vehicles, or a few of one."""
-    drives = [drive for number in (VEHICLES[:1] if effort.quick else VEHICLES) for drive in sensor_tests(number)]
+    drives = [drive for number in vehicles(effort) for drive in sensor_tests(number)]
     return drives[::5] if effort.quick else drives
 
 
