@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.lateral_parameters import LateralParameters
-from tierod.monitors.sideslip.combined import SMOOTHING, CombinedSideslip
+from tierod.monitors.sideslip.combined import FARTHEST_SHOWN, SMOOTHING, CombinedSideslip
 from tierod.monitors.sideslip.combined_estimate import CombinedSample
 from tierod.monitors.sideslip.combined_identifiability import identifiability
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
@@ -206,3 +206,10 @@ def test_friction_is_at_least_what_the_acceleration_shows_less_what_the_roll_add
     least = abs(lateral) / (1.0 + car.roll_share) / 9.80665 / car.tyre_friction
     assert kept.log_friction == pytest.approx(math.log(least), rel=1e-3)
     assert block._kept(mean._replace(log_friction=-0.1), lateral).log_friction == -0.1
+
+
+def test_far_from_the_limit_its_distance_is_below_zero(drive):
+    """Random steering at 25 m/s on a dry road uses a part of the front axle's grip only."""
+    distance = scan(estimator(), drive[0])["limit_distance"][2000:]
+    assert np.median(distance) < 0.0
+    assert distance.min() >= -FARTHEST_SHOWN
