@@ -87,7 +87,7 @@ class Copy:
                 path.write_bytes(source)
                 if found is not None and not self._passes(found):
                     tests, found = [test for test in tests if not found.startswith(str(test))], None
-                    run = 0
+                    run -= len(batch)
         finally:
             path.write_bytes(source)
         return Outcome(change, change.diff(source), found, (run, len(tests)), time.monotonic() - begin)
