@@ -25,7 +25,7 @@ from tierod.papers.condition import (
     uncalibrated,
 )
 from tierod.papers.condition.drives import Drive
-from tierod.papers.condition.recorded import recorded, sound
+from tierod.papers.condition.recorded import fault_free, recorded
 from tierod.papers.condition.scoring import score
 from tierod.papers.condition.truth import Declared, truth_of
 from tierod.papers.condition.vehicles import vehicle
@@ -42,7 +42,7 @@ def _declare(known: float, recording: Recording, name: str) -> Declared:
         faulty[element] = (time >= fault["start"] + known - 1e-9) & (time < fault["end"] - 1e-9)
         kind[element], size[element] = np.full(len(time), fault["kind"]), np.full(len(time), fault["size"])
         if element in recording:
-            value[element] = sound(element, recording, vehicle(1).sensors)
+            value[element] = fault_free(element, recording, vehicle(1).sensors)
     return Declared(time, faulty, kind=kind, size=size, value=value)
 
 

@@ -244,16 +244,18 @@ def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]
 
 def _scored(
     car: RealCar,
-    sound: Recording,
+    fault_free: Recording,
     diagnosis: Callable[[Recording], Declared],
     faults: tuple[Injected, ...],
     measures: Sequence[Mapping[str, float]],
 ) -> list[DriveScore]:
     """Scores after the learning, by every criterion of observability; the recording is the truth."""
-    declared = diagnosis(injected(sound, [each.fault for each in faults]) if faults else sound)
+    declared = diagnosis(injected(fault_free, [each.fault for each in faults]) if faults else fault_free)
     time = declared.time
     judged_from = int(np.searchsorted(time, time[0] + car.learning))
-    read = {each.element: np.interp(time, sound[each.element].time, sound[each.element].values) for each in faults}
+    read = {
+        each.element: np.interp(time, fault_free[each.element].time, fault_free[each.element].values) for each in faults
+    }
     off = {each.element: _failing(each, time, read[each.element]) - read[each.element] for each in faults}
     truth = Truth(
         {name: each[judged_from:] for name, each in off.items()},

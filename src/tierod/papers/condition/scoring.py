@@ -209,9 +209,9 @@ def _kind(
 def _replaced(each: Injected, truth: Truth, declared: Declared, within: np.ndarray) -> tuple[float, float]:
     """Root mean square and greatest magnitude of the error of the value in the sensor's place."""
     value = declared.value.get(each.element)
-    if value is None or each.element not in truth.sound or not within.any():
+    if value is None or each.element not in truth.fault_free or not within.any():
         return math.nan, math.nan
-    error = (value - truth.sound[each.element])[within]
+    error = (value - truth.fault_free[each.element])[within]
     return float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error)))
 
 

@@ -18,7 +18,7 @@ from tierod.monitors.condition.substitutes import FILTER, plain_relations, subst
 from tierod.papers.condition import by_bank
 from tierod.papers.condition.drives import TEST_SECONDS, Drive, healthy_drives
 from tierod.papers.condition.faults import OFFSET, OFFSETS, Injected
-from tierod.papers.condition.recorded import each, sound
+from tierod.papers.condition.recorded import each, fault_free
 from tierod.papers.condition.reported import vehicles
 from tierod.papers.condition.runs import calibrations
 from tierod.papers.condition.vehicles import LONG, SHORT
@@ -105,7 +105,7 @@ def _held_out(drive: Drive, recording: Recording, car: by_bank.Known) -> dict[tu
     (fault,) = drive.injected
     declared = by_bank.declare(car, recording, "bank")
     during = declared.faulty[fault.element] & (declared.time < fault.end) & (declared.time >= fault.start)
-    error = declared.value[fault.element] - sound(fault.element, recording, drive.driven.sensors)
+    error = declared.value[fault.element] - fault_free(fault.element, recording, drive.driven.sensors)
     return {(fault.element, FILTER): error[during]}
 
 
@@ -117,7 +117,7 @@ def _related(drive: Drive, recording: Recording, vehicle: Vehicle) -> dict[tuple
     related = plain_relations(readings, vehicle.parameters_for(AutomatedVehicle.Parameters))
     sensors = drive.driven.sensors
     return {
-        (sensor, name): (value - sound(sensor, recording, sensors))[SETTLED:]
+        (sensor, name): (value - fault_free(sensor, recording, sensors))[SETTLED:]
         for sensor, ways in related.items()
         for name, value in ways.items()
     }

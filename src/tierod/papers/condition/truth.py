@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.recording import Recording
 from tierod.papers.condition.drives import SENSORS, Drive
 from tierod.papers.condition.faults import GAIN, LOSS, OUTLIER, STUCK, TARGETS, TORQUES, Injected
-from tierod.papers.condition.recorded import RATE, deviations, sound
+from tierod.papers.condition.recorded import RATE, deviations, fault_free
 from tierod.vehicles import load
 
 NOTHING: Mapping[str, np.ndarray] = {}
@@ -138,14 +138,14 @@ class Truth(NamedTuple):
 
     Args:
         off: by element that fails, how far it is from what it would be without fault, see `recorded.deviations`
-        sound: by sensor that fails, what it would read without fault
+        fault_free: by sensor that fails, what it would read without fault
         asked: by actuator that fails, the torque asked of it [N*m]
         known: standard deviation with which all else estimates each true value, see `where_shown`
         noise: the same of whoever knows motion and parameters, see `known_by_noise`; empty where nothing is strict
     """
 
     off: Mapping[str, np.ndarray]
-    sound: Mapping[str, np.ndarray]
+    fault_free: Mapping[str, np.ndarray]
     asked: Mapping[str, np.ndarray]
     known: Mapping[str, float] = KNOWN
     noise: Mapping[str, float] = NOTHING_KNOWN
@@ -172,13 +172,13 @@ class Truth(NamedTuple):
         if each.element in TORQUES:
             asked: np.ndarray = self.asked[each.element]
             return each.size * asked
-        sound: np.ndarray = self.sound[each.element]
+        fault_free: np.ndarray = self.fault_free[each.element]
         if each.kind == LOSS:
-            return sound
+            return fault_free
         if each.kind == STUCK:
-            return sound - float(sound[min(int(np.searchsorted(time, each.start)), len(sound) - 1)])
+            return fault_free - float(fault_free[min(int(np.searchsorted(time, each.start)), len(fault_free) - 1)])
         if each.kind in (GAIN, OUTLIER):
-            return (each.size - 1.0) * sound
+            return (each.size - 1.0) * fault_free
         return np.full(len(time), math.inf)
 
 
@@ -188,7 +188,7 @@ def truth_of(drive: Drive, recording: Recording) -> Truth:
     failing = {each.element for each in drive.injected}
     return Truth(
         deviations(drive, recording),
-        {name: sound(name, recording, sensors) for name in failing.difference(TORQUES)},
+        {name: fault_free(name, recording, sensors) for name in failing.difference(TORQUES)},
         {name: recording[TARGETS[name]].values for name in failing.intersection(TORQUES)},
         noise=known_by_noise(drive),
     )

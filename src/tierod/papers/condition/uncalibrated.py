@@ -44,8 +44,8 @@ def items(effort: Effort) -> Iterator[Item]:
     plans = [(number, *plan) for number, plan in zip(vehicles(effort), PLANS, strict=False)]
     faulty = [drive for plan in plans for drive in more_kinds(*plan) if _chosen(drive)]
     faulty = faulty[::6] if effort.quick else faulty
-    sound = healthy_drives(0.05 if effort.quick else HOURS, tuple(number for number, *_ in plans))
-    found = each(_scored, [*faulty, *sound], effort)
+    fault_free = healthy_drives(0.05 if effort.quick else HOURS, tuple(number for number, *_ in plans))
+    found = each(_scored, [*faulty, *fault_free], effort)
     scored, quiet = found[: len(faulty)], summary(found[len(faulty) :])
     yield Heading("Without a calibration", TEXT)
     yield _by_kind(scored)

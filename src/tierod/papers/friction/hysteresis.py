@@ -78,7 +78,7 @@ def turns(effort: Effort) -> list[Turn]:
 
 def items(measured: list[Turn]) -> Iterator[Item]:
     """Figure 10, Table 1 and their claims."""
-    sound = {support: _sound(measured, support) for support in SUPPORTS}
+    fault_free = {support: _fault_free(measured, support) for support in SUPPORTS}
     yield Heading(
         "The friction that was injected",
         (
@@ -87,12 +87,12 @@ def items(measured: list[Turn]) -> Iterator[Item]:
             "scatters by 10 % from trial to trial, as a slipping clutch does.",
         ),
     )
-    yield _figure(measured, sound)
-    yield _table(measured, sound)
-    yield from _claims(measured, sound)
+    yield _figure(measured, fault_free)
+    yield _table(measured, fault_free)
+    yield from _claims(measured, fault_free)
 
 
-def _sound(measured: list[Turn], support: Support) -> float:
+def _fault_free(measured: list[Turn], support: Support) -> float:
     """Total friction without the brake [N*m]."""
     return _mean(turn.total for turn in measured if turn.support == support and turn.pwm == 0)
 
@@ -101,15 +101,17 @@ def _mean(values: Any) -> float:
     return mean(np.array(list(values), float))
 
 
-def _increases(measured: list[Turn], sound: dict[Support, float], pwm: int) -> list[float]:
-    return [turn.total - sound[turn.support] for turn in measured if turn.pwm == pwm]
+def _increases(measured: list[Turn], fault_free: dict[Support, float], pwm: int) -> list[float]:
+    return [turn.total - fault_free[turn.support] for turn in measured if turn.pwm == pwm]
 
 
-def _figure(measured: list[Turn], sound: dict[Support, float]) -> Chart:
+def _figure(measured: list[Turn], fault_free: dict[Support, float]) -> Chart:
     marks: list[Points] = []
     for support in SUPPORTS:
         chosen = [turn for turn in measured if turn.support == support]
-        marks.append(Points(support, [turn.pwm for turn in chosen], [turn.total - sound[support] for turn in chosen]))
+        marks.append(
+            Points(support, [turn.pwm for turn in chosen], [turn.total - fault_free[support] for turn in chosen])
+        )
     middles = [0.5 * (low + high) for low, high in TABLE_1.values()]
     lows, highs = zip(*TABLE_1.values(), strict=True)
     marks.append(Points("printed, Table 1", list(TABLE_1), middles, lows, highs))
@@ -122,10 +124,10 @@ def _figure(measured: list[Turn], sound: dict[Support, float]) -> Chart:
     )
 
 
-def _table(measured: list[Turn], sound: dict[Support, float]) -> Table:
+def _table(measured: list[Turn], fault_free: dict[Support, float]) -> Table:
     rows = []
     for pwm in sorted({turn.pwm for turn in measured}):
-        found = _increases(measured, sound, pwm)
+        found = _increases(measured, fault_free, pwm)
         added = [turn.added for turn in measured if turn.pwm == pwm]
         printed = f"{TABLE_1[pwm][0]:g} to {TABLE_1[pwm][1]:g}" if pwm in TABLE_1 else "0" if pwm == 0 else ""
         rows.append(
@@ -134,29 +136,29 @@ def _table(measured: list[Turn], sound: dict[Support, float]) -> Table:
                 printed,
                 f"{min(found):.1f} to {max(found):.1f}",
                 f"{min(added):.1f} to {max(added):.1f}",
-                f"{sound['hoist'] + min(found):.1f} to {sound['hoist'] + max(found):.1f}",
+                f"{fault_free['hoist'] + min(found):.1f} to {fault_free['hoist'] + max(found):.1f}",
             )
         )
     return Table(
         "Table 1: friction injected, lowest to highest of all turns (N·m)",
         ("PWM", "injected, printed", "injected, estimated", "injected, true", "total, estimated"),
         tuple(rows),
-        f"Fault-free car: {sound['hoist']:.2f} N·m on the hoist, {sound['ground']:.2f} N·m on the ground, with scrub.",
+        f"Fault-free car: {fault_free['hoist']:.2f} N·m on the hoist, {fault_free['ground']:.2f} N·m on the ground, with scrub.",
     )
 
 
-def _claims(measured: list[Turn], sound: dict[Support, float]) -> Iterator[Claim]:
+def _claims(measured: list[Turn], fault_free: dict[Support, float]) -> Iterator[Claim]:
     yield Claim(
         "paper.hysteresis-nominal",
         "The healthy steering has a total friction of 4 N·m.",
         f"{SOURCE}, Table 1",
         4.0,
-        sound["hoist"],
+        fault_free["hoist"],
         between(3.7, 4.3),
         "N*m",
         "Work balance on the hoist; the virtual car has 4 N·m.",
     )
-    errors = [abs(turn.total - sound[turn.support] - turn.added) for turn in measured]
+    errors = [abs(turn.total - fault_free[turn.support] - turn.added) for turn in measured]
     yield Claim(
         "paper.hysteresis-error",
         "Lock-to-lock turns estimate what the brake adds.",
@@ -172,7 +174,7 @@ def _claims(measured: list[Turn], sound: dict[Support, float]) -> Iterator[Claim
         "On the ground the scrub of the tyres is felt beside the internal friction.",
         f"{SOURCE}, appendix A",
         "more",
-        sound["ground"] - sound["hoist"],
+        fault_free["ground"] - fault_free["hoist"],
         at_least(1.0),
         "N*m",
     )

@@ -28,7 +28,7 @@ def _judged(cases: tuple[Case, ...], drives: Drives) -> list[Verdict]:
     return [each.verdict for each in drives.of(cases) if each.verdict is not None]
 
 
-def _sound(effort: Effort, drives: Drives) -> list[tuple[Case, Verdict]]:
+def _fault_free(effort: Effort, drives: Drives) -> list[tuple[Case, Verdict]]:
     """The paper's fault-free drives, each judged against a level of another day."""
     cases = [case for case in paper_sets(effort).all_of("Healthy") if case in drives.digests]
     return list(zip(cases, _judged(tuple(cases), drives), strict=True))
@@ -36,8 +36,8 @@ def _sound(effort: Effort, drives: Drives) -> list[tuple[Case, Verdict]]:
 
 def _verdicts(groups: dict[str, tuple[Case, ...]], drives: Drives, effort: Effort) -> Table:
     rows = []
-    sound = _sound(effort, drives)
-    named_groups = {"paper's fault-free drives": [verdict for _, verdict in sound]}
+    fault_free = _fault_free(effort, drives)
+    named_groups = {"paper's fault-free drives": [verdict for _, verdict in fault_free]}
     named_groups |= {state: _judged(cases, drives) for state, cases in groups.items() if state != "Healthy"}
     for state, verdicts in named_groups.items():
         shown = (Status.HEALTHY, *FOUND, Status.SUSPECT)
@@ -77,15 +77,15 @@ def _claims(faulty: dict[str, tuple[Case, ...]], drives: Drives, effort: Effort)
         "",
         "AUC of the mean estimate over the level learnt on another drive.",
     )
-    sound = _sound(effort, drives)
-    minutes = sum(case.minutes for case, _ in sound)
-    alarmed = sum(case.minutes for case, verdict in sound if verdict.worst >= ALARM)
+    fault_free = _fault_free(effort, drives)
+    minutes = sum(case.minutes for case, _ in fault_free)
+    alarmed = sum(case.minutes for case, verdict in fault_free if verdict.worst >= ALARM)
     yield Claim(
         "verdict.healthy-minutes",
         "Against the car's baseline none of the fault-free minutes of Table 2 alarms.",
         GOAL,
         None,
-        alarmed if sound else math.nan,
+        alarmed if fault_free else math.nan,
         exactly(0.0),
         "min",
         f"Minutes of drives with an alarm at any time, of {minutes:.0f}; at most "

@@ -74,7 +74,7 @@ def items(effort: Effort) -> Iterator[Item]:
     courses = 2 if effort.quick else 800 if effort.thorough else 75
     drives = healthy_drives(courses, FIRST, effort)
     found = tried_lengths(drives)
-    yield from _sound(drives, effort.thorough)
+    yield from _fault_free(drives, effort.thorough)
     yield _tried_table(found, drives)
     yield _chart(found)
     yield from _claims(found)
@@ -134,7 +134,7 @@ def _white(quick: bool) -> Iterator[Item]:
     )
 
 
-def _sound(drives: HealthyDrives, thorough: bool) -> Iterator[Item]:
+def _fault_free(drives: HealthyDrives, thorough: bool) -> Iterator[Item]:
     bound = 3.0 / drives.turning
     residuals = np.concatenate([drive.residuals for drive in drives.drives])
     rows = (

@@ -92,13 +92,13 @@ def items(effort: Effort) -> Iterator[Item]:
     )
     seeds = range(FIRST, FIRST + (1 if effort.quick else 3))
     chosen = {"slalom": COURSES["slalom"]} if effort.quick else COURSES
-    sound = effort.made(findings_of, [Case(course, seed) for course in chosen for seed in seeds])
+    fault_free = effort.made(findings_of, [Case(course, seed) for course in chosen for seed in seeds])
     kinds = [(angle, kind) for angle in ANGLES for kind in KINDS]
     cases = [Case(course, seed, angle, kind) for angle, kind in kinds for course in chosen for seed in seeds]
     found = dict(zip(cases, effort.made(findings_of, cases), strict=True))
     groups = {pair: [each for case, each in found.items() if (case.angle, case.kind) == pair] for pair in kinds}
     yield _table(groups)
-    yield from _claims(groups, sound)
+    yield from _claims(groups, fault_free)
 
 
 def findings_of(case: Case) -> Findings:
@@ -188,7 +188,7 @@ def _table(groups: dict[tuple[str, str], list[Findings]]) -> Table:
     return Table("Faults of one of three angles", header, tuple(rows), "Found by eq (1), the other tests left out.")
 
 
-def _claims(groups: dict[tuple[str, str], list[Findings]], sound: list[Findings]) -> Iterator[Claim]:
+def _claims(groups: dict[tuple[str, str], list[Findings]], fault_free: list[Findings]) -> Iterator[Claim]:
     alarmed = [(angle, each) for (angle, _), found in groups.items() for each in found if np.isfinite(each.delay)]
     motion = np.mean([_right(angle, each.motion) for angle, each in alarmed])
     named = np.mean([_right(angle, each.suspect) for angle, each in alarmed])
@@ -212,8 +212,8 @@ def _claims(groups: dict[tuple[str, str], list[Findings]], sound: list[Findings]
         float(harmless),
         at_least(0.95),
     )
-    late = [each for each in [*sound, *(each for found in groups.values() for each in found)] if each.early]
-    most = max(each.largest for each in sound)
+    late = [each for each in [*fault_free, *(each for found in groups.values() for each in found)] if each.early]
+    most = max(each.largest for each in fault_free)
     yield Claim(
         "angles.none-false",
         "No alarm of the three angles in fault-free drives, nor before a fault.",
@@ -222,5 +222,5 @@ def _claims(groups: dict[tuple[str, str], list[Findings]], sound: list[Findings]
         float(len(late)),
         exactly(0.0),
         "",
-        f"{len(sound)} fault-free drives; they disagree by {most:.4f} rad at most, 0.02 rad alarm",
+        f"{len(fault_free)} fault-free drives; they disagree by {most:.4f} rad at most, 0.02 rad alarm",
     )
