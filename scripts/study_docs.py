@@ -21,7 +21,7 @@ from tierod.papers.registry import STUDIES
 
 STUDY_PAGES = Path(__file__).resolve().parent.parent / "docs" / "reference" / "studies"
 TITLE = re.compile(r"^\*\*(.+)\*\*$")
-CLAIMS = "Claims"
+CLAIMS, DESCRIBED = "Claims", "Figures of description"
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -
     texts: dict[str, list[str]] = {topic.name: [] for topic in topics}
     current = topics[0]
     for title, text in every:
-        if title == CLAIMS:
+        if title in (CLAIMS, DESCRIBED):
             continue
         current = next((topic for topic in topics if topic.first and title.startswith(topic.first)), current)
         texts[current.name].append(f"## {title}\n\n{text}")
@@ -117,22 +117,39 @@ def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -
         "\n".join(links),
     )
     groups = _groups(name, listed, sentences or {})
+    if DESCRIBED in dict(every):
+        groups.append(_described(dict(every)[DESCRIBED], sentences or {}))
     count = listed.splitlines()[-1]
     return {f"{name}.md": "\n\n".join((*head, *groups, count)), **found}
 
 
+def _rows(printed: str) -> tuple[list[str], list[list[str]]]:
+    """Header and rows of a printed table."""
+    lines = [line for line in printed.splitlines() if line[:1] == "|"]
+    header, _, *rows = [[cell.strip() for cell in line[1:-1].split("|")] for line in lines]
+    return header, rows
+
+
+def _described(printed: str, sentences: Mapping[str, str]) -> str:
+    """The figures that claim nothing, with their whole names: their groups stand together."""
+    header, rows = _rows(printed)
+    cells = [[*([sentences.get(row[0], "")] if sentences else []), *row[1:], f"`{row[0]}`"] for row in rows]
+    titles = (*(["figure"] if sentences else []), *header[1:], "id")
+    return f"## {DESCRIBED}\n\nNothing is claimed of these: they have no goal, and cannot fail.\n\n" + table(
+        titles, cells
+    )
+
+
 def _groups(name: str, listed: str, sentences: Mapping[str, str]) -> list[str]:
     """The printed table of claims, cut into its groups, with the sentences of the claims where they are known."""
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in listed.splitlines() if line[:1] == "|"][
-        2:
-    ]
+    titles, rows = _rows(listed)
     by_group: dict[str, list[list[str]]] = {}
     for row in rows:
         group, _, short = row[0].partition(".")
         sentence = [sentences[row[0]]] if row[0] in sentences else []
-        goal = row[3].replace(" ", "\N{NO-BREAK SPACE}")
-        by_group.setdefault(group, []).append([*sentence, *row[1:3], goal, *row[4:6], f"`{short}`"])
-    header = ("printed", "ours", "goal", "unit", "holds", "id")
+        row[titles.index("goal")] = row[titles.index("goal")].replace(" ", "\N{NO-BREAK SPACE}")
+        by_group.setdefault(group, []).append([*sentence, *row[1:], f"`{short}`"])
+    header = (*titles[1:], "id")
     return [
         f"## {STUDIES[name].groups.get(group, group)}\n\n"
         + table(("claim", *header) if len(members[0]) > len(header) else header, members)

@@ -35,6 +35,7 @@ def whole(effort, progress):
     yield Heading("One", ("Words.",))
     yield Table("Figures", ("what", "much"), (("this", "1"),))
     yield Claim("paper.small", "It is small.", "Somebody", "small", 0.1, at_most(0.3), "N*m")
+    yield Claim("paper.long", "It is as long as it is.", "Somebody", None, 7.25, None, "m")
     yield Claim("paper.large", "It is smaller still.", "Somebody", None, 0.1, at_most(0.01 if effort.quick else 0.05))
 
 
@@ -43,13 +44,17 @@ def test_writes_page_and_claims_and_tells_them(studies, tmp_path, capsys):
     assert main(["study", "one", "-o", str(tmp_path / "deep" / "er")]) == 0
     claims = json.loads((tmp_path / "deep" / "er" / "claims.json").read_text(encoding="utf-8"))
     jsonschema.validate(claims, SCHEMA)
-    assert [row["met"] for row in claims] == [True, False]
+    assert [row["met"] for row in claims] == [True, None, False]
     page = (tmp_path / "deep" / "er" / "report.html").read_text(encoding="utf-8")
     assert Page(page).open == []
     assert "tierod study one" in page
     captured = capsys.readouterr()
     assert "| this | 1 |" in captured.out
-    assert "2 claims: 1 hold, 1 do not, 0 not judged" in captured.out
+    assert "2 claims: 1 hold, 1 do not, 0 not measured; 1 figures of description" in captured.out
+    described, claims = captured.out.split("**Claims**")
+    assert "7.25" in described
+    assert "paper.long" not in claims
+    assert "derived" not in claims
     assert "measuring: half of it" in captured.err
     assert "report.html" in captured.err
 
@@ -58,7 +63,7 @@ def test_a_quick_run_says_so(studies, tmp_path):
     studies(one=whole)
     assert main(["study", "one", "--quick", "-o", str(tmp_path)]) == 0
     assert "quick run" in (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))[1]["goal"] == "<= 0.01"
+    assert json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))[-1]["goal"] == "<= 0.01"
 
 
 def test_a_thorough_run_asks_for_more_and_its_page_says_how(studies, tmp_path):

@@ -73,7 +73,19 @@ def test_the_document_keeps_to_its_schema():
     document = json.loads(claims_document(claims))
     jsonschema.validate(document, SCHEMA)
     assert [row["met"] for row in document] == [False, False, None]
-    assert list(document[0]) == ["id", "claim", "source", "printed", "measured", "goal", "unit", "met", "note"]
+    assert list(document[0]) == [
+        *("id", "claim", "source", "printed", "derived", "measured", "goal", "unit", "met", "note")
+    ]
+
+
+def test_a_figure_without_a_goal_only_describes():
+    assert claim(goal=None).describes
+    assert not claim(measured=None).describes
+
+
+def test_what_is_derived_is_not_what_is_printed():
+    row = Claim("paper.gain", "c", "eq (3)", None, 1.0, at_most(2.0), derived=1.5).row()
+    assert (row["printed"], row["derived"]) == (None, 1.5)
 
 
 def test_two_claims_of_one_name_are_refused():

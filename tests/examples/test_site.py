@@ -69,13 +69,17 @@ def test_no_generated_page_is_left_over(generator):
 def test_pages_of_a_study_hold_what_it_printed(generator):
     study_docs = generator[1]
     head = "| claim | printed | ours | goal | unit | holds |\n| --- | --- | ---: | --- | --- | --- |"
-    rows = "| paper.one |  | 1 | <= 2 | m | yes |\n| cars.two | well | 2 |  |  |  |"
+    rows = "| paper.one |  | 1 | <= 2 | m | yes |\n| cars.two | well | 2 | <= 3 |  | yes |"
     claims = f"**Claims**\n\n{head}\n{rows}\n\n2 claims"
-    printed = f"**First table**\n\n| a |\n| --- |\n| 7 |\n\n**Combined estimator: more**\n\n| b |\n\n{claims}"
+    described = "**Figures of description**\n\n| figure | printed | ours | unit |\n| --- | --- | ---: | --- |\n"
+    described += "| paper.three |  | 7.5 | m |"
+    tables = "**First table**\n\n| a |\n| --- |\n| 7 |\n\n**Combined estimator: more**\n\n| b |"
+    printed = f"{tables}\n\n{described}\n\n{claims}"
     pages = study_docs.pages("sideslip", printed, {"paper.one": "One is small."})
     assert list(pages) == ["sideslip.md", "sideslip-observers.md", "sideslip-combined.md"]
     assert "| One is small. |  | 1 | <=\N{NO-BREAK SPACE}2 | m | yes | `one` |" in pages["sideslip.md"]
-    assert "| well | 2 |  |  |  | `two` |" in pages["sideslip.md"]
+    assert "| well | 2 | <=\N{NO-BREAK SPACE}3 |  | yes | `two` |" in pages["sideslip.md"]
+    assert "|  |  | 7.5 | m | `paper.three` |" in pages["sideslip.md"].partition("## Figures of description")[2]
     assert "## Real cars" in pages["sideslip.md"]
     assert "| 7 |" in pages["sideslip-observers.md"]
     assert "| 7 |" not in pages["sideslip-combined.md"]

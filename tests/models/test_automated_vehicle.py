@@ -106,3 +106,13 @@ def test_a_lighter_vehicle_and_smaller_tyres_are_excesses():
     assert AutomatedVehicle.output(rolling._replace(drive_excess=0.1), NOTHING, PLAIN).longitudinal_acceleration == 0.0
     small = AutomatedVehicle.output(rolling._replace(wheel_speed_scale=0.1), NOTHING, PLAIN)
     assert small.wheel_speed_rear_left == pytest.approx(1.1 * 5.0 * PLAIN.wheel_speed_scale, rel=1e-9)
+
+
+def test_turning_carries_speed_from_across_to_along_and_back():
+    """v_x' = a_x + v_y r and v_y' = a_y - v_x r in axes that turn with the body (ISO 8855): forces aside, by hand."""
+    car = replace(CAR, sample_time=0.01)
+    inputs = skeleton(AutomatedVehicle.Input)
+    state = skeleton(AutomatedVehicle.State)._replace(speed=8.0, yaw_rate=0.4)
+    calm, drifting = (AutomatedVehicle.moved(each, inputs, car) for each in (state, state._replace(lateral_speed=1.5)))
+    assert drifting.speed - calm.speed == pytest.approx(0.01 * 1.5 * 0.4)
+    assert calm.lateral_speed == pytest.approx(-0.01 * 8.0 * 0.4)

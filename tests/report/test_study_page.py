@@ -13,7 +13,8 @@ CLAIMS = (
     Claim("paper.a", "It is <small>.", "Somebody, section 2", "1.5 to 2.2", 0.2, at_most(0.3), "N*m", "in few drives"),
     Claim("paper.b", "It is large.", "Somebody, section 3", 0.36, 0.02, at_least(0.3)),
     Claim("other.c", "It was tried in vain.", "tierod", None, math.nan, at_most(1.0)),
-    Claim("other.d", "It cannot be seen.", "Somebody", None, None, None),
+    Claim("other.d", "It cannot be seen.", "Somebody", None, None, at_most(1.0), derived=0.55),
+    Claim("other.e", "It is as long as it is.", "Somebody", 7.25, 7.0, None, "m"),
 )
 CHART = Chart(
     "spread",
@@ -47,7 +48,7 @@ def page(*items, groups=None):
 @pytest.fixture(scope="module")
 def text():
     return render_study(
-        page(*CLAIMS[:3], Heading("Spread", ("Words.",)), CHART, CLAIMS[3], Table("T", ("a",), (("1",),)))
+        page(*CLAIMS[:3], Heading("Spread", ("Words.",)), CHART, *CLAIMS[3:], Table("T", ("a",), (("1",),)))
     )
 
 
@@ -65,7 +66,14 @@ def test_claims_stand_with_their_figures_and_verdicts(text):
     for said in ("It is <small>.", "1.5 to 2.2", "≤ 0.3", "≥ 0.3", "0.02", "in few drives", "The paper", "1 holds"):
         assert said in words
     assert "2 do not hold" in words
-    assert "1 not judged" in words
+    assert "1 not measured" in words
+    assert "0.55" in words
+
+
+def test_figures_without_a_goal_stand_apart_and_are_not_counted(text):
+    claims, described = text.split("<h2>Figures of description</h2>")
+    assert "other.e" not in claims
+    assert "7.25" in described.partition("</section>")[0]
 
 
 def test_groups_without_a_title_stand_last_under_their_name(text):

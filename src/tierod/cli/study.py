@@ -122,31 +122,46 @@ def _shown_progress(name: str) -> Iterator[Callable[[float, str], None]]:
 
 
 def _print(claims: Sequence[Claim]) -> None:
-    """The claims as a table, and how many hold."""
+    """The claims as a table, how many hold, and apart from them the figures that only describe."""
     import sys
 
     from tierod.core.content import Table
+
+    judged = [claim for claim in claims if not claim.describes]
+    described = [claim for claim in claims if claim.describes]
+    if described:
+        rows = [tuple(_cells(claim)[name] for name in ("claim", "printed", "ours", "unit")) for claim in described]
+        table = Table(
+            "Figures of description", ("figure", "printed", "ours", "unit"), tuple(rows), "Nothing is claimed."
+        )
+        sys.stdout.write(table.markdown() + "\n")
+    derived = ("derived",) * any(claim.derived is not None for claim in judged)
+    header = ("claim", "printed", *derived, "ours", "goal", "unit", "holds")
+    held, failed = (sum(claim.met is met for claim in judged) for met in (True, False))
+    count = f"{len(judged)} claims: {held} hold, {failed} do not, {len(judged) - held - failed} not measured"
+    if described:
+        count += f"; {len(described)} figures of description"
+    table = Table("Claims", header, tuple(tuple(_cells(claim)[name] for name in header) for claim in judged), count)
+    sys.stdout.write(table.markdown())
+
+
+def _cells(claim: Claim) -> dict[str, str]:
+    """What stands of a claim in the tables, by the name of the column."""
     from tierod.core.shown import written
     from tierod.report.display import number
 
-    words = {True: "yes", False: "**no**", None: ""}
-    rows = tuple(
-        (
-            claim.id,
-            claim.printed if isinstance(claim.printed, str) else _number_or_nothing(claim.printed),
-            number(claim.figure),
-            "" if claim.goal is None else str(claim.goal),
-            written(claim.unit),
-            words[claim.met],
-        )
-        for claim in claims
-    )
-    held, failed = (sum(claim.met is met for claim in claims) for met in (True, False))
-    count = f"{len(claims)} claims: {held} hold, {failed} do not, {len(claims) - held - failed} not judged"
-    sys.stdout.write(Table("Claims", ("claim", "printed", "ours", "goal", "unit", "holds"), rows, count).markdown())
+    return {
+        "claim": claim.id,
+        "printed": claim.printed if isinstance(claim.printed, str) else _number_or_nothing(claim.printed),
+        "derived": _number_or_nothing(claim.derived),
+        "ours": number(claim.figure),
+        "goal": "" if claim.goal is None else str(claim.goal),
+        "unit": written(claim.unit),
+        "holds": {True: "yes", False: "**no**", None: ""}[claim.met],
+    }
 
 
-def _number_or_nothing(printed: float | None) -> str:
+def _number_or_nothing(value: float | None) -> str:
     from tierod.report.display import number
 
-    return "" if printed is None else number(printed)
+    return "" if value is None else number(value)

@@ -91,9 +91,11 @@ class Claim:
         source: who claims it, and where
         printed: the figure there, a number in the unit or words where it is a range; None where none is given
         measured: our figure in the unit; None where it cannot be measured here, NaN where that was tried in vain
-        goal: what the figure should be; None where it is only reported
+        goal: what the figure should be; None of a figure of description, which claims nothing
         unit: of all three, in the notation of pint
         note: what one has to know to read the figure
+        derived: what follows from the equations of the source, which prints no such figure, in the unit; None where
+            nothing was derived
     """
 
     id: str
@@ -104,6 +106,7 @@ class Claim:
     goal: Goal | None
     unit: str = ""
     note: str = ""
+    derived: float | None = None
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"[a-z0-9-]+\.[a-z0-9.-]+", self.id):
@@ -113,6 +116,11 @@ class Claim:
     def group(self) -> str:
         """First part of the name."""
         return self.id.partition(".")[0]
+
+    @property
+    def describes(self) -> bool:
+        """Whether it only describes: nothing is claimed, so that nothing can fail."""
+        return self.goal is None
 
     @property
     def figure(self) -> float | None:
@@ -133,6 +141,7 @@ class Claim:
             "claim": self.claim,
             "source": self.source,
             "printed": self.printed,
+            "derived": self.derived,
             "measured": self.figure,
             "goal": None if self.goal is None else str(self.goal),
             "unit": self.unit,

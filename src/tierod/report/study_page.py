@@ -37,13 +37,14 @@ class StudyPage:
     remark: str = ""
 
 
-_PLURAL = {"holds": "hold", "does not hold": "do not hold", "not judged": "not judged"}
-_VERDICTS = {True: ("✓", "holds", "good"), False: ("✕", "does not hold", "bad"), None: ("–", "not judged", "open")}
+_PLURAL = {"holds": "hold", "does not hold": "do not hold", "not measured": "not measured"}
+_VERDICTS = {True: ("✓", "holds", "good"), False: ("✕", "does not hold", "bad"), None: ("–", "not measured", "open")}
 
 
 def render_study(page: StudyPage) -> str:
     """The page as text."""
-    claims = [item for item in page.items if isinstance(item, Claim)]
+    every = [item for item in page.items if isinstance(item, Claim)]
+    claims, described = ([claim for claim in every if claim.describes is only] for only in (False, True))
     picture, parts = _picture(sections(page.items))
     return rendered(
         "study.html.j2",
@@ -55,6 +56,8 @@ def render_study(page: StudyPage) -> str:
         counts=[(*_VERDICTS[met], sum(claim.met is met for claim in claims)) for met in (True, False, None)],
         plural=_PLURAL,
         groups=[_group(title, members) for title, members in _groups(page.groups, claims) if members],
+        described=[_row(claim) for claim in described],
+        derived=any(claim.derived is not None for claim in claims),
     )
 
 
@@ -91,6 +94,7 @@ def _row(claim: Claim) -> dict[str, Any]:
         "source": claim.source,
         "note": claim.note,
         "printed": _figure(claim.printed),
+        "derived": "" if claim.derived is None else _figure(claim.derived),
         "measured": _figure(claim.figure),
         "goal": "–" if claim.goal is None else str(claim.goal).replace("<=", "≤").replace(">=", "≥").replace("-", "−"),
         "unit": unit,

@@ -44,6 +44,15 @@ def test_parameter_groups():
 
 
 @pytest.mark.parametrize(
+    ("identifier", "group"),
+    [(0x18EF2A01, 0xEF00), (0x18F02A01, 0xF02A), (0x18F00401, 0xF004), (0x19EF2A01, 0x1EF00), (0x19F02A01, 0x1F02A)],
+)
+def test_the_second_format_of_frames_begins_at_240(identifier, group):
+    """J1939-21, section 5.1.2: PDU1 holds formats 0 to 239 and an address, PDU2 240 to 255 and a group extension."""
+    assert parameter_group(identifier) == group
+
+
+@pytest.mark.parametrize(
     ("length", "raw", "values"),
     [
         (1, [0, 1], [0, 1]),

@@ -171,3 +171,25 @@ def test_wrong_settings_are_refused():
         measured_response(np.zeros(4000), np.zeros(4000), RATE, bands=0.0)
     with pytest.raises(ParameterError, match="above zero"):
         measured_response(np.zeros(4000), np.zeros(4000), 0.0)
+
+
+def test_where_one_piece_alone_holds_the_input_the_noise_has_a_degree_of_freedom_less():
+    """The noise's power at a frequency, known from the white noise, is what the stated deviation stands for."""
+    rate, piece, sigma, count = 256.0, 1.0, 0.3, 4
+    length = int(rate * piece)
+    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(length) / length)
+    found = []
+    for seed in range(8):
+        random = np.random.default_rng(seed)
+        samples = (count + 1) * length // 2
+        burst = np.zeros(samples)
+        burst[length + length // 2 - 8 : length + length // 2 + 8] = 50.0 * random.normal(size=16)
+        output = 2.0 * burst + sigma * random.normal(size=samples)
+        response = measured_response(burst, output, rate, piece, np.inf)
+        pieces = np.lib.stride_tricks.sliding_window_view(burst, length)[:: length // 2]
+        spectra = np.fft.rfft((pieces - pieces.mean(axis=1, keepdims=True)) * window, axis=1)[:, 1:]
+        power = (np.abs(spectra) ** 2).sum(axis=0)
+        absolute = response.relative_deviation * np.abs(response.gain)
+        found.append(2.0 / (1.0 + 2.0 / 36.0) * absolute**2 * power)
+    noise = sigma**2 * np.sum(window**2)
+    assert np.median(np.mean(found, axis=0)) == pytest.approx(noise, rel=0.12)

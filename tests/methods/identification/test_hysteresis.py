@@ -10,6 +10,7 @@ from methods.identification.lock_to_lock import DAMPING, GEAR, INERTIA, lock_to_
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Channel, Recording
 from tierod.methods.identification.hysteresis import HysteresisIdentification, friction_increase
+from tierod.methods.identification.lock_to_lock import Loop, Motion, work_balance
 from tierod.proving_ground import lock_to_lock as virtual_turn
 from tierod.vehicles import load
 
@@ -212,3 +213,19 @@ def test_an_unknown_support_and_mixed_supports_are_refused():
         friction_increase(ground, hoist)
     with pytest.raises(ParameterError, match="none"):
         friction_increase(ground, [])
+
+
+def test_kinetic_energy_left_at_the_end_of_a_loop_is_no_friction():
+    """Constant acceleration over one stroke each way: work = friction * path + J (w1^2 - w0^2) / 2, by hand."""
+    inertia, friction, stroke = 0.4, 3.0, 2.0
+    out = np.linspace(0.0, stroke, 401)
+    angle = np.concatenate([out, out[-2::-1]])
+    squared = 1.0 + 1.5 * np.linspace(0.0, 2.0 * stroke, len(angle))  # w^2 grows by 1.5 per rad of the path
+    way = np.where(np.arange(len(angle)) <= 400, 1.0, -1.0)
+    torque = way * (friction + 0.5 * inertia * 1.5)  # J dw/dt = J d(w^2)/dx / 2
+    torque[400] = torque[399]
+    motion = Motion(np.arange(len(angle)) * 0.01, angle, way * np.sqrt(squared), torque, 0.0 * angle)
+    loop = Loop(0, len(angle) - 1, (400,), 0.0)
+    found = work_balance(loop, motion, inertia, 0.0)
+    assert found.kinetic_energy == pytest.approx(0.5 * inertia * (squared[-1] - squared[0]))
+    assert found.friction_torque == pytest.approx(friction, rel=5e-3)

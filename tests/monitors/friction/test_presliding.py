@@ -9,6 +9,7 @@ from monitors.friction.study_drives import Case
 from tierod.core.block import leaves, rebuild
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
+from tierod.methods.estimators.linear_algebra import unpack
 from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.notices import RIGID_WARNING
@@ -191,3 +192,17 @@ def test_the_deviation_widens_where_the_balance_fits_badly():
 def test_two_sample_times_are_refused():
     with pytest.raises(ParameterError, match="same sample_time"):
         dataclasses.replace(FILTER, conditioning=SteeringConditioning(0.02))
+
+
+def test_the_first_innovation_is_as_uncertain_as_priors_and_noise_make_it():
+    samples = signals(Case(SEED, 4.0))[:2000]
+    result = scan(FILTER, samples)
+    first = int(np.argmax(result["enabled"] > 0.5))
+    noise = FILTER.tuning.error_density / 0.01
+    spread = result["innovation_variance"] - noise
+    assert spread[first] > 0.0
+    np.testing.assert_allclose(result["nis"], result["innovation"] ** 2 / result["innovation_variance"], rtol=1e-9)
+    # The offset is known to its prior alone, and its regressor is one.
+    start = FILTER.init()
+    place = start.mean._fields.index("offset")
+    assert spread[first] >= unpack(start.covariance)[place][place] > 0.0

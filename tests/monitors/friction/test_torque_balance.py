@@ -8,8 +8,16 @@ import pytest
 from models.friction_paper import CAR
 from tierod.core.graph.maths import sin
 from tierod.monitors.friction.conditioning import ConditionedSteering, SteeringConditioning
+from tierod.monitors.friction.presliding_tuning import Coefficients
 from tierod.monitors.friction.signals import SteeringSample
-from tierod.monitors.friction.torque_balance import ROLLING_SPEED, ColumnMotion, column_motion, road_torques
+from tierod.monitors.friction.torque_balance import (
+    ROLLING_SPEED,
+    BuildUp,
+    ColumnMotion,
+    column_motion,
+    regressors,
+    road_torques,
+)
 
 RATIO, LOAD = CAR.steering_ratio, CAR.mass * 9.81 * CAR.rear_distance / (CAR.front_distance + CAR.rear_distance)
 
@@ -89,3 +97,20 @@ def test_a_stiffer_bar_twists_less():
     soft, stiff = (column_motion(clean(angle=0.1), k, 0.01).angle for k in (100.0, 1000.0))
     assert soft < stiff < 0.1
     assert replace(CAR, torsion_bar_stiffness=100.0).below_bar.torsion_bar_stiffness == 100.0
+
+
+@pytest.mark.parametrize("gains", [(2.0, 0.0, 0.0), (1.5, 0.3, 0.0), (1.5, 0.3, 0.7)])
+def test_friction_grows_with_the_load_of_aligning_torque_weight_and_turn_slip_together(gains):
+    """Weight and aligning torque both turn back in a curve, so that they press on the gear with their sum."""
+    aligning_gain, lever, slip = gains
+    given = clean(angle=3.0, yaw_rate=0.3, speed=10.0, lateral=3.0)
+    known = Coefficients(*(0.0,) * len(Coefficients._fields))._replace(
+        aligning_gain=aligning_gain, weight_lever=lever, turn_slip=slip
+    )
+    law = BuildUp(*(0.8,) * len(BuildUp._fields))
+    column = column_motion(given, math.inf, 0.01)
+    found = regressors(given, column, (law, law, law), known, CAR, 4.0)
+    acting = road(angle=3.0, yaw_rate=0.3, speed=10.0, lateral=3.0)
+    load = aligning_gain * acting.aligning + lever * acting.weight + slip * acting.turn_slip
+    assert min(abs(lever * acting.weight), abs(acting.aligning)) > 0.05 or lever == 0.0
+    assert found.loaded_friction == pytest.approx(0.8 * (abs(load) - 4.0))

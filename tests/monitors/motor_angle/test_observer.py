@@ -1,4 +1,6 @@
+import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -7,7 +9,7 @@ from monitors.motor_angle.motor_drives import NOISE, RATE, drive, held, observed
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, Surprise
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.vehicles import load
 
@@ -169,3 +171,14 @@ def test_parameters_that_cannot_be_are_refused(changes, says):
 def test_a_tuning_that_cannot_be_is_refused():
     with pytest.raises(ParameterError, match="current_noise"):
         MotorAngleTuning(current_noise=0.0)
+
+
+def test_surprises_are_forgotten_with_the_memory_s_time_constant():
+    """A first-order memory without input decays as an exponential: after one time constant 1/e is left."""
+    block = OBSERVER
+    samples = round(block.tuning.step_memory / block.parameters.sample_time)
+    surprise = Surprise(0.0, 5.0)
+    for _ in range(samples):
+        surprise = block._surprise(surprise, SimpleNamespace(nis=0.0), 1.0)
+    assert surprise.often == pytest.approx(5.0 / math.e, rel=0.02)
+    assert block._surprise(surprise, SimpleNamespace(nis=1e9), 1.0).often > surprise.often + 0.9

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.lateral_parameters import LateralParameters
-from tierod.monitors.sideslip.combined import SMOOTHING, CombinedSideslip
+from tierod.monitors.sideslip.combined import FARTHEST_SHOWN, SMOOTHING, CombinedSideslip
 from tierod.monitors.sideslip.combined_estimate import CombinedSample
 from tierod.monitors.sideslip.combined_identifiability import identifiability
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
@@ -193,3 +193,23 @@ def test_a_sample_time_that_cannot_be_is_refused(step):
 def test_the_vehicle_file_decides_on_the_steering():
     assert CombinedSideslip.of_vehicle(load("steer-by-wire"), STEP).filter.model.steering
     assert not CombinedSideslip.of_vehicle(load("midsize-eps"), STEP).filter.model.steering
+
+
+@pytest.mark.parametrize("lateral", [4.0, -4.0])
+def test_friction_is_at_least_what_the_acceleration_shows_less_what_the_roll_adds_to_it(lateral):
+    """A body that leans adds `roll_share` of the acceleration to the reading: mu >= a / (1 + share) / g."""
+    block = estimator()
+    car = block.filter.parameters.car
+    assert car.roll_share > 0.01
+    mean = block.filter.init().mean._replace(log_friction=-3.0)
+    kept = block._kept(mean, lateral)
+    least = abs(lateral) / (1.0 + car.roll_share) / 9.80665 / car.tyre_friction
+    assert kept.log_friction == pytest.approx(math.log(least), rel=1e-3)
+    assert block._kept(mean._replace(log_friction=-0.1), lateral).log_friction == -0.1
+
+
+def test_far_from_the_limit_its_distance_is_below_zero(drive):
+    """Random steering at 25 m/s on a dry road uses a part of the front axle's grip only."""
+    distance = scan(estimator(), drive[0])["limit_distance"][2000:]
+    assert np.median(distance) < 0.0
+    assert distance.min() >= -FARTHEST_SHOWN

@@ -62,3 +62,52 @@ def test_a_wrong_unit_is_told(change, word):
 
 def test_right_units_are_not_doubted():
     assert seen(bank=0.3, offset=0.01).wrong_unit() is None
+
+
+def given(*parts):
+    """Sensors after parts of (seconds, speed, yaw rate, lateral acceleration): the steering shows the same offset."""
+    sensors = SensorsOverDrive(load("steer-by-wire").parameters_for(SingleTrack.Parameters), RATE)
+    for seconds, speed, yaw_rate, acceleration in parts:
+        ones = np.ones(round(seconds * RATE))
+        sensors.add(speed * ones, yaw_rate * ones, acceleration * ones, 0.0 * ones)
+    return sensors
+
+
+@pytest.mark.parametrize(("seconds", "shown"), [(0.98, False), (1.02, True)])
+def test_a_stand_of_a_second_shows_the_offset_and_a_shorter_one_does_not(seconds, shown):
+    assert (given((seconds, 0.0, OFFSET, 0.0)).offset() is not None) is shown
+
+
+@pytest.mark.parametrize(("seconds", "shown"), [(9.9, False), (10.1, True)])
+def test_ten_seconds_of_rolling_show_the_offset_and_fewer_do_not(seconds, shown):
+    assert (given((seconds, 12.0, OFFSET, 0.0)).offset() is not None) is shown
+
+
+@pytest.mark.parametrize(("speed", "shown"), [(4.9, False), (5.1, True)])
+def test_a_car_rolls_from_five_metres_per_second_on(speed, shown):
+    assert (given((20.0, speed, OFFSET, 0.0)).offset() is not None) is shown
+
+
+@pytest.mark.parametrize(("yaw_rate", "wrong"), [(2.9, False), (3.1, True), (-3.1, True)])
+def test_no_car_yaws_with_three_radians_per_second(yaw_rate, wrong):
+    assert ("degrees" in (given((1.0, 1.0, yaw_rate, 0.0)).wrong_unit() or "")) is wrong
+
+
+@pytest.mark.parametrize(("share", "wrong"), [(0.008, False), (0.012, True)])
+def test_a_few_readings_beyond_are_no_wrong_unit(share, wrong):
+    found = given((100.0 * share, 1.0, 4.0, 0.0), (100.0 * (1.0 - share), 1.0, 0.0, 0.0)).wrong_unit()
+    assert ("degrees" in (found or "")) is wrong
+
+
+def test_a_yaw_rate_that_is_not_still_shows_no_offset_while_the_car_stands():
+    assert given((1.0, 0.0, OFFSET + 0.019, 0.0), (1.0, 0.0, OFFSET - 0.019, 0.0)).offset() is not None
+    assert given((1.0, 0.0, OFFSET + 0.021, 0.0), (1.0, 0.0, OFFSET - 0.021, 0.0)).offset() is None
+    assert given((2.0, 0.09, OFFSET, 0.0)).offset() is not None
+    assert given((2.0, 0.11, OFFSET, 0.0)).offset() is None
+
+
+@pytest.mark.parametrize(("ratio", "shown"), [(1.9, True), (2.1, False)])
+def test_both_witnesses_must_show_the_same_within_a_factor_of_two(ratio, shown):
+    """With the wheels straight the steering shows the whole yaw rate, the acceleration the rest of it."""
+    acceleration = 12.0 * OFFSET * (1.0 - 1.0 / ratio)
+    assert (given((20.0, 12.0, OFFSET, acceleration)).offset() is not None) is shown

@@ -86,6 +86,36 @@ def test_time_in_which_a_fault_does_not_show_is_no_delay():
     assert fault.delay_suspected == pytest.approx(0.1, abs=0.02)
 
 
+def test_a_declaration_before_anything_shows_has_a_delay_below_zero():
+    true = np.where(_between(22.0, 40.0), 0.5, 0.0)
+    drive = Drive("short-round", 60.0, 0, injected=(Injected(YAW, LOSS),))
+    recording = _recording(true, np.where(_between(20.0, 40.0), 0.0, true))
+    early = score(drive, recording, Declared(TIME, {YAW: _between(20.5, 40.0)})).faults[0]
+    assert early.delay_shown == pytest.approx(-1.5, abs=0.05)
+    assert early.outcome == FOUND
+
+
+def test_by_the_noise_of_a_sensor_a_smaller_fault_shows_than_by_what_is_asked_of_the_diagnosis():
+    """Yaw rate: 0.003 rad/s of white noise, 0.1 s at 100 Hz: three deviations of the mean are 0.0028 rad/s."""
+    for size, strict in ((0.0026, NOT_TESTABLE), (0.0031, MISSED)):
+        read = np.where(_between(20.0, 40.0), size, 0.0)
+        drive = Drive("short-round", 60.0, 0, injected=(Injected(YAW, OFFSET, size),))
+        bias = drive.driven.sensors[YAW].bias
+        fault = score(drive, _recording(0.0 * TIME, bias + read), Declared(TIME, {})).faults[0]
+        assert (fault.outcome, fault.strict.outcome) == (NOT_TESTABLE, strict)
+
+
+def test_the_strict_figures_are_those_of_the_strict_grade():
+    true = np.where(_between(22.0, 40.0), 0.5, 0.0) + np.where(_between(20.0, 22.0), 0.02, 0.0)
+    drive = Drive("short-round", 60.0, 0, injected=(Injected(YAW, LOSS),))
+    recording = _recording(true, np.where(_between(20.0, 40.0), 0.0, true))
+    found = summary([score(drive, recording, Declared(TIME, {YAW: _between(22.2, 40.0)}))])
+    assert found.strict.delays == pytest.approx([2.2], abs=0.05)
+    assert found.delays_shown == pytest.approx([0.2], abs=0.05)
+    assert (found.strict.missed, found.strict.not_testable) == (0, 0)
+    assert found.strict.worst < found.worst_excused
+
+
 def test_a_fault_that_never_shows_is_not_missed():
     true = 0.0 * TIME
     drive = Drive("short-round", 60.0, 0, injected=(Injected(YAW, LOSS),))

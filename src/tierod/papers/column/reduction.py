@@ -167,11 +167,12 @@ def _balanced_errors(found: ColumnAnalysis) -> Iterator[Item]:
         "reduction.error-bound",
         "The error stays below twice the Hankel singular values left out.",
         "Glover, 1984",
-        1.0,
+        None,
         _error_over_bound(found.system),
         at_most(1.0),
         "",
         "Largest singular value of the difference over 0.01 to 1000 Hz, over the bound, in scaled units.",
+        derived=1.0,
     )
 
 

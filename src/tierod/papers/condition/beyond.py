@@ -12,6 +12,7 @@ from tierod.experiments.effort import Effort
 from tierod.papers.condition import tables
 from tierod.papers.condition.drives import SENSORS, TEST_SECONDS, Drive, mixed_pairs, more_kinds, sensor_pairs
 from tierod.papers.condition.faults import OFFSET, OFFSETS, Injected
+from tierod.papers.condition.reported import vehicles
 from tierod.papers.condition.runs import BEST, VARIANTS, scores
 from tierod.papers.condition.scoring import DriveScore
 from tierod.papers.condition.sensors import GOAL, VALUES
@@ -49,7 +50,8 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def _kinds(effort: Effort) -> Iterator[Item]:
-    plans = ((1, SHORT, 31),) if effort.quick else ((1, SHORT, 31), (2, LONG, 32), (3, THIRD, 33))
+    routes = ((SHORT, 31), (LONG, 32), (THIRD, 33))
+    plans = [(number, *route) for number, route in zip(vehicles(effort), routes, strict=False)]
     drives = [each for plan in plans for each in more_kinds(*plan, sizes=(1.0,) if effort.quick else SIZES)]
     found = scores(drives[::12] if effort.quick else drives, effort, (BEST,))[BEST]
     yield Heading("Kinds and sizes", KINDS_TEXT)

@@ -13,6 +13,7 @@ from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.papers.condition.drives import Drive, sensor_tests
 from tierod.papers.condition.recorded import each
+from tierod.papers.condition.reported import vehicles
 from tierod.papers.condition.runs import BEST, calibrations, diagnosed
 from tierod.papers.condition.scoring import FOUND, DriveScore, score
 from tierod.papers.condition.truth import truth_of
@@ -43,10 +44,9 @@ class Driven(NamedTuple):
 
 def drives(effort: Effort) -> list[Drive]:
     """The tests of the sensors that the driver reads, on the short round."""
-    vehicles = (1,) if effort.quick else (1, 2, 3)
     found = [
         drive
-        for number in vehicles
+        for number in vehicles(effort)
         for drive in sensor_tests(number, in_the_loop=True)
         if drive.course == SHORT and not drive.injected[0].in_recording_alone
     ]

@@ -12,6 +12,7 @@ from tierod.experiments.effort import Effort
 from tierod.papers.condition.drives import ACTUATOR_SECONDS, Drive, actuator_tests, sensor_tests
 from tierod.papers.condition.faults import LOSS, Injected, lost
 from tierod.papers.condition.recorded import each, recorded
+from tierod.papers.condition.reported import vehicles
 from tierod.papers.condition.tables import between, curves
 from tierod.papers.condition.truth import truth_of, truths, where_shown
 from tierod.papers.condition.vehicles import LONG, SHORT, THIRD
@@ -24,8 +25,6 @@ TEXT = (
     "The rounds are redrawn in kind, since the paper prints no coordinates. It names no size of a fault either: here "
     "2 m/s, 0.3 rad/s, 1.5 rad, 3 N·m, 250 N for offsets of either sign, and three times the signal for an outlier.",
 )
-VEHICLES = (1, 2, 3)
-"""Numbers of the demonstrators that the tests are driven with."""
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -64,9 +63,9 @@ def _shown(drive: Drive, recording: Recording) -> tuple[str, str, float, float]:
 
 
 def _shares(effort: Effort) -> Iterator[Item]:
-    vehicles = VEHICLES[:1] if effort.quick else VEHICLES
-    drives = [drive for number in vehicles for drive in sensor_tests(number)]
-    drives += [] if effort.quick else [drive for number in vehicles for drive in actuator_tests(number)]
+    chosen = vehicles(effort)
+    drives = [drive for number in chosen for drive in sensor_tests(number)]
+    drives += [] if effort.quick else [drive for number in chosen for drive in actuator_tests(number)]
     found = each(_shown, drives, effort)
     rows = []
     for element, kind in dict.fromkeys((element, kind) for element, kind, _, _ in found):

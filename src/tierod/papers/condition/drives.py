@@ -94,8 +94,9 @@ def healthy_drives(hours: float, vehicles: Sequence[int] = (1, 2, 3), swing: boo
     """
     count = max(round(hours * 3600.0 / LEG), 1)
     seconds = min(hours * 3600.0, LEG)
+    first = 1000 * (vehicles[0] - 1)  # other demonstrators, other rounds
     return [
-        Drive(f"round-{UNSEEN + leg}", seconds, vehicles[leg % len(vehicles)], 2000 + leg, (), swing)
+        Drive(f"round-{first + UNSEEN + leg}", seconds, vehicles[leg % len(vehicles)], first + 2000 + leg, (), swing)
         for leg in range(count)
     ]
 

@@ -8,6 +8,7 @@ from tierod.core.claims import Claim, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.experiments.effort import Effort
 from tierod.papers.condition.drives import changed_drives, healthy_drives
+from tierod.papers.condition.reported import vehicles
 from tierod.papers.condition.runs import BEST, VARIANTS, scores
 from tierod.papers.condition.sensors import GOAL
 from tierod.papers.condition.summary import summary
@@ -30,8 +31,8 @@ def items(effort: Effort) -> Iterator[Item]:
     later = 0.1 if effort.quick else CHANGED_THOROUGH if effort.thorough else CHANGED
     yield Heading("Fault-free driving", TEXT)
     names = (BEST,) if effort.thorough and BEST in VARIANTS else tuple(VARIANTS)
-    found = {"as calibrated": scores(healthy_drives(hours, _vehicles(effort)), effort, names)}
-    found["10 % off"] = scores(changed_drives(later, vehicles=_vehicles(effort)), effort, names)
+    found = {"as calibrated": scores(healthy_drives(hours, vehicles(effort)), effort, names)}
+    found["10 % off"] = scores(changed_drives(later, vehicles=vehicles(effort)), effort, names)
     rows = []
     for drive, by_variant in found.items():
         for name, several in by_variant.items():
@@ -52,7 +53,3 @@ def items(effort: Effort) -> Iterator[Item]:
             note = f"In {known.healthy_hours:.1f} h; at most {known.bound:.3g} per hour with 95 % confidence."
             claim = f"False alarms of healthy vehicles, {drive}."
             yield Claim(f"healthy.{key}", claim, GOAL, None, known.false_alarms, exactly(0.0), "", note)
-
-
-def _vehicles(effort: Effort) -> tuple[int, ...]:
-    return (1,) if effort.quick else (1, 2, 3)

@@ -71,7 +71,9 @@ def items(effort: Effort) -> Iterator[Item]:
     for car, recording in recordings.items():
         if recording is None:
             note = f"The recording is not here; name the folder that holds it with {DATA}."
-            claims.append(Claim(f"cars.{car.vehicle}", f"Faults in a {car.name}.", GOAL, None, None, None, "", note))
+            claims.append(
+                Claim(f"cars.{car.vehicle}", f"Faults in a {car.name}.", GOAL, None, None, exactly(0.0), "", note)
+            )
             continue
         for name in (BEST, RULES):
             found = judged(car, recording, name, effort.quick)
@@ -126,13 +128,18 @@ def _figures(of: Judged) -> tuple[str, ...]:
 
 def _claims(car: RealCar, of: Judged) -> list[Claim]:
     known, isolation = summary(of.found), isolated(of.found)
-    missed = "Injected faults missed"
+    missed, none = "Injected faults missed", exactly(0.0)
     return [
         Claim(f"cars.{car.vehicle}-{key}", f"{claim}, {car.name}.", GOAL, None, measured, goal)
         for key, claim, measured, goal in (
             ("missed", missed, known.missed, exactly(0.0)),
-            ("missed-asked", f"{missed}, observable by the demonstrator's accuracy", summary(of.asked).missed, None),
-            ("missed-own", f"{missed}, observable by the car's own sensors", summary(of.own).missed, None),
+            (
+                "missed-asked",
+                f"{missed}, observable by the demonstrator's accuracy",
+                summary(of.asked).missed,
+                exactly(0.0),
+            ),
+            ("missed-own", f"{missed}, observable by the car's own sensors", summary(of.own).missed, none),
             ("named", "Injected faults named and nothing else", isolation.right, at_least(0.9)),
             ("wrong", "Time of the faults with a fault-free sensor named", known.wrong, exactly(0.0)),
             ("alarms", "False alarms where nothing was injected", of.quiet.false_alarms, exactly(0.0)),

@@ -30,6 +30,18 @@ UNNAMED, AMBIGUOUS, NEVER = "none", "ambiguous", "never shows"
 """In place of names: nothing is declared, several together, or the fault was never observable."""
 
 
+class StrictScore(NamedTuple):
+    """How a fault was diagnosed, observable as soon as a likelihood-ratio test with true parameters sees it.
+
+    Args:
+        outcome, accuracy_excused, delay_shown: as of `FaultScore`
+    """
+
+    outcome: str
+    accuracy_excused: float
+    delay_shown: Annotated[float, "s"]
+
+
 class FaultScore(NamedTuple):
     """How one fault was diagnosed.
 
@@ -40,7 +52,8 @@ class FaultScore(NamedTuple):
             fault is present or past, and makes no difference to the readings
         outcome: FOUND, MISSED, or NOT_TESTABLE where it never was observable
         delay: from its beginning to the first declaration; infinite where there is none
-        delay_shown: from the first sample at which it is observable; 0 where it was declared before
+        delay_shown: from the first sample at which it is observable; below zero where it was declared before, and
+            counted to the end of a fault that never is
         delay_excited: the same, less the time in which it is not observable: a torque hardly commanded or a
             signal near zero carries no information, and a fault may be observable for a moment long before it is again
         delay_suspected: likewise, to where it is declared or named as one of several
@@ -50,6 +63,7 @@ class FaultScore(NamedTuple):
         size_covered: whether the true size is within `INTERVAL` of the estimate; None without a size of the right kind
         rmse: of the substitute value against that of a fault-free sensor, while declared; NaN without one
         largest: greatest magnitude of that error
+        strict: the same fault by `Truth.strict`; None where that grade is not known
     """
 
     injected: Injected
@@ -66,6 +80,7 @@ class FaultScore(NamedTuple):
     size_covered: bool | None
     rmse: float
     largest: float
+    strict: StrictScore | None = None
 
 
 class DriveScore(NamedTuple):
@@ -101,13 +116,14 @@ def score(drive: Drive, truth: Truth, declared: Declared) -> DriveScore:
     time = declared.time
     faulty = truths(drive, time)
     any_fault = np.logical_or.reduce([*faulty.values(), np.zeros(len(time), bool)])
+    strict = truth.strict if truth.noise else None
     shown = {element: truth.shows(element, there) for element, there in faulty.items()}
     nothing = np.zeros(len(time), bool)
     wrong = np.logical_or.reduce([declared.said("faulty", e) & ~faulty.get(e, nothing) for e in ELEMENTS])
     flagged = np.logical_or.reduce([declared.said("faulty", element) for element in ELEMENTS])
     return DriveScore(
         drive,
-        tuple(_of_fault(each, truth, declared, faulty, shown) for each in drive.injected),
+        tuple(_of_fault(each, truth, declared, faulty, shown, strict) for each in drive.injected),
         _share(wrong, any_fault),
         sum(_false_alarms(declared.said("faulty", e), faulty.get(e, nothing), any_fault, time) for e in ELEMENTS),
         float(np.sum(~any_fault)) * _step(time) / 3600.0,
@@ -122,28 +138,24 @@ def _of_fault(
     declared: Declared,
     faulty: Mapping[str, np.ndarray],
     shown: Mapping[str, np.ndarray],
+    strict: Truth | None,
 ) -> FaultScore:
     time, there = declared.time, faulty[each.element]
     here = (time >= each.start - 1e-9) & (time < each.end - 1e-9)
     said, shows = declared.said("faulty", each.element), shown[each.element] & here
     right = said == there
-    gone = (time >= each.end) & ~there
-    counted = right | ~((there & ~shown[each.element]) | (gone & ~truth.would_show(each, time)))
-    first, began = _first(said & here), _first(shows)
-    outcome = FOUND if first is not None else MISSED if began is not None else NOT_TESTABLE
-    delay = delay_shown = math.inf
-    if first is not None:
-        delay = float(time[first]) - each.start
-        delay_shown = 0.0 if began is None else max(float(time[first] - time[began]), 0.0)
+    first = _first(said & here)
+    delay = math.inf if first is None else float(time[first]) - each.start
+    graded = _graded(each, truth, time, said, there, shown[each.element])
     kind_right, size_error, size_covered = _kind(each, declared, first, here)
     rmse, largest = _replaced(each, truth, declared, said & here)
     return FaultScore(
         each,
         float(np.mean(right)),
-        float(np.mean(right[counted])),
-        outcome,
+        graded.accuracy_excused,
+        graded.outcome,
         delay,
-        delay_shown,
+        graded.delay_shown,
         _excited(shows, first, time),
         _excited(shows, _first((said | declared.said("candidates", each.element)) & here), time),
         float(np.sum(shows)) * _step(time),
@@ -152,7 +164,23 @@ def _of_fault(
         size_covered,
         rmse,
         largest,
+        None if strict is None else _graded(each, strict, time, said, there, strict.shows(each.element, there)),
     )
+
+
+def _graded(
+    each: Injected, truth: Truth, time: np.ndarray, said: np.ndarray, there: np.ndarray, shown: np.ndarray
+) -> StrictScore:
+    """Outcome, accuracy where the state is observable, and delay, by one grade of what is observable."""
+    here = (time >= each.start - 1e-9) & (time < each.end - 1e-9)
+    right, gone = said == there, (time >= each.end) & ~there
+    counted = right | ~((there & ~shown) | (gone & ~truth.would_show(each, time)))
+    first, began = _first(said & here), _first(shown & here)
+    accuracy = float(np.mean(right[counted]))
+    if first is None:
+        return StrictScore(NOT_TESTABLE if began is None else MISSED, accuracy, math.inf)
+    last = int(np.flatnonzero(here)[-1])
+    return StrictScore(FOUND, accuracy, float(time[first] - time[last if began is None else began]))
 
 
 def _excited(shows: np.ndarray, first: int | None, time: np.ndarray) -> float:

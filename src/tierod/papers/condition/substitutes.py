@@ -19,6 +19,7 @@ from tierod.papers.condition import by_bank
 from tierod.papers.condition.drives import TEST_SECONDS, Drive, healthy_drives
 from tierod.papers.condition.faults import OFFSET, OFFSETS, Injected
 from tierod.papers.condition.recorded import each, fault_free
+from tierod.papers.condition.reported import vehicles
 from tierod.papers.condition.runs import calibrations
 from tierod.papers.condition.vehicles import LONG, SHORT
 from tierod.vehicles import Vehicle, load
@@ -59,13 +60,13 @@ def measured(effort: Effort) -> dict[str, dict[str, Error]]:
     Args:
         effort: how many vehicles and processes
     """
-    vehicles = (1,) if effort.quick else (1, 2, 3)
-    found = calibrations(("bank",), vehicles, effort)
-    known = {number: found[by_bank.__name__, number] for number in vehicles}
-    healthy = healthy_drives(0.1 if effort.quick else HOURS, vehicles)
+    chosen = vehicles(effort)
+    found = calibrations(("bank",), chosen, effort)
+    known = {number: found[by_bank.__name__, number] for number in chosen}
+    healthy = healthy_drives(0.1 if effort.quick else HOURS, chosen)
     tests = [
         Drive(course, TEST_SECONDS, number, SEED + number, (Injected(sensor, OFFSET, OFFSETS[sensor]),))
-        for number in vehicles
+        for number in chosen
         for course in ((SHORT,) if effort.quick else (SHORT, LONG))
         for sensor in OF_AUTOMATED
     ]

@@ -23,6 +23,22 @@ from tierod.papers.condition.scoring import (
 )
 
 
+class Strict(NamedTuple):
+    """Figures of the faults that a likelihood-ratio test with true parameters sees.
+
+    Args:
+        missed: never declared
+        not_testable: not even seen by that test
+        worst: least accuracy without the samples at which that test sees nothing
+        delays: from the first sample at which that test sees them, of those found, ascending
+    """
+
+    missed: int
+    not_testable: int
+    worst: float
+    delays: Annotated[np.ndarray, "s"]
+
+
 class Summary(NamedTuple):
     """Figures of many drives; NaN where there is nothing to make one from.
 
@@ -43,6 +59,7 @@ class Summary(NamedTuple):
         false_alarms: outside faults
         healthy_hours: without fault
         bound: upper 95 % bound of the rate of false alarms
+        strict: the same faults, observable as soon as a likelihood-ratio test with true parameters sees them
     """
 
     drives: int
@@ -63,6 +80,7 @@ class Summary(NamedTuple):
     false_alarms: int
     healthy_hours: Annotated[float, "h"]
     bound: Annotated[float, "1/h"]
+    strict: Strict
 
 
 def summary(scores: Sequence[DriveScore]) -> Summary:
@@ -91,6 +109,17 @@ def summary(scores: Sequence[DriveScore]) -> Summary:
         alarms,
         hours,
         rate_bound(alarms, hours),
+        _strict(faults),
+    )
+
+
+def _strict(faults: Iterable[FaultScore]) -> Strict:
+    known = [fault.strict for fault in faults if fault.strict is not None]
+    return Strict(
+        sum(each.outcome == MISSED for each in known),
+        sum(each.outcome == NOT_TESTABLE for each in known),
+        least(each.accuracy_excused for each in known),
+        np.sort([each.delay_shown for each in known if each.outcome == FOUND]),
     )
 
 

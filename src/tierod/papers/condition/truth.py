@@ -9,11 +9,13 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from tierod.core.recording import Recording
-from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.drives import SENSORS, Drive
 from tierod.papers.condition.faults import GAIN, LOSS, OUTLIER, STUCK, TARGETS, TORQUES, Injected
-from tierod.papers.condition.recorded import deviations, fault_free
+from tierod.papers.condition.recorded import RATE, deviations, fault_free
+from tierod.vehicles import load
 
 NOTHING: Mapping[str, np.ndarray] = {}
+NOTHING_KNOWN: Mapping[str, float] = {}
 
 
 KNOWN = {
@@ -62,6 +64,30 @@ def where_shown(
     mean = (total[1:] - total[1 + np.arange(len(power)) - past]) / count
     enough: np.ndarray = faulty & (mean / (2.0 * known[element] ** 2) >= ENOUGH)
     return enough
+
+
+def known_by_noise(drive: Drive) -> dict[str, float]:
+    """Standard deviation of each true value for whoever knows the motion and all parameters, over `ALIKE` seconds.
+
+    No test can do better: only white noise and steps of the sensors are left, and a likelihood ratio averages them.
+    Lost torque of a motor is read from the shaft's torque, that of a drive from the acceleration along the road.
+
+    Args:
+        drive: with its car and sensors
+
+    Returns:
+        by element [unit of the signal; N*m]
+    """
+    sensors, nominal = drive.driven.sensors, load("smartload")
+    mean = math.sqrt(ALIKE * RATE)
+
+    def noise(name: str) -> float:
+        return math.hypot(sensors[name].noise, sensors[name].quantum / math.sqrt(12.0)) / mean
+
+    torque = nominal["mass"] * nominal["wheel_radius"] * noise("longitudinal_acceleration")
+    known = {name: noise(name) for name in SENSORS}
+    known |= dict.fromkeys(("steering_motor_1", "steering_motor_2"), noise("steering_shaft_torque"))
+    return known | dict.fromkeys(("drive_left", "drive_right"), torque)
 
 
 class Declared(NamedTuple):
@@ -115,12 +141,19 @@ class Truth(NamedTuple):
         fault_free: by sensor that fails, what it would read without fault
         asked: by actuator that fails, the torque asked of it [N*m]
         known: standard deviation with which all else estimates each true value, see `where_shown`
+        noise: the same of whoever knows motion and parameters, see `known_by_noise`; empty where nothing is strict
     """
 
     off: Mapping[str, np.ndarray]
     fault_free: Mapping[str, np.ndarray]
     asked: Mapping[str, np.ndarray]
     known: Mapping[str, float] = KNOWN
+    noise: Mapping[str, float] = NOTHING_KNOWN
+
+    @property
+    def strict(self) -> Truth:
+        """The same, where a fault is observable as soon as a test with true parameters sees it."""
+        return self._replace(known=self.noise or self.known)
 
     def shows(self, element: str, there: np.ndarray) -> np.ndarray:
         """Whether the fault of an element is observable at each sample.
@@ -157,4 +190,5 @@ def truth_of(drive: Drive, recording: Recording) -> Truth:
         deviations(drive, recording),
         {name: fault_free(name, recording, sensors) for name in failing.difference(TORQUES)},
         {name: recording[TARGETS[name]].values for name in failing.intersection(TORQUES)},
+        noise=known_by_noise(drive),
     )

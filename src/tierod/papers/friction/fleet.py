@@ -25,13 +25,13 @@ CARS, QUICK_CARS = 48, 2
 SLIGHT = (1.0, 2.0)
 """Range of the smallest injected friction [N*m]: PWM 15 % of Table 1. Every car gets its own out of it."""
 
-LEVELS = {4.0: 0.35, 8.0: 0.65, 12.5: 0.95}
-"""Level of friction [N*m] -> largest standard deviation that is aimed at [N*m]."""
+LEVELS = {4.0: 0.30, 8.0: 0.61, 12.5: 0.86}
+"""Level of friction [N*m] -> largest standard deviation that is aimed at [N*m]: what was attained once before."""
 
 LARGEST_BIAS = 0.3
 COMPARED = (named.DEFAULT, named.SINGLE_LAW, named.CORRECTED, named.PRINTED, named.UNSCENTED)
 GOAL = "goal of tierod"
-FOUND = (Status.RISING, Status.FAULT, Status.SUSPECT)
+FOUND = (Status.RISING, Status.FAULT)
 
 
 def healthy_drives(effort: Effort) -> tuple[Case, ...]:

@@ -179,16 +179,3 @@ def _claims(measured: list[Turn], fault_free: dict[Support, float]) -> Iterator[
         at_least(1.0),
         "N*m",
     )
-    for pwm, (low, high) in TABLE_1.items():
-        found = _increases(measured, fault_free, pwm)
-        if found:
-            yield Claim(
-                f"paper.injected-{pwm}",
-                f"At PWM {pwm} % the brake adds {low:g} to {high:g} N·m.",
-                f"{SOURCE}, Table 1 and Figure 10",
-                f"{low:g} to {high:g}",
-                _mean(found),
-                between(low, high),
-                "N*m",
-                "Mean of all turns. The law of the virtual brake was chosen in kind, so this tests the method alone.",
-            )

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tierod.core.claims import Claim, exactly
+from tierod.core.claims import Claim, between, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.findings import Status
 from tierod.experiments.effort import Effort
 from tierod.papers.friction import estimators as named
 from tierod.papers.friction.cases import HEALTHY, Case
-from tierod.papers.friction.fleet import FOUND, GOAL
+from tierod.papers.friction.fleet import FOUND, GOAL, LARGEST_BIAS
 from tierod.papers.friction.runs import Drives, Wants
 from tierod.papers.friction.setups import UNKNOWN_LAWS
 from tierod.papers.friction.statistics import mean, plus_minus, pooled
@@ -79,10 +79,10 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
         yield Claim(
             f"laws.bias-{_slug(law)}",
             f"Bias of the default estimator: {law}.",
-            "reported, no goal",
+            GOAL,
             None,
             max(errors, key=abs),
-            None,
+            between(-LARGEST_BIAS, LARGEST_BIAS),
             "N*m",
             "Largest of four levels up to 12.5 N·m, with its sign.",
         )

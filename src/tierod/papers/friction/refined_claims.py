@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tierod.core.claims import Claim, at_least, at_most, between, exactly
+from tierod.core.claims import Claim, at_least, at_most, between
 from tierod.core.content import Item
 from tierod.experiments.effort import Effort
 from tierod.papers.friction import estimators as named
 from tierod.papers.friction.cases import STATES
-from tierod.papers.friction.paper_sets import SOURCE, WORST, PaperSets, minutes, paper_sets
+from tierod.papers.friction.paper_sets import SOURCE, WORST, PaperSets, paper_sets
 from tierod.papers.friction.refined_figures import THRESHOLD
 from tierod.papers.friction.runs import Drives
 from tierod.papers.friction.setups import TYRES
@@ -39,15 +39,6 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
 
 def _on_data(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
     cases = [case for state in STATES for case in sets.all_of(state)]
-    yield Claim(
-        "paper.minutes",
-        "215 minutes of natural driving with different speeds, manoeuvres, tyres and levels of friction.",
-        f"{SOURCE}, abstract and Table 2",
-        215.0,
-        minutes(case for case in cases if case in drives.digests),
-        exactly(215.0),
-        "min",
-    )
     courses = [each.courses[named.PRINTED] for each in drives.of(cases)]
     enabled = sum(float(each.enabled_seconds[-1]) for each in courses if len(each.enabled_seconds))
     total = sum(each.seconds for each in drives.of(cases))
@@ -59,16 +50,6 @@ def _on_data(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
         enabled / total if total else math.nan,
         between(0.25, 0.42),
         "",
-    )
-    yield Claim(
-        "paper.driver-notices",
-        "A normal driver does not notice a difference until total friction is 11 to 14 N·m.",
-        f"{SOURCE}, section 3.1",
-        "11 to 14",
-        None,
-        None,
-        "N*m",
-        "A simulated driver feels nothing; taken over as the level that has to be found.",
     )
 
 

@@ -40,7 +40,8 @@ def _verdicts(groups: dict[str, tuple[Case, ...]], drives: Drives, effort: Effor
     named_groups = {"paper's fault-free drives": [verdict for _, verdict in fault_free]}
     named_groups |= {state: _judged(cases, drives) for state, cases in groups.items() if state != "Healthy"}
     for state, verdicts in named_groups.items():
-        counts = [sum(verdict.status is status for verdict in verdicts) for status in (Status.HEALTHY, *FOUND)]
+        shown = (Status.HEALTHY, *FOUND, Status.SUSPECT)
+        counts = [sum(verdict.status is status for verdict in verdicts) for status in shown]
         others = len(verdicts) - sum(counts)
         low = min((verdict.ratios[0] for verdict in verdicts), default=math.nan)
         high = max((verdict.ratios[1] for verdict in verdicts), default=math.nan)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from tierod.core.block import Block
-from tierod.core.claims import Claim, at_most
+from tierod.core.claims import Claim, at_most, between
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Points, Table
 from tierod.experiments.effort import Effort
 from tierod.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
@@ -172,12 +172,12 @@ def _claims(slopes: dict[str, float], computed: dict[str, float]) -> Iterator[Cl
         yield Claim(
             f"motor-angle.load-bias.{key}",
             f"The {name} Luenberger observer without load errs as its gains say",
-            "final value of the error's equation (24)",
-            round(computed[name], 2),
-            100.0 * abs(slopes[name] / computed[name] - 1.0),
-            at_most(2.0),
-            "percent",
-            f"Measured {slopes[name]:.2f}, computed {computed[name]:.2f} rad/s per N·m.",
+            "Reinelt et al., final value of the error's equation (24)",
+            None,
+            slopes[name],
+            between(*sorted((0.98 * computed[name], 1.02 * computed[name]))),
+            "rad/s/(N*m)",
+            derived=round(computed[name], 2),
         )
     for name, key in (("full", "full"), ("reduced", "reduced"), ("Kalman filter", "kalman")):
         value = abs(slopes[f"{name}, with load"])

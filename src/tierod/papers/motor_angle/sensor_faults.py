@@ -200,11 +200,15 @@ def _claims(mixed: Outcome, stalls: Outcome) -> Iterator[Claim]:
     text = "An offset of five degrees electrical is found while turning"
     yield _claim("offset-median", f"{text}: median of the delay, of turning.", five.quantile(0.5, True), at_most(35.0))
     yield _claim("offset-p95", f"{text}: 95 % of the delay, of turning.", five.quantile(0.95, True), at_most(80.0))
-    note = "no goal of its own: a fault in the last 20 ms of a stroke is found in the next"
-    yield _claim("offset-clock", f"{text}: 95 % of the delay, from the clock.", five.quantile(0.95), None, note=note)
+    note = "A fault in the last 20 ms of a stroke is found in the next: no current shows where a motor stands."
+    yield _claim(
+        "offset-clock", f"{text}: 95 % of the delay, from the clock.", five.quantile(0.95), at_most(80.0), note=note
+    )
     text = "A drift of 20°/s is found within 50 ms of reaching five degrees"
     yield _claim("drift", f"{text}: 95 % of the delay, of turning.", drifts.quantile(0.95, True), at_most(50.0))
-    yield _claim("drift-clock", f"{text}: 95 % of the delay, from the clock.", drifts.quantile(0.95), None, note=note)
+    yield _claim(
+        "drift-clock", f"{text}: 95 % of the delay, from the clock.", drifts.quantile(0.95), at_most(50.0), note=note
+    )
     share = min(mixed[fault.name].share for fault in STALLS)
     yield _claim("stalling", "Stuck sensors and swapped phases are all found while turning.", share, at_least(1.0), "")
     share = min(each.share for each in stalls.values())

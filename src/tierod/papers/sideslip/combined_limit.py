@@ -201,7 +201,7 @@ def _claims(found: dict[str, dict[str, Ramp]], seeds: tuple[int, ...]) -> Iterat
         GOAL,
         None,
         100.0 * wrong / total,
-        None,
+        at_most(1.0),
         "percent",
         f"Of {total:.0f} s on dry and slippery roads {wrong:.1f}; without the steering's torque {without:.1f}.",
     )
@@ -217,7 +217,7 @@ def _false_ice(seeds: tuple[int, ...]) -> Claim:
         GOAL,
         None,
         100.0 * below / total,
-        None,
+        at_most(1.0),
         "percent",
         f"{below:.1f} s of {total:.0f}, least {least:.2f}; without the steering's torque {longer:.1f} s, {poorer:.2f}.",
     )

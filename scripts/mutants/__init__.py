@@ -1,0 +1,1 @@
+"""Single changes of the source, and whether the tests find them."""

@@ -1,0 +1,27 @@
+"""The demonstrators and seeds of the reported drives: drawn anew whenever the monitor that is judged changes."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from tierod.experiments.effort import Effort
+from tierod.experiments.reported_seed import reported_seed
+from tierod.monitors.condition.monitor import condition_monitor
+from tierod.vehicles import load
+
+COUNT = 3
+"""Demonstrators that the tests are driven with."""
+
+USED = 100
+"""Numbers of demonstrators up to this one were driven while thresholds were chosen, and are not reported."""
+
+
+@cache
+def first_vehicle() -> int:
+    """Number of the first demonstrator: its parameters, and the seeds of its drives, are drawn by it."""
+    return USED + 1 + 10 * (reported_seed(condition_monitor(load("smartload"))) % 100_000)
+
+
+def vehicles(effort: Effort) -> tuple[int, ...]:
+    """Numbers of the demonstrators of a study; one where it is quick."""
+    return tuple(range(first_vehicle(), first_vehicle() + (1 if effort.quick else COUNT)))
