@@ -42,6 +42,10 @@ def export(
     validity: Annotated[
         bool, typer.Option("--validity", help="A mask says which inputs are valid, in place of NaN.")
     ] = False,
+    libm: Annotated[
+        bool,
+        typer.Option("--libm/--no-libm", help="Sine, logarithm and the like of the C library, or tierod's own."),
+    ] = True,
     drive: Annotated[
         str | None,
         typer.Option(help="Recording or scenario that the test vectors come from; a shipped one where not given."),
@@ -64,7 +68,7 @@ def export(
     require_folder(output)
     car = load(vehicle)
     subject = subject_of(monitor, car, variant)
-    chosen: Options = Options("single" if precision == "single" else "double", validity)
+    chosen: Options = Options("single" if precision == "single" else "double", validity, libm)
     face = Interface(subject, chosen)
     written = _write_c(face, car, drive, output)
     console().print(
