@@ -128,7 +128,7 @@ def run(
             ones; a fault, sensor or course that does not fit the car
     """
     seconds = course.duration if seconds is None else seconds
-    _require_sound(car, seconds)
+    _require_fault_free(car, seconds)
     sensors = sensors or SensorSet.production()
     if scatter is not None:
         car, sensors = scatter.draw(car, sensors, generator(seed, _SCATTER))
@@ -172,7 +172,7 @@ def _provenance(car: Plant, sensors: Mapping[str, Sensor], schedule: Schedule) -
     }
 
 
-def _require_sound(car: Plant, seconds: float) -> None:
+def _require_fault_free(car: Plant, seconds: float) -> None:
     if not car.step_time <= seconds < math.inf:
         raise ParameterError(
             f"a run needs a positive, finite duration of at least {car.step_time:g} s, not {seconds} s"
