@@ -1,6 +1,17 @@
+from importlib.util import find_spec
+
 import pytest
 
 from tierod.cli import main
+
+needs_fmpy = pytest.mark.skipif(find_spec("fmpy") is None, reason="fmpy is not installed")
+
+
+def validate_fmu(path):
+    """Remarks of fmpy on a unit."""
+    from fmpy.validation import validate_fmu as validate
+
+    return validate(path)
 
 
 def test_a_monitor_is_exported_with_the_drive_it_is_compared_by(tmp_path, capsys):
@@ -28,6 +39,40 @@ def test_what_cannot_be_exported_is_refused_in_a_sentence(tmp_path, capsys, word
     assert sentence in said
     assert said.count("\n") == 1
     assert not (tmp_path / "ecu").exists()
+
+
+@needs_fmpy
+@pytest.mark.parametrize("fmi", ["2", "3"])
+@pytest.mark.parametrize("what", ["plant", "driver", "assist"])
+def test_what_a_scenario_drives_with_becomes_a_unit(tmp_path, capsys, what, fmi):
+    words = ["export", "fmu", what, "--scenario", "weave-small-car", "--fmi", fmi, "-o", str(tmp_path / "a.fmu")]
+    assert main(words) == 0
+    assert f"FMI {fmi}.0 co-simulation" in capsys.readouterr().out
+    assert validate_fmu(str(tmp_path / "a.fmu")) == []
+
+
+@needs_fmpy
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["friction"], "name it with --vehicle"),
+        (["plant"], "name it with --scenario"),
+        (["assist", "--scenario", "steer-by-wire-lane-change"], "has no assist unit"),
+        (["friction", "--vehicle", "midsize-eps", "--fmi", "1"], "the versions are 2 and 3"),
+        (["condition", "--vehicle", "smartload"], "--variant rules"),
+    ],
+)
+def test_a_unit_that_cannot_be_made_is_refused_in_a_sentence(tmp_path, capsys, words, sentence):
+    assert main(["export", "fmu", *words, "-o", str(tmp_path / "a.fmu")]) == 3
+    said = capsys.readouterr().err
+    assert sentence in said
+    assert said.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_c_needs_a_vehicle(tmp_path, capsys):
+    assert main(["export", "c", "friction", "-o", str(tmp_path / "ecu")]) == 3
+    assert "name it with --vehicle" in capsys.readouterr().err
 
 
 def test_a_readme_of_the_user_is_not_overwritten(tmp_path, capsys):

@@ -1,4 +1,4 @@
-"""Export a monitor as C for a control unit, with its evidence."""
+"""Export a monitor as C for a control unit, or monitor, plant, driver and assist unit as functional mock-up units."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tierod.export.subject import Subject
     from tierod.vehicles import Vehicle
 
-KINDS = ("c",)
+KINDS = ("c", "fmu")
 PRECISIONS = ("single", "double")
 
 DRIVES = {
@@ -33,15 +33,28 @@ DRIVEN_STEPS, RANDOM_STEPS = 100_000, 100_000
 
 
 def export(
-    kind: Annotated[str, typer.Argument(help="c: C99 for a control unit.")],
-    monitor: Annotated[str, typer.Argument(help="Name of the monitor, see 'tierod monitors'.")],
-    vehicle: Annotated[str, typer.Option(help="Vehicle file, or the name of a shipped vehicle.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder that takes the files.")],
+    kind: Annotated[str, typer.Argument(help="c: C99 for a control unit; fmu: a functional mock-up unit.")],
+    monitor: Annotated[
+        str,
+        typer.Argument(help="Name of the monitor, see 'tierod monitors'; as fmu also plant, driver or assist."),
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder that takes the C, or file of the unit.")],
+    vehicle: Annotated[
+        str | None, typer.Option(help="Vehicle file, or the name of a shipped vehicle; of a monitor.")
+    ] = None,
+    scenario: Annotated[
+        str | None, typer.Option(help="Scenario whose plant, driver or assist unit is exported as fmu.")
+    ] = None,
+    fmi: Annotated[int, typer.Option(help="Version of the standard of a unit: 2 or 3.")] = 3,
     variant: Annotated[str | None, typer.Option(help="Variant of the monitor; its default where not given.")] = None,
     precision: Annotated[str, typer.Option(help="single or double.")] = "single",
     validity: Annotated[
         bool, typer.Option("--validity", help="A mask says which inputs are valid, in place of NaN.")
     ] = False,
+    libm: Annotated[
+        bool,
+        typer.Option("--libm/--no-libm", help="Sine, logarithm and the like of the C library, or tierod's own."),
+    ] = True,
     drive: Annotated[
         str | None,
         typer.Option(help="Recording or scenario that the test vectors come from; a shipped one where not given."),
@@ -50,21 +63,30 @@ def export(
         bool, typer.Option("--evidence", help="Compare, check and measure, and write evidence.html beside it.")
     ] = False,
 ) -> None:
-    """Write a monitor as C: header, source, parameters, test vectors and what compares them."""
+    """Write a monitor as C with test vectors and what compares them, or a functional mock-up unit."""
+    if kind not in KINDS:
+        raise ParameterError(f"there is no export '{kind}'{nearest(kind, KINDS)}")
+    if kind == "fmu":
+        from tierod.cli.export_fmu import export_fmu
+
+        if fmi not in (2, 3):
+            raise ParameterError(f"--fmi is {fmi}; the versions are 2 and 3")
+        export_fmu(monitor, vehicle, scenario, variant, 2 if fmi == 2 else 3, output)
+        return
     from tierod.cli.terminal import output as console
     from tierod.core.files import require_folder
     from tierod.export.interface import Interface, Options
     from tierod.export.subject import subject_of
     from tierod.vehicles import load
 
-    if kind not in KINDS:
-        raise ParameterError(f"there is no export '{kind}'{nearest(kind, KINDS)}")
+    if vehicle is None:
+        raise ParameterError("C is printed for one vehicle; name it with --vehicle")
     if precision not in PRECISIONS:
         raise ParameterError(f"--precision is '{precision}'{nearest(precision, PRECISIONS)}")
     require_folder(output)
     car = load(vehicle)
     subject = subject_of(monitor, car, variant)
-    chosen: Options = Options("single" if precision == "single" else "double", validity)
+    chosen: Options = Options("single" if precision == "single" else "double", validity, libm)
     face = Interface(subject, chosen)
     written = _write_c(face, car, drive, output)
     console().print(

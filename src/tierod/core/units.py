@@ -241,6 +241,49 @@ def _scale_by_pint(given: str, wanted: str) -> Scale:
     return Scale(factor, at_zero)
 
 
+@dataclass(frozen=True)
+class Dimensions:
+    """A unit by those of the SI and the radian: value in these = factor * value.
+
+    Args:
+        factor: of the size
+        exponents: by symbol: kg, m, s, A, K, mol, cd, rad
+    """
+
+    factor: float
+    exponents: dict[str, int]
+
+
+_SYMBOLS = {
+    "kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd",
+    "radian": "rad",
+}  # fmt: skip
+
+
+@lru_cache(maxsize=512)
+def dimensions(text: str) -> Dimensions:
+    """What a unit without an offset is made of.
+
+    Args:
+        text: in any notation; "" for a number without unit
+
+    Raises:
+        InputError: an unknown unit, one with an offset, or one that is no product of whole powers
+    """
+    if not text:
+        return Dimensions(1.0, {})
+    unit = tidy(text)
+    scale_ = None if unit == COUNT else _registry().get_base_units(unit)
+    exponents = {} if scale_ is None else dict(scale_[1]._units)
+    if (
+        scale_ is None
+        or scale(unit, str(scale_[1])).offset
+        or any(name not in _SYMBOLS or power != int(power) for name, power in exponents.items())
+    ):
+        raise InputError(f"the unit '{text}' is no product of whole powers of SI units; {_CONVERTED}")
+    return Dimensions(float(scale_[0]), {_SYMBOLS[name]: int(power) for name, power in exponents.items()})
+
+
 _CONVERTED = "convert the values first, or write another unit"
 
 

@@ -4,20 +4,63 @@ from __future__ import annotations
 
 import re
 
+from tierod.core.graph.c_functions import definitions
 from tierod.export.spelling import Spelling
 
 _OF_TWO = ("atan2", "pow", "hypot")
 
+_OF_ONE = frozenset(
+    ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "expm1", "log", "log1p"]
+)
+"""Functions of the C library that the kernels may have of their own."""
 
-def helpers(spelling: Spelling, text: str) -> str:
+_BEGINNING = re.compile(r"^(?=/\* |TIEROD_INLINE |typedef |#define |static const )", re.MULTILINE)
+_NAME = re.compile(r"\b(?:tierod|TIEROD)_\w+")
+_DEFINED = re.compile(r"^(?:TIEROD_INLINE \w+|typedef \w+|#define|static const \w+) (\w+)", re.MULTILINE)
+
+
+def helpers(spelling: Spelling, text: str, libm: bool = True) -> str:
     """The helpers that a text calls.
 
     Args:
         spelling: of names and numbers
         text: C
+        libm: whether functions such as the sine are those of the C library, in place of the kernels' own
     """
     wanted = sorted(set(re.findall(rf"\b{spelling.prefix}_(\w+)\(", text)))
-    return "".join(f"{spelling.literals(made)}\n" for name in wanted if (made := _helper(spelling, name)))
+    if libm:
+        return "".join(f"{spelling.literals(made)}\n" for name in wanted if (made := _helper(spelling, name)))
+    own = [name for name in wanted if name in _OF_ONE or name in _OF_TWO]
+    functions = _renamed(spelling, _reached(definitions(own, spelling.precision == "single"), own))
+    basic = [name for name in ("fma", "sign") if f"{spelling.prefix}_{name}(" in text + functions]
+    return "".join(f"{spelling.literals(_helper(spelling, name))}\n" for name in basic) + functions
+
+
+def _reached(text: str, wanted: list[str]) -> str:
+    """The definitions that some functions need, in their order."""
+    parts: list[str] = []
+    for part in _BEGINNING.split(text):
+        # A comment belongs to what follows it.
+        if parts and parts[-1].startswith("/*") and parts[-1].rstrip().endswith("*/"):
+            parts[-1] += part
+        else:
+            parts.append(part)
+    named = {found[1]: part for part in parts if (found := _DEFINED.search(part))}
+    waiting, needed = [f"tierod_{name}" for name in wanted], set()
+    while waiting:
+        name = waiting.pop()
+        if name in named and name not in needed:
+            needed.add(name)
+            waiting += _NAME.findall(named[name])
+    return "".join(f"{part.rstrip()}\n\n" for part in parts if (f := _DEFINED.search(part)) and f[1] in needed)
+
+
+def _renamed(spelling: Spelling, text: str) -> str:
+    fast = "FP_FAST_FMA" if spelling.precision == "double" else "FP_FAST_FMAF"
+    text = text.replace("TIEROD_FAST_FMA", fast).replace("TIEROD_INLINE ", "static ")
+    text = re.sub(r"\bTIEROD_(\w+)", lambda found: f"{spelling.prefix.upper()}_{found[1]}", text)
+    text = re.sub(r"\btierod_(\w+)", lambda found: f"{spelling.prefix}_{found[1]}", text)
+    return spelling.literals(re.sub(r"\breal\b", spelling.real, text))
 
 
 def _helper(spelling: Spelling, name: str) -> str:
@@ -25,10 +68,9 @@ def _helper(spelling: Spelling, name: str) -> str:
     prefix, real = spelling.prefix, spelling.real
     if name == "fma":
         fast = "FP_FAST_FMA" if spelling.precision == "double" else "FP_FAST_FMAF"
-        return (
-            f"static {real} {prefix}_fma({real} a, {real} b, {real} c)\n{{\n#ifdef {fast}\n"
-            f"    return M(fma)(a, b, c);\n#else\n    return (a * b) + c;\n#endif\n}}\n"
-        )
+        plain = f"#ifdef {fast}\n    return M(fma)(a, b, c);\n#else\n    return (a * b) + c;\n#endif\n"
+        body = "    return M(fma)(a, b, c);\n" if spelling.fused else plain
+        return f"static {real} {prefix}_fma({real} a, {real} b, {real} c)\n{{\n{body}}}\n"
     if name == "sign":
         return (
             f"static {real} {prefix}_sign({real} a)\n{{\n"
@@ -39,9 +81,3 @@ def _helper(spelling: Spelling, name: str) -> str:
     if name in _OF_ONE:
         return f"static {real} {prefix}_{name}({real} a)\n{{\n    return M({name})(a);\n}}\n"
     return ""
-
-
-_OF_ONE = frozenset(
-    ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "expm1", "log", "log1p"]
-)
-"""Functions of the C library that the kernels may have of their own."""

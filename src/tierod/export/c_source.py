@@ -17,10 +17,10 @@ def source(face: Interface) -> str:
     """C of the source."""
     prefix = face.prefix
     own = "".join((_prepare(face), "\n", _init(face), "\n", _step(face)))
-    includes = f'#include "{prefix}.h"\n\n#include <math.h>\n\n'
-    return "".join(
-        (banner(face, "the monitor"), includes, helpers(face.spelling, own), _identity(face), own, _reason(face))
-    )
+    called = helpers(face.spelling, own, face.options.libm)
+    includes = f'#include "{prefix}.h"\n\n#include <math.h>\n'
+    includes += "#include <string.h>\n\n" if "memcpy(" in called else "\n"
+    return "".join((banner(face, "the monitor"), includes, called, _identity(face), own, _reason(face)))
 
 
 def _identity(face: Interface) -> str:

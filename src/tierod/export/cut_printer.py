@@ -82,7 +82,8 @@ class CutPrinter(BranchingPrinter):
         given = {**arguments, **self._scratch_arguments()}
         for number, group in enumerate(self._grouped()):
             body = "".join(self._segment(segment) for segment in group)
-            used = [word for word in given if re.search(rf"\b{word}\b", body)]
+            # A member may be called like an argument: u->x.
+            used = [word for word in given if re.search(rf"(?<!->)\b{word}\b", body)]
             part = f"{name}_{number:02d}"
             texts.append(f"static void {part}({', '.join(given[word] for word in used)})\n{{\n{body}}}\n\n")
             calls.append(f"    {part}({', '.join(used)});\n")

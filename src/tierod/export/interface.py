@@ -26,10 +26,14 @@ class Options:
     Args:
         precision: of all numbers
         validity: whether a mask says which inputs are valid, in place of NaN
+        libm: whether functions such as the sine come from the C library, in place of the kernels' own
+        fused: whether a product with a sum is always rounded once, also where the target has no instruction for it
     """
 
     precision: Precision = "single"
     validity: bool = False
+    libm: bool = True
+    fused: bool = False
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class Interface:
     @cached_property
     def spelling(self) -> Spelling:
         """Of names and numbers."""
-        return Spelling(f"tierod_{self.subject.name}", self.options.precision)
+        return Spelling(f"tierod_{self.subject.name}", self.options.precision, self.options.fused)
 
     @property
     def prefix(self) -> str:

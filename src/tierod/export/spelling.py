@@ -23,10 +23,12 @@ class Spelling:
     Args:
         prefix: of all names ("tierod_friction")
         precision: of all numbers
+        fused: whether a product with a sum is always rounded once, also where the target has no instruction for it
     """
 
     prefix: str
     precision: Precision
+    fused: bool = False
 
     @property
     def real(self) -> str:

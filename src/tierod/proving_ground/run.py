@@ -16,7 +16,7 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import check_ranges, replaced
 from tierod.core.graph.kernel import kernel
 from tierod.core.graph.maths import Number
-from tierod.core.graph.trace import initial_memory
+from tierod.core.graph.trace import initial_memory, trace
 from tierod.core.recording import Channel, Recording
 from tierod.proving_ground.courses import Course
 from tierod.proving_ground.courses.course import FACTORS
@@ -132,8 +132,7 @@ def run(
     sensors = sensors or SensorSet.production()
     if scatter is not None:
         car, sensors = scatter.draw(car, sensors, generator(seed, _SCATTER))
-    if hasattr(car, "start"):
-        car = replaced(car, {"start": course.start})
+    car = started(car, course)
     schedule = Schedule(faults, car, sensors, seed, seconds)
     drive = _Run(car, course, schedule)
     columns = channel_names(drive.block)
@@ -150,6 +149,17 @@ def run(
     provenance |= {"course": course.name, "seed": seed, "seconds": seconds, "diverged_at": diverged_at}
     recording = Recording(channels, provenance | dict(metadata or {}))
     return Outcome(recording, diverged_at, schedule.windows)
+
+
+def started(car: Plant, course: Course) -> Plant:
+    """A car that begins as a course does.
+
+    Args:
+        car: a plant block
+        course: with its start
+    """
+    begun: Plant = replaced(car, {"start": course.start}) if hasattr(car, "start") else car
+    return begun
 
 
 def _provenance(car: Plant, sensors: Mapping[str, Sensor], schedule: Schedule) -> dict[str, Any]:
@@ -249,6 +259,16 @@ class _Run:
         if not np.isfinite(outputs[-1]).all():
             good &= np.isfinite(outputs).all(axis=1)
         return len(outputs) if good.all() else int(np.argmin(good))
+
+
+def usual_inputs(car: Plant) -> dict[str, float]:
+    """What every input of a car is where neither course nor fault sets it.
+
+    Args:
+        car: a plant block of `tierod.proving_ground.cars`
+    """
+    own = dict(tuning(car))
+    return {name: _usual(name, own) for name in trace(car).sample}
 
 
 def _usual(name: str, own: Mapping[str, float]) -> float:

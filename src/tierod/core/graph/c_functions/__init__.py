@@ -25,7 +25,7 @@ from tierod.core.graph.c_functions.number import (
 )
 from tierod.core.graph.c_functions.reduction import reduction
 
-__all__ = ["FUSED", "OWN", "prelude"]
+__all__ = ["FUSED", "OWN", "definitions", "prelude"]
 
 _PARTS: dict[str, tuple[Callable[[Real], str], ...]] = {
     "circular": (bits, exact, reduction, sine_and_cosine),
@@ -57,11 +57,25 @@ def prelude(operations: Iterable[str], in_lanes: bool = False) -> str:
         operations: names of the operations that are printed
         in_lanes: whether a loop that must vectorise uses them
     """
-    groups = {_GROUPS[name] for name in operations if name in _GROUPS}
-    wanted = {part for group in groups for part in _PARTS[group]}
-    ordered = list(dict.fromkeys(part for parts in _PARTS.values() for part in parts if part in wanted))
+    ordered = _ordered(operations)
     head = HEAD + (ALWAYS_INLINE if in_lanes else "") + INLINE + SIGN
     if not ordered:
         return head
     texts = ["".join(part(real) for part in ordered) for real in (FLOAT, DOUBLE)]
     return f"{head}#ifdef TIEROD_FLOAT32\n{texts[0]}#else\n{texts[1]}#endif\n"
+
+
+def definitions(operations: Iterable[str], single: bool) -> str:
+    """The functions alone, in one precision; what multiplies and adds, `tierod_fma`, is left to the caller.
+
+    Args:
+        operations: names of the operations that are printed
+        single: in float, else in double
+    """
+    return "".join(part(FLOAT if single else DOUBLE) for part in _ordered(operations))
+
+
+def _ordered(operations: Iterable[str]) -> list[Callable[[Real], str]]:
+    groups = {_GROUPS[name] for name in operations if name in _GROUPS}
+    wanted = {part for group in groups for part in _PARTS[group]}
+    return list(dict.fromkeys(part for parts in _PARTS.values() for part in parts if part in wanted))

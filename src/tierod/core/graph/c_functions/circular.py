@@ -93,7 +93,7 @@ TIEROD_INLINE real tierod_atan2(real y, real x) {{
     const real scale = most > {large} ? {down} : most < {small} ? {up} : R(1.0);
     const int diagonal = (ax == infinite) & (ay == infinite);
     const real n = diagonal ? R(1.0) : least * scale;
-    const real d = diagonal | (most == R(0.0)) ? R(1.0) : most * scale;
+    const real d = (diagonal | (most == R(0.0))) ? R(1.0) : most * scale;
     /* The angle from that of 0, 1/2 or 1, whichever lies near. */
     const int near_one = n > R(0.68) * d, near_half = n > R(0.4) * d;
     const real up_by = near_one ? n - d : near_half ? R(2.0) * n - d : n;

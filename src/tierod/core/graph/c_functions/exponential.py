@@ -169,9 +169,9 @@ TIEROD_INLINE real tierod_pow(real x, real y) {{
     const int is_whole = !(ay < {count}) | ((ay + {count}) - {count} == ay);
     const int is_odd = is_whole & (half < {count}) & ((half + {count}) - {count} != half);
     const int negative = (tierod_bits(x) & TIEROD_SIGN) != 0;
-    const real value = negative & is_odd ? -positive : positive;
-    const real defined = (x < R(0.0)) & !is_whole & (ax < infinite) ? (real)NAN : value;
-    return (x == R(1.0)) | (y == R(0.0)) ? R(1.0) : (x != x) | (y != y) ? x + y : defined;
+    const real value = (negative & is_odd) ? -positive : positive;
+    const real defined = ((x < R(0.0)) & !is_whole & (ax < infinite)) ? (real)NAN : value;
+    return ((x == R(1.0)) | (y == R(0.0))) ? R(1.0) : ((x != x) | (y != y)) ? x + y : defined;
 }}
 """
 
@@ -187,6 +187,6 @@ TIEROD_INLINE real tierod_hypot(real a, real b) {{
     const real down = most > {large} ? {down} : most < {small} ? {up} : R(1.0);
     const real back = most > {large} ? {up} : most < {small} ? {down} : R(1.0);
     const real p = x * down, q = y * down, v = M(sqrt)(tierod_fma(p, p, q * q)) * back;
-    return (x == infinite) | (y == infinite) ? infinite : v;
+    return ((x == infinite) | (y == infinite)) ? infinite : v;
 }}
 """

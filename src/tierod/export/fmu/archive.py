@@ -1,0 +1,116 @@
+"""A unit as one file: description, binary, sources and documentation."""
+
+from __future__ import annotations
+
+import html
+import math
+import zipfile
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from tierod.core.files import expanded, replacing
+from tierod.export.fmu.binary import built, place_of_binary
+from tierod.export.fmu.description import Version, model_description
+from tierod.export.fmu.sources import HEADERS, compiled_names, sources, standard_headers
+from tierod.export.fmu.variables import Model, Variable
+
+MOMENT = (1980, 1, 1, 0, 0, 0)
+"""Of every file in the archive: the same unit is made of the same bytes."""
+
+
+def write_unit(model: Model, version: Version, path: str | Path) -> Path:
+    """Write a unit, whole or not at all.
+
+    Args:
+        model: that is exported
+        version: of the standard
+        path: of the file
+
+    Raises:
+        MissingExtra: fmpy is not installed
+        CompileError: there is no compiler, or no name for this platform
+        OutputError: the file cannot be written
+    """
+    folder, ending = place_of_binary(version)
+    texts, names = sources(model, version), compiled_names(model, version)
+    binary = built(texts, names)
+    documents = {
+        "modelDescription.xml": model_description(model, version, names),
+        "documentation/index.html": documentation(model),
+        _licence_place(version): _licence(version),
+        **{f"sources/{name}": text for name, text in texts.items()},
+    }
+    if version == 3:
+        documents["sources/buildDescription.xml"] = _build_description(model, names)
+    with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in documents.items():
+            archive.writestr(_entry(name), text.encode())
+        archive.writestr(_entry(f"binaries/{folder}/{model.face.prefix}{ending}"), binary)
+    return expanded(path)
+
+
+def _entry(name: str) -> zipfile.ZipInfo:
+    entry = zipfile.ZipInfo(name, MOMENT)
+    entry.compress_type = zipfile.ZIP_DEFLATED
+    entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+    return entry
+
+
+def _licence_place(version: Version) -> str:
+    return "documentation/licenses/fmi-headers.txt" if version == 3 else "licenses/fmi-headers.txt"
+
+
+def _licence(version: Version) -> str:
+    """The licence of the headers of the standard, as they state it."""
+    text = standard_headers(version)[HEADERS[version][1]]
+    stated = text[text.find("Copyright") : text.find("*/", text.find("Copyright"))]
+    return f"The headers {', '.join(HEADERS[version])} are of the FMI standard:\n\n{stated.strip()}\n"
+
+
+def _build_description(model: Model, names: tuple[str, ...]) -> str:
+    files = "".join(f"      <SourceFile name={quoteattr(name)}/>\n" for name in names)
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n<fmiBuildDescription fmiVersion="3.0">\n'
+        f"  <BuildConfiguration modelIdentifier={quoteattr(model.face.prefix)}>\n"
+        f'    <SourceFileSet language="C99">\n{files}    </SourceFileSet>\n'
+        '    <Library name="m" external="true"/>\n'
+        "  </BuildConfiguration>\n</fmiBuildDescription>\n"
+    )
+
+
+def documentation(model: Model) -> str:
+    """A page on what the unit takes and gives."""
+    subject = model.face.subject
+    kind = (
+        "Outputs belong to the present instant: state and inputs as they are. A communication step is a whole number "
+        f"of steps of {subject.sample_time:g} s."
+        if model.present
+        else f"A sample is taken every {subject.sample_time:g} s, with the inputs as they were set at the start of the "
+        "communication step in which it falls. Outputs are those of the last sample. An input that is NaN is missing."
+    )
+    titles = (
+        ("Inputs", model.of("input")), ("Outputs", model.of("output", "status")),
+        ("Parameters, tunable", model.of("tunable")), ("Parameters, fixed at the start", model.of("fixed")),
+    )  # fmt: skip
+    tables = "".join(_table(title, rows) for title, rows in titles if rows)
+    title = html.escape(subject.title)
+    return (
+        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title></head><body>\n'
+        f"<h1>{title}</h1>\n<p>{html.escape(subject.version)}; vehicle {html.escape(subject.vehicle or 'none')}; "
+        f"parameters {subject.digest:08x}.</p>\n<p>{kind}</p>\n{tables}</body></html>\n"
+    )
+
+
+def _table(title: str, rows: tuple[Variable, ...]) -> str:
+    lines = "".join(
+        f"<tr><td>{html.escape(each.name)}</td><td>{html.escape(each.unit or '-')}</td><td>{_start(each)}</td>"
+        f"<td>{html.escape(each.meaning)}</td></tr>\n"
+        for each in rows
+    )
+    return (
+        f"<h2>{title}</h2>\n<table><tr><th>name</th><th>unit</th><th>start</th><th>meaning</th></tr>\n{lines}</table>\n"
+    )
+
+
+def _start(each: Variable) -> str:
+    return "" if each.kind in ("output", "status") else "missing" if math.isnan(each.start) else f"{each.start:g}"

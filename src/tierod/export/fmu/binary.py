@@ -1,0 +1,67 @@
+"""The binary of a unit, for the platform that it is made on."""
+
+from __future__ import annotations
+
+import platform
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from tierod.core.errors import CompileError
+from tierod.core.graph.compiler import compiler
+from tierod.export.evidence.tools import ran
+from tierod.export.fmu.description import Version
+
+FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-math-errno", "-ffp-contract=off")
+"""For any processor of the kind, not for this one alone."""
+
+_MACHINES = {"amd64": "x86_64", "x86_64": "x86_64", "arm64": "aarch64", "aarch64": "aarch64"}
+_SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib"), "win32": ("windows", ".dll")}
+_OLD_SYSTEMS = {"linux": "linux64", "darwin": "darwin64", "win32": "win64"}
+
+
+def place_of_binary(version: Version) -> tuple[str, str]:
+    """Folder and ending of a binary of this platform.
+
+    Args:
+        version: of the standard
+
+    Raises:
+        CompileError: the standard has no name for this platform
+    """
+    machine = _MACHINES.get(platform.machine().lower())
+    system = _SYSTEMS.get(sys.platform)
+    if machine is None or system is None or (version == 2 and machine != "x86_64" and sys.platform != "darwin"):
+        raise CompileError(
+            f"FMI {version}.0 has no name for the platform '{platform.machine()}, {sys.platform}'; export on another "
+            "one" + (", or with --fmi 3" if version == 2 else "")
+        )
+    folder = f"{machine}-{system[0]}" if version == 3 else _OLD_SYSTEMS[sys.platform]
+    return folder, system[1]
+
+
+def built(texts: Mapping[str, str], names: Sequence[str]) -> bytes:
+    """The shared library of some sources.
+
+    Args:
+        texts: of all files by name
+        names: of those that are compiled
+
+    Raises:
+        CompileError: there is no compiler, or it refuses them
+    """
+    command = compiler()
+    if command is None:
+        raise CompileError(
+            "a functional mock-up unit holds a binary, and no C compiler was found (looked for cc, gcc, clang and the "
+            "wheel ziglang); install one, or pip install 'tierod[compiler]'"
+        )
+    with tempfile.TemporaryDirectory(prefix="tierod-") as name:
+        folder = Path(name)
+        for file, text in texts.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        done = ran([*command, *FLAGS, *names, "-o", "unit.bin", "-lm"], folder)
+        if done.code != 0 or not (folder / "unit.bin").is_file():
+            raise CompileError(f"the C compiler '{' '.join(command)}' refused a generated unit ({done.first})")
+        return (folder / "unit.bin").read_bytes()

@@ -1,0 +1,168 @@
+"""The model description of a unit, in the schema of FMI 2.0 or 3.0."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Literal
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+from tierod import __version__
+from tierod.core.statement import STATUSES
+from tierod.core.units import dimensions
+from tierod.export.c_header import plain
+from tierod.export.fmu.variables import Model, Variable
+
+Version = Literal[2, 3]
+
+STATUS_TYPE = "Status"
+LOG_CATEGORIES = (
+    ("logEvents", "Course of a run"),
+    ("logStatusError", "What was given, what was expected, and what to do"),
+)
+_CAUSALITY = {
+    "time": "independent", "input": "input", "output": "output", "status": "output",
+    "fixed": "parameter", "tunable": "parameter",
+}  # fmt: skip
+_BASE_ORDER = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+
+def token(model: Model) -> str:
+    """What description and binary have in common."""
+    subject = model.face.subject
+    return f"{{tierod-{subject.name}-{subject.digest:08x}-{len(model.variables)}}}"
+
+
+def model_description(model: Model, version: Version, sources: Iterable[str]) -> str:
+    """The whole document.
+
+    Args:
+        model: that is described
+        version: of the standard
+        sources: names of the files that the binary is made of
+    """
+    subject = model.face.subject
+    root = Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "3.0" if version == 3 else "2.0",
+            "modelName": plain(subject.title),
+            "instantiationToken" if version == 3 else "guid": token(model),
+            "description": plain(f"{subject.title}; vehicle {subject.vehicle or 'none'}; {subject.version}"),
+            "version": f"{subject.digest:08x}",
+            "generationTool": f"tierod {__version__}",
+            "variableNamingConvention": "structured",
+        },
+    )
+    _co_simulation(root, model, version, sources)
+    _units(root, model)
+    _types(root, model, version)
+    logs = SubElement(root, "LogCategories")
+    for name, text in LOG_CATEGORIES:
+        SubElement(logs, "Category", {"name": name, "description": text})
+    SubElement(root, "DefaultExperiment", {"startTime": "0", "stepSize": repr(subject.sample_time)})
+    listed = SubElement(root, "ModelVariables")
+    for each in model.variables:
+        (_variable_3 if version == 3 else _variable_2)(listed, each, model.present)
+    (_structure_3 if version == 3 else _structure_2)(root, model)
+    ElementTree.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _co_simulation(root: Element, model: Model, version: Version, sources: Iterable[str]) -> None:
+    state = "canGetAndSetFMUState" if version == 3 else "canGetAndSetFMUstate"
+    serial = "canSerializeFMUState" if version == 3 else "canSerializeFMUstate"
+    given = {
+        "modelIdentifier": model.face.prefix,
+        "canHandleVariableCommunicationStepSize": "true",
+        state: "true",
+        serial: "true",
+    }
+    if version == 3:
+        SubElement(root, "CoSimulation", given | {"fixedInternalStepSize": repr(model.face.subject.sample_time)})
+        return
+    files = SubElement(SubElement(root, "CoSimulation", given), "SourceFiles")
+    for name in sources:
+        SubElement(files, "File", {"name": name})
+
+
+def _units(root: Element, model: Model) -> None:
+    listed = SubElement(root, "UnitDefinitions")
+    for unit in sorted({each.unit for each in model.variables if each.unit}):
+        known = dimensions(unit)
+        base = {name: str(known.exponents[name]) for name in _BASE_ORDER if name in known.exponents}
+        size = {} if known.factor == 1.0 else {"factor": repr(known.factor)}
+        SubElement(SubElement(listed, "Unit", {"name": unit}), "BaseUnit", base | size)
+
+
+def _types(root: Element, model: Model, version: Version) -> None:
+    if not model.of("status"):
+        return
+    types = SubElement(root, "TypeDefinitions")
+    meaning = {"description": "State of what is monitored, or why it could not be judged"}
+    if version == 3:
+        kind = SubElement(types, "EnumerationType", {"name": STATUS_TYPE, **meaning})
+    else:
+        kind = SubElement(SubElement(types, "SimpleType", {"name": STATUS_TYPE, **meaning}), "Enumeration")
+    for code, each in enumerate(STATUSES):
+        SubElement(kind, "Item", {"name": str(each), "value": str(code)})
+
+
+def _about(each: Variable, present: bool) -> dict[str, str]:
+    continuous = each.kind in ("time", "input") or (each.kind == "output" and present)
+    variability = each.kind if each.kind in ("fixed", "tunable") else "continuous" if continuous else "discrete"
+    meaning = {"description": plain(each.meaning)} if each.meaning else {}
+    return {
+        "name": each.name,
+        "valueReference": str(each.reference),
+        "causality": _CAUSALITY[each.kind],
+        "variability": variability,
+        **meaning,
+    }
+
+
+def _number(each: Variable) -> dict[str, str]:
+    """Unit, range and start of a number."""
+    found = {"unit": each.unit} if each.unit else {}
+    found |= {"min": repr(each.limits.low)} if math.isfinite(each.limits.low) else {}
+    found |= {"max": repr(each.limits.high)} if math.isfinite(each.limits.high) else {}
+    if each.kind in ("input", "fixed", "tunable"):
+        found["start"] = "NaN" if math.isnan(each.start) else repr(each.start)
+    return found
+
+
+def _variable_3(listed: Element, each: Variable, present: bool) -> None:
+    if each.kind == "status":
+        SubElement(listed, "Enumeration", _about(each, present) | {"declaredType": STATUS_TYPE})
+    else:
+        SubElement(listed, "Float64", _about(each, present) | _number(each))
+
+
+def _variable_2(listed: Element, each: Variable, present: bool) -> None:
+    row = SubElement(listed, "ScalarVariable", _about(each, present))
+    if each.kind == "status":
+        SubElement(row, "Enumeration", {"declaredType": STATUS_TYPE})
+    else:
+        SubElement(row, "Real", _number(each))
+
+
+def _structure_3(root: Element, model: Model) -> None:
+    structure = SubElement(root, "ModelStructure")
+    outputs = model.of("output", "status")
+    for each in outputs:
+        depends = " ".join(map(str, model.inputs_of(each)))
+        SubElement(structure, "Output", {"valueReference": str(each.reference), "dependencies": depends})
+    for each in outputs:
+        SubElement(structure, "InitialUnknown", {"valueReference": str(each.reference)})
+
+
+def _structure_2(root: Element, model: Model) -> None:
+    """Places in the list of variables, from 1 on."""
+    structure = SubElement(root, "ModelStructure")
+    outputs = model.of("output", "status")
+    for name in ("Outputs", "InitialUnknowns"):
+        group = SubElement(structure, name)
+        for each in outputs:
+            depends = {"dependencies": " ".join(str(k + 1) for k in model.inputs_of(each))} if name == "Outputs" else {}
+            SubElement(group, "Unknown", {"index": str(each.reference + 1), **depends})

@@ -1,0 +1,118 @@
+"""The sources of a unit: the printed C, and what makes an instance of it that both standards know."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from tierod.core.errors import MissingExtra
+from tierod.export.c_header import header
+from tierod.export.c_parameters import parameters
+from tierod.export.c_source import source
+from tierod.export.fmu.description import Version, token
+from tierod.export.fmu.variables import Model, Variable
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+HEADERS: Mapping[Version, tuple[str, ...]] = {
+    2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
+    3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
+}
+"""Of the standard, under the 2-clause BSD licence; fmpy brings them along."""
+
+_KINDS = {"time": "TIME", "input": "INPUT", "output": "OUTPUT", "status": "STATUS", "fixed": "FIXED"}
+
+
+def compiled_names(model: Model, version: Version) -> tuple[str, ...]:
+    """Files that are compiled."""
+    prefix = model.face.prefix
+    return (f"fmi{version}.c", "model.c", f"{prefix}.c", f"{prefix}_parameters.c")
+
+
+def sources(model: Model, version: Version) -> dict[str, str]:
+    """Name -> text of all sources, the headers of the standard among them.
+
+    Args:
+        model: that is exported
+        version: of the standard
+
+    Raises:
+        MissingExtra: fmpy, which brings the headers, is not installed
+    """
+    face = model.face
+    values = _values(model)
+    own = {f"{face.prefix}.h": header(face), f"{face.prefix}.c": source(face)}
+    own[f"{face.prefix}_parameters.c"] = parameters(face)
+    made = {name: _rendered(f"{name}.j2", values) for name in ("model.h", "model.c", f"fmi{version}.c")}
+    return own | made | standard_headers(version)
+
+
+def standard_headers(version: Version) -> dict[str, str]:
+    """Name -> text of the headers of the standard.
+
+    Raises:
+        MissingExtra: fmpy is not installed
+    """
+    found = find_spec("fmpy")
+    if found is None or found.origin is None:
+        raise MissingExtra("fmpy", "fmi", "the export of functional mock-up units")
+    folder = Path(found.origin).parent / "c-code"
+    return {name: (folder / name).read_text(encoding="utf-8", errors="replace") for name in HEADERS[version]}
+
+
+def _rendered(name: str, values: Mapping[str, object]) -> str:
+    import jinja2
+
+    # The texts are C, in which nothing is escaped.
+    environment: Any = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=False,
+        undefined=jinja2.StrictUndefined,
+        keep_trailing_newline=True,
+    )
+    text: str = environment.get_template(name).render(values)
+    return text
+
+
+def _values(model: Model) -> dict[str, object]:
+    face = model.face
+    started = [each for each in model.of("input") if each.start != 0.0]
+    return {
+        "prefix": face.prefix,
+        "guard": face.prefix.upper(),
+        "token": token(model),
+        "step": repr(face.subject.sample_time),
+        "present": model.present,
+        "count": len(model.variables),
+        "variables": "".join(f"    {_row(each)},\n" for each in model.variables),
+        "starts": "".join(f"    memory->{each.place} = {_c(each.start)};\n" for each in started),
+        "status": _statuses(model),
+    }
+
+
+def _row(each: Variable) -> str:
+    kind = _KINDS.get(each.kind, "TUNABLE")
+    place = f"PLACE({each.place})" if each.place else "0U"
+    limits = each.limits
+    opened = "true" if limits.open_low else "false"
+    return f'{{{kind}, {place}, {_c(limits.low)}, {_c(limits.high)}, {opened}, "{each.name}"}}'
+
+
+def _statuses(model: Model) -> str:
+    """C that finds the code of an enumeration."""
+    rows = "".join(
+        f"    case {each.reference}U:\n        *value = (int64_t)instance->memory.{each.place};\n        break;\n"
+        for each in model.of("status")
+    )
+    return f"    switch (reference) {{\n{rows}    default:\n        *value = 0;\n        break;\n    }}"
+
+
+def _c(value: float) -> str:
+    if math.isnan(value):
+        return "(double)NAN"
+    if math.isinf(value):
+        return "(double)INFINITY" if value > 0.0 else "(-(double)INFINITY)"
+    return repr(value) if value >= 0.0 else f"({value!r})"

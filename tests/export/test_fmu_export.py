@@ -1,0 +1,321 @@
+"""Units are valid, state what `scan` states, and say in a message what is wrong."""
+
+import ctypes
+import re
+import subprocess
+import zipfile
+
+import numpy as np
+import pytest
+
+from exported_c import needs_gcc, reference, rounded, worst_share
+from tierod.core.fields import replaced
+from tierod.core.graph import scan
+from tierod.export.fmu.archive import write_unit
+from tierod.export.fmu.sources import compiled_names, sources, standard_headers
+from tierod.export.fmu.variables import Model, structured
+from tierod.export.interface import Interface, Options
+from tierod.export.stimuli import random_inputs
+from tierod.export.subject import subject_of, subject_of_block
+from tierod.proving_ground.cars.column_bench import ColumnBench
+from tierod.proving_ground.control.blocks import Driving
+from tierod.proving_ground.run import usual_inputs
+from watched_torque import Watch
+
+fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
+fmi2 = pytest.importorskip("fmpy.fmi2")
+fmi3 = pytest.importorskip("fmpy.fmi3")
+
+pytestmark = needs_gcc
+
+OPTIONS = Options("double", libm=False, fused=True)
+
+
+def unit(subject, version, folder, starts=None, present=False):
+    """A unit written into a folder: its model and path."""
+    model = Model(Interface(subject, OPTIONS), starts or {}, present)
+    return model, write_unit(model, version, folder / f"unit{version}.fmu")
+
+
+class Instance:
+    """A unit that runs, the same way for both versions; collects its log messages."""
+
+    def __init__(self, path, folder):
+        self.description = fmpy.read_model_description(path)
+        self.is_3 = self.description.fmiVersion.startswith("3")
+        given = {
+            "guid": self.description.guid,
+            "unzipDirectory": fmpy.extract(str(path), str(folder / "unpacked")),
+            "modelIdentifier": self.description.coSimulation.modelIdentifier,
+            "instanceName": "one",
+        }
+        self.fmu = (fmi3.FMU3Slave if self.is_3 else fmi2.FMU2Slave)(**given)
+        self.references = {each.name: each.valueReference for each in self.description.modelVariables}
+        self.messages = []
+        self.fmu.instantiate(**({"logMessage": self._log_3} if self.is_3 else {"callbacks": self._callbacks()}))
+        self.time = 0.0
+
+    def _callbacks(self):
+        def log(environment, name, status, category, message, *_):
+            self.messages.append("a message")
+
+        self.kept = fmi2.fmi2CallbackFunctions()
+        self.kept.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+        self.kept.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        self.kept.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        return self.kept
+
+    def _log_3(self, environment, status, category, message):
+        self.messages.append(message.decode())
+
+    def begin(self, stop=None):
+        if self.is_3:
+            self.fmu.enterInitializationMode(startTime=0.0, stopTime=stop)
+        else:
+            self.fmu.setupExperiment(startTime=0.0, stopTime=stop)
+            self.fmu.enterInitializationMode()
+
+    def begun(self):
+        self.fmu.exitInitializationMode()
+
+    def set(self, names, values):
+        chosen = [self.references[name] for name in names]
+        (self.fmu.setFloat64 if self.is_3 else self.fmu.setReal)(chosen, [float(each) for each in values])
+
+    def get(self, names):
+        chosen = [self.references[name] for name in names]
+        return (self.fmu.getFloat64 if self.is_3 else self.fmu.getReal)(chosen)
+
+    def status(self, name):
+        chosen = [self.references[name]]
+        return (self.fmu.getInt64 if self.is_3 else self.fmu.getInteger)(chosen)[0]
+
+    def step(self, size):
+        self.fmu.doStep(self.time, size)
+        self.time += size
+
+    def end(self):
+        self.fmu.terminate()
+        self.fmu.freeInstance()
+
+
+def rows_of(instance, model, inputs, step):
+    """Outputs of every step, in the order of the graph."""
+    names = [each.name for each in model.of("input")]
+    outputs = model.of("output", "status")
+    numbers = [each.name for each in outputs if each.kind == "output"]
+    found = np.zeros((len(inputs), len(outputs)))
+    at = [each.kind == "output" for each in outputs]
+    for k, row in enumerate(inputs):
+        instance.set(names, row)
+        if model.present:
+            found[k, at] = instance.get(numbers)
+        instance.step(step)
+        if not model.present:
+            found[k, at] = instance.get(numbers)
+            found[k, np.logical_not(at)] = [instance.status(e.name) for e in outputs if e.kind == "status"]
+    return found
+
+
+@pytest.fixture(scope="module")
+def friction():
+    return subject_of("friction", "midsize-eps")
+
+
+@pytest.fixture(scope="module")
+def watch():
+    return subject_of_block("watch", Watch(), 100.0, "A watch")
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_monitor_is_valid_and_states_what_scan_states(friction, tmp_path, version):
+    from fmpy.validation import validate_fmu
+
+    model, path = unit(friction, version, tmp_path)
+    assert validate_fmu(str(path)) == []
+    inputs = rounded(random_inputs(friction, 1500, seed=2))
+    instance = Instance(path, tmp_path)
+    instance.begin()
+    instance.begun()
+    found = rows_of(instance, model, inputs, 0.01)
+    instance.end()
+    assert worst_share(found, reference(friction, inputs)).max() <= 1e-12
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_plant_gives_its_outputs_at_the_instant_of_its_inputs(tmp_path, version):
+    from fmpy.validation import validate_fmu
+
+    bench = ColumnBench()
+    subject = subject_of_block("plant", bench, 1.0 / bench.step_time, "A bench")
+    starts = usual_inputs(bench)
+    model, path = unit(subject, version, tmp_path, starts, present=True)
+    assert validate_fmu(str(path)) == []
+    inputs = np.tile([starts[name] for name in subject.graph.sample], (800, 1))
+    place = next(k for k, name in enumerate(subject.graph.sample) if "torque" in name or "angle" in name)
+    inputs[:, place] = 2.0 * np.sin(0.02 * np.arange(800))
+    instance = Instance(path, tmp_path)
+    instance.begin()
+    instance.begun()
+    found = rows_of(instance, model, inputs, bench.step_time)
+    instance.end()
+    wanted = scan(bench, inputs).values
+    assert np.ptp(wanted, axis=0).max() > 0.01
+    assert worst_share(found, wanted).max() <= 1e-12
+
+
+def test_every_function_of_the_standard_is_exported(watch, tmp_path):
+    for version in (2, 3):
+        _, path = unit(watch, version, tmp_path)
+        instance = Instance(path, tmp_path / str(version))
+        text = standard_headers(version)[f"fmi{version}Functions.h"]
+        names = set(re.findall(rf"#define (fmi{version}\w+)\s+fmi{version}FullName", text))
+        assert len(names) > 40
+        assert all(hasattr(instance.fmu.dll, name) for name in names)
+        instance.end()
+
+
+def test_the_sources_compile_without_a_warning(watch, tmp_path):
+    model = Model(Interface(watch, OPTIONS), {})
+    for version in (2, 3):
+        folder = tmp_path / str(version)
+        folder.mkdir()
+        for name, text in sources(model, version).items():
+            (folder / name).write_text(text)
+        flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+        # The headers of FMI 3 declare callbacks with empty brackets, which is old, and not ours.
+        command = ["gcc", *flags, "-isystem", ".", "-fsyntax-only", *compiled_names(model, version)]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr[:2000]
+
+
+def test_a_state_is_kept_restored_and_written(watch, tmp_path):
+    for version in (2, 3):
+        model, path = unit(watch, version, tmp_path)
+        instance = Instance(path, tmp_path / str(version))
+        instance.begin()
+        instance.begun()
+        rows_of(instance, model, np.full((40, 1), 4.0), 0.01)
+        fmu = instance.fmu
+        kept = fmu.getFMUState() if instance.is_3 else fmu.getFMUstate()
+        written = fmu.serializeFMUState(kept) if instance.is_3 else fmu.serializeFMUstate(kept)
+        first = rows_of(instance, model, np.full((30, 1), 5.0), 0.01)
+        restored = (fmu.deserializeFMUState if instance.is_3 else fmu.deSerializeFMUstate)(written)
+        for state in (kept, restored):
+            (fmu.setFMUState if instance.is_3 else fmu.setFMUstate)(state)
+            instance.time = 0.4
+            assert np.array_equal(rows_of(instance, model, np.full((30, 1), 5.0), 0.01), first)
+            (fmu.freeFMUState if instance.is_3 else fmu.freeFMUstate)(state)
+        instance.end()
+
+
+def test_a_tunable_parameter_acts_from_the_next_step_and_a_fixed_one_before_the_first(watch, tmp_path):
+    model, path = unit(watch, 3, tmp_path)
+    kinds = {each.name: each.kind for each in model.variables}
+    assert kinds["limit"] == kinds["memory"] == "tunable"
+    assert "sample_time" not in kinds
+    instance = Instance(path, tmp_path)
+    instance.begin()
+    instance.set(["limit"], [6.0])
+    instance.begun()
+    rows = rows_of(instance, model, np.full((50, 1), 5.0), 0.01)
+    other = scan(replaced(Watch(), {"limit": 6.0}), np.full((50, 1), 5.0)).values
+    assert worst_share(rows, other).max() <= 1e-12
+    instance.set(["limit"], [1.0])
+    assert rows_of(instance, model, np.full((50, 1), 5.0), 0.01)[-1, 0] == 2.0
+    instance.end()
+
+
+def test_a_communication_step_of_any_length_takes_the_samples_that_fall_into_it(watch, tmp_path):
+    model, path = unit(watch, 3, tmp_path)
+    fine, coarse = Instance(path, tmp_path / "fine"), Instance(path, tmp_path / "coarse")
+    for instance in (fine, coarse):
+        instance.begin()
+        instance.begun()
+    rows = rows_of(fine, model, np.full((400, 1), 5.0), 0.001)[9::10]
+    assert np.array_equal(rows[4::5], rows_of(coarse, model, np.full((8, 1), 5.0), 0.05))
+    assert np.array_equal(rows[:, 1:], scan(Watch(), np.full((40, 1), 5.0)).values[:, 1:])
+    fine.end()
+    coarse.end()
+
+
+def wrong(instance, action, *arguments):
+    """The message that a refused call leaves."""
+    instance.messages.clear()
+    with pytest.raises(Exception, match="failed"):
+        action(*arguments)
+    return instance.messages[-1]
+
+
+def test_what_is_wrong_is_said_in_a_message(watch, tmp_path):
+    _, path = unit(watch, 3, tmp_path)
+    instance = Instance(path, tmp_path)
+    assert "a step follows initialization" in wrong(instance, instance.step, 0.01)
+    instance.begin(stop=1.0)
+    instance.begun()
+    assert "the instance is at 0 s" in wrong(instance, instance.fmu.doStep, 0.5, 0.01)
+    assert "beyond the end of the run, 1 s" in wrong(instance, instance.fmu.doStep, 0.0, 1.5)
+    assert "'smooth' is no input and no parameter" in wrong(instance, instance.set, ["smooth"], [1.0])
+    assert "no variable with the value reference 99" in wrong(instance, instance.fmu.getFloat64, [99])
+    assert "'statement.status' is an enumeration" in wrong(instance, instance.get, ["statement.status"])
+    assert "not supported" in wrong(instance, instance.fmu.enterEventMode)
+    instance.end()
+
+
+def test_a_plant_that_diverges_and_a_step_that_does_not_fit_are_named(tmp_path):
+    bench = ColumnBench()
+    subject = subject_of_block("plant", bench, 1.0 / bench.step_time, "A bench")
+    model, path = unit(subject, 3, tmp_path, usual_inputs(bench), present=True)
+    instance = Instance(path, tmp_path)
+    instance.begin()
+    instance.begun()
+    assert "no multiple of" in wrong(instance, instance.step, 1.5 * bench.step_time)
+    name = model.of("input")[0].name
+    instance.set([name], [np.nan])
+    assert "is no longer finite at 0 s" in wrong(instance, instance.step, bench.step_time)
+    instance.end()
+
+
+def test_a_parameter_out_of_its_range_is_refused(tmp_path):
+    bench = ColumnBench()
+    subject = subject_of_block("plant", bench, 1.0 / bench.step_time, "A bench")
+    model, path = unit(subject, 3, tmp_path, usual_inputs(bench), present=True)
+    chosen = next(each for each in model.of("tunable", "fixed") if each.limits.open_low and each.limits.low == 0.0)
+    instance = Instance(path, tmp_path)
+    assert "its range is above 0" in wrong(instance, instance.set, [chosen.name], [-1.0])
+    instance.end()
+
+
+def test_a_unit_of_another_description_is_refused(watch, tmp_path):
+    _, path = unit(watch, 3, tmp_path)
+    instance = Instance(path, tmp_path)
+    make = instance.fmu.dll.fmi3InstantiateCoSimulation
+    make.restype = ctypes.c_void_p
+    given = [b"two", b"another", None, False, False, False, False, None, 0, None]
+    assert make(*given, *(kind() for kind in make.argtypes[10:])) is None
+    instance.end()
+
+
+def test_the_same_unit_is_made_of_the_same_bytes(watch, tmp_path):
+    _, first = unit(watch, 3, tmp_path)
+    before = first.read_bytes()
+    _, second = unit(watch, 3, tmp_path)
+    assert second.read_bytes() == before
+    names = zipfile.ZipFile(second).namelist()
+    assert {"modelDescription.xml", "sources/buildDescription.xml", "documentation/index.html"} <= set(names)
+    assert "2-Clause BSD" in zipfile.ZipFile(second).read("documentation/licenses/fmi-headers.txt").decode()
+
+
+def test_an_output_named_like_an_input_gets_a_name_of_its_own(tmp_path):
+    from fmpy.validation import validate_fmu
+
+    subject = subject_of_block("driver", Driving(), 1000.0)
+    model, path = unit(subject, 3, tmp_path, usual_inputs(Driving()))
+    assert {"steering_wheel_angle", "output_steering_wheel_angle"} <= {each.name for each in model.variables}
+    assert validate_fmu(str(path)) == []
+
+
+def test_names_are_structured():
+    assert structured("filter.gain.0.2") == "filter.gain[1,3]"
+    assert structured("lanes.4.limit") == "lanes[5].limit"
+    assert structured("smooth") == "smooth"
