@@ -59,5 +59,5 @@ def _fleet(folder: Path) -> None:
     day = SECONDS_PER_DAY
     worn = Ageing("worn", Linear(0.01 / day), 0.05, (100.0 * day, 250.0 * day))
     batches = (Group("rack batch", "2025-47", 0.25, 0.5), Group("rack batch", "2025-12", 0.25, 0.0))
-    file = FleetFile("demo", cars=CARS, start="2026-01-05", weeks=WEEKS, groups=batches, ageing=(worn,), seed=1)
+    file = FleetFile("demo", cars=CARS, start="2024-01-08", weeks=WEEKS, groups=batches, ageing=(worn,), seed=1)
     write_estimates(drawn(file), folder, shipped_law())

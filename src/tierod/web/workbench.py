@@ -55,6 +55,7 @@ class Workbench:
         self._readers: OrderedDict[Path, SeriesReader] = OrderedDict()
         self._lock = threading.Lock()
         if site.demo:
+            folders(site.cache / "demo")[0].mkdir(parents=True, exist_ok=True)
             self.jobs.submit("demo", {"folder": str(site.cache / "demo")}, "making the demo")
 
     def __enter__(self) -> Workbench:

@@ -43,7 +43,8 @@ export function axis(more) {
   return { stroke: token("muted"), grid: { stroke: token("line"), width: 0.6 }, ticks: { stroke: token("line"), width: 1, size: 5 }, font: "12px system-ui, sans-serif", ...more };
 }
 
-const timeText = (self, values) => values.map((v) => (Math.abs(values[values.length - 1]) >= 600 && values[1] - values[0] >= 1 ? clock(v) : figure(v, 7)));
+const minutes = (v) => `${v < 0 ? "−" : ""}${Math.floor(Math.abs(v) / 60)}:${String(Math.round(Math.abs(v) % 60)).padStart(2, "0")}`;
+const timeText = (self, values) => values.map((v) => (Math.abs(values[values.length - 1]) < 120 || values[1] - values[0] < 1 ? `${figure(v, 7)} s` : Math.abs(v) < 3600 ? minutes(v) : clock(v)));
 
 /** Nearest place of a time in rising times. */
 export function nearest(times, at) {
@@ -63,7 +64,7 @@ function tables(curves) {
     series.push({ ...line }, { ...line });
     bands.push({ series: [at + 1, at], fill: clear(c.colour, 0.55) });
     if (c.band) {
-      const edge = { scale, stroke: clear(c.colour, 0.35), width: 0.6, points: { show: false }, spanGaps: false };
+      const edge = { scale, stroke: clear(c.colour, 0.35), width: 0.6, points: { show: false }, spanGaps: false, auto: false };
       series.push({ ...edge }, { ...edge });
       bands.push({ series: [at + 3, at + 2], fill: clear(c.colour, 0.15) });
     }
@@ -227,7 +228,7 @@ export function TrendChart({ days, values, errors, band, levels = [], unit, labe
     return new uPlot({
       width, height, series, bands: band ? [{ series: [4, 2], fill: clear(red, 0.16) }] : [],
       scales: { x: { time: true }, y: { range: (u, low, high) => ranged(u, Math.min(low ?? Infinity, ...shown), Math.max(high ?? -Infinity, ...shown)) } },
-      axes: [axis({}), axis({ size: 62, label: unit, labelSize: 16, labelFont: "12px system-ui, sans-serif", values: (_, v) => v.map((x) => figure(x, 5)) })],
+      axes: [axis({ values: (_, v) => v.map((s) => new Date(1000 * s).toISOString().slice(0, 10)), space: 80 }), axis({ size: 62, label: unit, labelSize: 16, labelFont: "12px system-ui, sans-serif", values: (_, v) => v.map((x) => figure(x, 5)) })],
       legend: { show: false }, cursor: { y: false, points: { show: false } },
       hooks: {
         drawClear: [drawn(props)],

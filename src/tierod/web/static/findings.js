@@ -13,7 +13,7 @@ export function lanes(result, span) {
       const status = first.word || first.status, marks = [];
       if (first.since !== null) marks.push({ from: first.since, to: span[1], text: `${status} since ${clock(first.since)}`, kind: kind(status) });
       else marks.push({ from: span[0], to: span[1], text: status, kind: kind(status) });
-      for (const decision of each.decisions) if (decision.passed !== null && decision.passed !== undefined) marks.push({ from: decision.passed, to: decision.passed + NEAR * (span[1] - span[0]), text: `◆ ${decision.name}`, kind: "watch", title: `${decision.name}: ${decision.rule}; passed at ${clock(decision.passed)}` });
+      for (const decision of each.decisions) if (decision.passed !== null && decision.passed !== undefined) marks.push({ from: decision.passed, to: decision.passed + NEAR * (span[1] - span[0]), text: "◆", point: true, kind: "watch", title: `${decision.name}: ${decision.rule}; passed at ${clock(decision.passed)}` });
       found.push({ name: monitor, monitor, marks });
     }
     for (const element of each.elements) {
@@ -32,7 +32,7 @@ export function TimeAxis({ result, span, view, onView }) {
     <div class="lane"><span class="small">shown</span><div class="track" title="The stretch that the charts show">
       <i style=${{ left: `${(100 * (view[0] - span[0])) / (span[1] - span[0])}%`, width: `${Math.max((100 * width) / (span[1] - span[0]), 0.3)}%` }}></i></div></div>
     ${all.map((lane) => html`<div class="lane" key=${lane.name}><span>${lane.name}</span><div class="track">
-      ${lane.marks.filter((m) => m.to >= view[0] && m.from <= view[1]).map((m) => html`<button key=${m.text + m.from} class=${m.kind} style=${{ left: at(m.from), width: `calc(${at(m.to)} - ${at(m.from)})`, minWidth: "6px" }}
+      ${lane.marks.filter((m) => m.to >= view[0] && m.from <= view[1]).map((m) => html`<button key=${m.text + m.from} class=${m.kind} style=${{ left: at(m.from), width: m.point ? "16px" : `calc(${at(m.to)} - ${at(m.from)})`, minWidth: "6px", zIndex: m.point ? 1 : 0 }}
         title=${`${m.title || m.text} (click to look at it)`} aria-label=${`${lane.name}: ${m.title || m.text}`} onClick=${() => around(m, span, onView)}>${m.text}</button>`)}
     </div></div>`)}
     ${!all.length && html`<p class="small">No monitor could judge this recording.</p>`}</section>`;
@@ -53,7 +53,7 @@ export function Verdict({ monitor, each, result }) {
       ${f.estimate && html`<p><span class="value">${figure(shownIn(f.estimate.unit)[0] * f.estimate.value)} ${shownIn(f.estimate.unit)[1]}</span>
         <span class="small"> ± ${figure(1.96 * shownIn(f.estimate.unit)[0] * f.estimate.standard_deviation, 2)} (95 %), ${f.estimate.quantity}${Object.entries(f.estimate.reference).map(([name, value]) => `; ${name} ${figure(shownIn(f.estimate.unit)[0] * value)}`).join("")}</span></p>`}
       ${f.cause && html`<p class="small">${sentence(f.cause)}</p>`}
-      ${f.action && html`<p>${sentence(f.action)}</p>`}
+      ${f.action && f.action !== "none" && html`<p>${sentence(f.action)}</p>`}
       ${f.warnings.map((w) => html`<p class="note">${sentence(w)}</p>`)}</div>`)}
     ${each.elements.some((e) => e.status !== "healthy") && html`<details><summary>${each.elements.length} sensors and actuators</summary><ul>${each.elements.map((e) => html`<li>${e.name.replaceAll("_", " ")}: ${e.status}${e.cause ? ` (${e.cause})` : ""}</li>`)}</ul></details>`}
     <p><a class="button" href=${`/recording?report=${result.key}/${monitor}`}>Report</a></p></article>`;

@@ -5,7 +5,7 @@ import { link, set } from "./address.js";
 import { Badge, date, figure, kind, Loading, sentence, Table, Trouble, useFetched, useJob, Work } from "./parts.js";
 import { shownIn } from "./findings.js";
 
-const COUNT = 100;
+const COUNT = 50;
 
 /** What is known of a fleet; a job works it out first where it is new. */
 export function useFleet(name) {
@@ -58,7 +58,7 @@ function Cars({ address, name, fleet }) {
       { title: "state", sort: "state", show: (r) => (r.state ? html`<${Badge} status=${r.state} />` : html`<span class="small">no remark</span>`) },
       { title: "why", text: true, key: "why" },
       { title: `level ± 95 % [${unit}]`, n: true, sort: "level", show: (r) => (r.level === undefined || r.level === null ? "–" : `${figure(factor * r.level, 3)} ± ${figure(1.96 * factor * r.deviation, 2)}`) },
-      { title: "limit in 90 d", n: true, sort: "chance", show: (r) => (r.chance === undefined || r.chance === null ? "–" : `${figure(100 * r.chance, 2)} %`) },
+      { title: "limit in 90 d", n: true, sort: "chance", show: (r) => (r.chance === undefined || r.chance === null ? "–" : r.chance < 1e-3 ? "< 0.1 %" : `${figure(100 * r.chance, 2)} %`) },
       { title: "drives", n: true, key: "drives", sort: "drives" },
       { title: "last", n: true, sort: "last", show: (r) => (r.last || "–").slice(0, 10) },
       { title: "cohort", show: (r) => Object.entries(r.cohort || {}).map(([k, v]) => `${k} ${v}`).join(", ") },

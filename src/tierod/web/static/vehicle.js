@@ -30,7 +30,7 @@ function Car({ results, car }) {
   return html`<section class="card"><h2>${row.state ? html`<${Badge} status=${row.state} /> ` : "No remark: "}${car}</h2>
       ${(listed ? listed.reasons : []).map((r) => html`<p>${sentence(r.text)} Inspect ${sentence(r.inspect)}</p>`)}
       <dl class="facts"><div><dt>drives</dt><dd>${row.drives}</dd></div><div><dt>last drive</dt><dd>${(row.last || "–").slice(0, 10)}</dd></div>${Object.entries(row.cohort || {}).map(([k, v]) => html`<div><dt>${k}</dt><dd>${v}</dd></div>`)}</dl></section>
-    ${found.data.quantities.map((q, at) => html`<${Trend} key=${at} quantity=${q} drives=${drives} band=${(found.data.bands[at] || {})[car]} car=${car} />`)}
+    ${found.data.quantities.map((q, at) => html`<${Trend} key=${at} quantity=${q} drives=${drives} band=${found.data.bands[at]} car=${car} />`)}
     <${Drives} drives=${drives} />`;
 }
 
@@ -73,7 +73,7 @@ function Parameters({ address, site }) {
       { title: "parameter", show: (p) => html`<span title=${p.meaning}>${p.name.replaceAll("_", " ")}</span>` },
       { title: "value", n: true, show: (p) => figure(p.value, 5) }, { title: "± (one σ)", n: true, show: (p) => (p.standard_deviation === null ? html`<span title="not known">?</span>` : figure(p.standard_deviation, 2)) },
       { title: "unit", show: (p) => shownIn("")[1] + p.unit.replaceAll("**2", "²").replaceAll("*", "·") },
-      { title: "origin", text: true, show: (p) => html`${p.assumed && html`<span class="badge watch">assumed</span> `}<span class="small">${p.source}</span>` },
+      { title: "origin", text: true, show: (p) => html`${p.assumed && html`<span class="badge watch">assumed</span> `}<span class="small">${p.assumed ? p.source.replace(/^assumed:? ?/i, "") : p.source}</span>` },
     ]} /><p class="small">Which of these a drive can identify, and how well, <code>tierod identify vehicle drive.mf4 --vehicle ${found.data.name}</code> works out.</p>`}</section>`;
 }
 
