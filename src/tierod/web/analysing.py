@@ -19,6 +19,7 @@ from tierod.core.signals import SIGNALS
 from tierod.experiments.fingerprint import fingerprint
 from tierod.fleet.judging import Asked
 from tierod.fleet.stamps import code, vehicle_digest
+from tierod.io.derive import ingredients
 from tierod.io.layout import plain
 from tierod.io.readers import SHARE_READ, ChannelMap, open_chunks, open_source, parse_channel_map
 from tierod.io.readers.streaming import loaded_map, planned
@@ -185,7 +186,9 @@ def _keep_result(
     folder = store.begun("results")
     writer = SeriesWriter(folder)
     watched = Watched(car, asked.monitors, asked.spread, writer)
-    wanted = [name for name in series.signals if "/" not in name]
+    # What no monitor reads must not move the begin of what is judged.
+    needed = {*watched.needs, *ingredients(watched.needs)}
+    wanted = [name for name in series.signals if name in needed]
     begin, end = series.span
     for piece in pieces(series, wanted, CHUNK):
         watched.add(piece)
@@ -193,6 +196,7 @@ def _keep_result(
         if not watched.running:
             break
     concluded = dict(watched.concluded())
+    _withhold(writer, concluded)
     writer.finish({})
     for place, (name, each) in enumerate(concluded.items()):
         say(0.9 + 0.1 * place / len(concluded), f"writing the report of {name}")
@@ -207,6 +211,14 @@ def _keep_result(
     }
     write_text(folder / "result.json", json.dumps(about), sweeps=False)
     store.settled(folder, "results", keys["key"])
+
+
+def _withhold(writer: SeriesWriter, concluded: Mapping[str, Concluded]) -> None:
+    """Leave out estimates that a monitor does not stand for in the end."""
+    for name in list(writer.signals):
+        monitor, _, trace = name.partition("/")
+        if monitor not in concluded or trace not in concluded[monitor].diagnosis.traces:
+            del writer.signals[name]
 
 
 def pieces(series: SeriesReader, names: Sequence[str], seconds: float) -> Iterator[Recording]:

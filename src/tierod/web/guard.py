@@ -129,6 +129,8 @@ class Guard:
         if scope["type"] == "http" and (token := self._brought(scope)) and self.trust.token:
             await _into_cookie(scope, send, token, self.trust)
             return
+        # Nothing is given out in parts.
+        scope["headers"] = [each for each in scope["headers"] if each[0] not in (b"range", b"if-range")]
         limit = self.trust.upload if scope["path"] == "/api/uploads" else self.trust.body
         await self.app(scope, _counted(receive, limit), _secured(send) if scope["type"] == "http" else send)
 

@@ -24,6 +24,9 @@ MOST_POINTS = 10_000
 MOST_PAIRS = 20_000
 """Points of two signals against each other."""
 
+MARGIN = 1.0
+"""By which the second signal of a pair is read beyond a stretch [s]."""
+
 MOST_EXPORTED = 20_000_000
 """Samples of an export, over all signals."""
 
@@ -111,7 +114,8 @@ def pair(readers: Sequence[SeriesReader], along: str, up: str, start: float | No
     """
     begin, end = _stretch(readers[0], start, stop)
     time, x = _holding(readers, along).samples(along, begin, end)
-    other, y = _holding(readers, up).samples(up, begin, end)
+    # A sample before and behind the stretch, so that its edges lie between two.
+    other, y = _holding(readers, up).samples(up, begin - MARGIN, end + MARGIN)
     step = max(-(-len(time) // MOST_PAIRS), 1)
     time, x = time[::step], x[::step]
     known = np.isfinite(y)
