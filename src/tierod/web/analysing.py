@@ -104,6 +104,7 @@ def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say
     )
     if not store.holds("series", key):
         _keep_series(store, reading, dbc, used, key, say)
+    store.remember(stamp, {"series": key})
     say(0.4, "judging", series=key)
     series = SeriesReader(store.path("series", key))
     if car is None:

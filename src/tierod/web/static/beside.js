@@ -1,5 +1,5 @@
 // Truth beside estimate: every estimate of a monitor with the true signal of the simulation in one panel.
-import { html, useEffect, useMemo, useState } from "./html.js";
+import { html, stack, useEffect, useMemo, useState } from "./html.js";
 import { windows } from "./api.js";
 import { token, TimeChart } from "./chart.js";
 import { Trouble } from "./parts.js";
@@ -27,8 +27,8 @@ export function Beside({ series, result, view, onView, moments }) {
     windows(series.key, { name, result: result.key, start: view[0], stop: view[1], points: 1600 }, stop.signal).then((found) => put({ found }), (error) => error.name === "AbortError" || put({ error }));
     return () => stop.abort();
   }, [list, view[0], view[1]]);
-  if (state.error) return html`<${Trouble} error=${state.error} />`;
-  if (!list.length) return html`<p class="card small">No estimate of the monitors that ran has a true signal of the same name in this car; open it as a recording to see all truth_ signals.</p>`;
+  if (state.error) return stack`<${Trouble} error=${state.error} />`;
+  if (!list.length) return stack`<p class="card small">No estimate of the monitors that ran has a true signal of the same name in this car; open it as a recording to see all truth_ signals.</p>`;
   if (!state.found) return null;
   return list.map((p) => html`<${One} key=${p.estimate.name} pair=${p} found=${state.found} view=${view} onView=${onView} moments=${moments} />`);
 }
@@ -42,7 +42,7 @@ function One({ pair, found, view, onView, moments }) {
     return [{ name: pair.estimate.name, title: "estimate", label: pair.estimate.label, colour: token("s1"), time: e.time, lower, upper, band },
       { name: pair.truth.name, title: "truth", label: pair.estimate.label, colour: token("s2"), dashed: true, time: t.time, lower: scale(t.lower), upper: scale(t.upper) }];
   }, [pair, found]);
-  return html`<section class="card panel" data-title=${pair.estimate.title}><div class="chips"><b>${pair.estimate.title} [${pair.estimate.label}]</b> <span class="small">${pair.estimate.name.split("/")[0]}</span>
+  return stack`<section class="card panel" data-title=${pair.estimate.title}><div class="chips"><b>${pair.estimate.title} [${pair.estimate.label}]</b> <span class="small">${pair.estimate.name.split("/")[0]}</span>
     ${curves.map((c) => html`<span class="chip"><i style=${{ background: c.colour }}></i>${c.title}</span>`)}</div>
     <${TimeChart} curves=${curves} view=${view} moments=${moments} onView=${onView} height=${210} label=${`${pair.estimate.title}: estimate beside truth`} /></section>`;
 }

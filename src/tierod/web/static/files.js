@@ -1,5 +1,5 @@
 // The list of recordings: folders by name alone, search, what is analysed already.
-import { html, useEffect, useRef, useState } from "./html.js";
+import { html, stack, useEffect, useRef, useState } from "./html.js";
 import { get } from "./api.js";
 import { go, link, set } from "./address.js";
 import { date, Loading, size, Table, Trouble, useFetched, Work } from "./parts.js";
@@ -12,7 +12,7 @@ export function Files({ address, site }) {
   const list = found.data;
   const open = (entry) => (address.pick ? go("recording", { ...address, view: undefined, pick: undefined, folder: undefined, search: undefined, sort: undefined, at: undefined, over: entry.file }) : go("recording", { file: entry.file }));
   const parts = folder.split("/").filter(Boolean);
-  return html`<h1>${address.pick ? `Choose the drive that is laid over ${(address.file || "").split("/").pop()}` : "Recordings"}</h1>
+  return stack`<h1>${address.pick ? `Choose the drive that is laid over ${(address.file || "").split("/").pop()}` : "Recordings"}</h1>
     ${site && site.demo !== undefined && site.demo !== "" && !address.pick && html`<${Demo} site=${site} again=${found.again} />`}
     <div class="card"><div class="row"><nav class="grow" aria-label="Folder"><a href="/">all folders</a>${parts.map((part, at) => html` / <a href=${link("", { ...address, view: undefined, folder: parts.slice(0, at + 1).join("/"), at: "" })}>${part}</a>`)}</nav>
       <${Search} value=${search} /><label><span class="small">sort</span><select value=${sort} onChange=${(e) => set({ sort: e.target.value, at: "" })}><option value="name">name</option><option value="modified" selected=${sort === "modified"}>newest</option><option value="bytes" selected=${sort === "bytes"}>largest</option></select></label>
@@ -32,7 +32,7 @@ export function Files({ address, site }) {
 function Search({ value }) {
   const timer = useRef(0);
   const put = (text) => { clearTimeout(timer.current); timer.current = setTimeout(() => set({ search: text, at: "" }), 200); };
-  return html`<label><span class="small">search</span><input type="search" value=${value} onInput=${(e) => put(e.target.value)} aria-label="Search recordings by name" /></label>`;
+  return stack`<label><span class="small">search</span><input type="search" value=${value} onInput=${(e) => put(e.target.value)} aria-label="Search recordings by name" /></label>`;
 }
 
 function Demo({ site, again }) {
@@ -50,7 +50,7 @@ function Demo({ site, again }) {
     look();
     return () => clearTimeout(timer);
   }, []);
-  if (job && job.state !== "done") return html`<${Work} job=${job} />`;
-  return html`<div class="card"><p>This is the demo: a drive of 13 minutes whose friction rises half-way, and a virtual fleet of 120 cars over a year. Your own: <code>tierod serve recordings/ results/ --vehicle car.toml</code></p>
+  if (job && job.state !== "done") return stack`<${Work} job=${job} />`;
+  return stack`<div class="card"><p>This is the demo: a drive of 13 minutes whose friction rises half-way, and a virtual fleet of 120 cars over a year. Your own: <code>tierod serve recordings/ results/ --vehicle car.toml</code></p>
     <p class="row"><a class="button" href=${link("recording", { file: site.demo })}>Open the demo drive</a><a class="button" href="/fleet">Look at the fleet</a><a class="button" href="/scenario">Try a scenario</a></p></div>`;
 }

@@ -1,5 +1,5 @@
 // Findings: in words, and on the time axis.
-import { html } from "./html.js";
+import { html, stack } from "./html.js";
 import { Badge, clock, figure, kind, sentence } from "./parts.js";
 
 const NEAR = 0.02;
@@ -28,7 +28,7 @@ export function TimeAxis({ result, span, view, onView }) {
   const width = view[1] - view[0];
   const at = (time) => `${(100 * (Math.min(Math.max(time, view[0]), view[1]) - view[0])) / width}%`;
   const all = lanes(result, span);
-  return html`<section class="card times" aria-label="Findings on the time axis"><h2>Findings over time</h2>
+  return stack`<section class="card times" aria-label="Findings on the time axis"><h2>Findings over time</h2>
     <div class="lane"><span class="small">shown</span><div class="track" title="The stretch that the charts show">
       <i style=${{ left: `${(100 * (view[0] - span[0])) / (span[1] - span[0])}%`, width: `${Math.max((100 * width) / (span[1] - span[0]), 0.3)}%` }}></i></div></div>
     ${all.map((lane) => html`<div class="lane" key=${lane.name}><span>${lane.name}</span><div class="track">
@@ -47,7 +47,7 @@ const shownUnits = { rad: [180 / Math.PI, "°"], "rad/s": [180 / Math.PI, "°/s"
 export const shownIn = (unit) => shownUnits[unit] || [1, (unit || "").replaceAll("**2", "²").replaceAll("**3", "³").replaceAll("*", "·")];
 
 export function Verdict({ monitor, each, result }) {
-  return html`<article class="card"><h2>${monitor} <span class="small">${each.variant}</span></h2>
+  return stack`<article class="card"><h2>${monitor} <span class="small">${each.variant}</span></h2>
     ${each.findings.map((f) => html`<div class=${`finding ${kind(f.word || f.status)}`}>
       <p><${Badge} status=${f.word || f.status} /> ${sentence(f.headline)}</p>
       ${f.estimate && html`<p><span class="value">${figure(shownIn(f.estimate.unit)[0] * f.estimate.value)} ${shownIn(f.estimate.unit)[1]}</span>

@@ -1,5 +1,5 @@
 // The live bus: the same charts, growing, with verdicts, ages and load; pause and look back.
-import { html, useEffect, useMemo, useRef, useState } from "./html.js";
+import { html, stack, useEffect, useMemo, useRef, useState } from "./html.js";
 import { set } from "./address.js";
 import { colour, TimeChart } from "./chart.js";
 import { Badge, clock, figure, kind, Loading, sentence } from "./parts.js";
@@ -94,11 +94,11 @@ export function Live({ address, site }) {
   const [tick, next] = useState(0);
   const [held, hold] = useState(null);
   useEffect(() => { const timer = setInterval(() => { if (!document.hidden) next((before) => before + 1); }, 100); return () => clearInterval(timer); }, []);
-  if (!site) return html`<${Loading} />`;
-  if (!on) return html`<h1>Live</h1><p class="card">No bus is followed. Begin with <code>tierod serve --live socketcan:can0 --dbc car.dbc --vehicle car.toml</code>; without hardware, <code>tierod replay drive.mf4 --interface udp_multicast --channel 239.74.163.2</code> plays a recording and <code>--live udp_multicast:239.74.163.2</code> follows it.</p>`;
+  if (!site) return stack`<${Loading} />`;
+  if (!on) return stack`<h1>Live</h1><p class="card">No bus is followed. Begin with <code>tierod serve --live socketcan:can0 --dbc car.dbc --vehicle car.toml</code>; without hardware, <code>tierod replay drive.mf4 --interface udp_multicast --channel 239.74.163.2</code> plays a recording and <code>--live udp_multicast:239.74.163.2</code> follows it.</p>`;
   const width = +(address.width || 30), latest = Math.max(bus.latest, width);
   const view = held || [latest - width, latest];
-  return html`<div class="row"><h1 class="grow">Live <span class="small">${site.live.join(", ")}</span></h1>
+  return stack`<div class="row"><h1 class="grow">Live <span class="small">${site.live.join(", ")}</span></h1>
       <button aria-pressed=${!!held} onClick=${() => hold(held ? null : view)}>${held ? "Go on" : "Pause"}</button>
       <label><span class="small">shown</span><select onChange=${(e) => set({ width: e.target.value })}>${[10, 30, 60, 300, 600].map((s) => html`<option value=${s} selected=${s === width}>${s} s</option>`)}</select></label></div>
     <p class="small" role="status">${status === "connected" ? "" : sentence(status)}</p>
@@ -109,9 +109,9 @@ export function Live({ address, site }) {
 
 function State({ bus }) {
   const s = bus.state;
-  if (!s) return html`<p class="card small">Nothing was judged yet: it takes some seconds after the first frame.</p>`;
+  if (!s) return stack`<p class="card small">Nothing was judged yet: it takes some seconds after the first frame.</p>`;
   const old = Object.entries(s.ages).filter(([, age]) => age > 0.8);
-  return html`<section class="card"><div class="row">${s.monitors.map((m) => html`<span class=${kind(m.status)} title=${m.reason}><b>${m.monitor}</b> <${Badge} status=${m.status} /> <span class="small">since ${clock(m.since)}${m.enabled !== null ? `, learning ${figure(100 * m.enabled, 3)} %` : ""}</span></span>`)}</div>
+  return stack`<section class="card"><div class="row">${s.monitors.map((m) => html`<span class=${kind(m.status)} title=${m.reason}><b>${m.monitor}</b> <${Badge} status=${m.status} /> <span class="small">since ${clock(m.since)}${m.enabled !== null ? `, learning ${figure(100 * m.enabled, 3)} %` : ""}</span></span>`)}</div>
     <dl class="facts"><div><dt>time</dt><dd>${clock(s.time)}</dd></div><div><dt>frames</dt><dd>${s.frames}</dd></div><div><dt>lost</dt><dd>${s.lost}</dd></div><div><dt>late</dt><dd>${s.late}</dd></div><div><dt>delay to this page</dt><dd>${figure(1000 * bus.delay, 3)} ms</dd></div><div><dt>processor of the judge</dt><dd>${s.load === undefined ? "–" : `${figure(100 * s.load, 3)} %`}</dd></div></dl>
     ${old.length > 0 && html`<p class="note">Not coming any more: ${old.map(([n, age]) => `${n.replaceAll("_", " ")} (${figure(age, 3)} s)`).join(", ")}.</p>`}
     ${s.monitors.filter((m) => m.reason).map((m) => html`<p class="small">${m.monitor}: ${sentence(m.reason)}</p>`)}</section>`;
@@ -124,7 +124,7 @@ function LivePanels({ address, bus, view, tick, onView }) {
   const shown = chosen.map((p) => p.filter((n) => bus.buffers.has(n))).filter((p) => p.length);
   const names = shown.flat();
   const toggle = (name, into) => set({ signals: write(names.includes(name) ? shown.map((p) => p.filter((n) => n !== name)) : into && shown.length ? shown.map((p, i) => (i === shown.length - 1 ? [...p, name] : p)) : [...shown, [name]]) });
-  return html`<div class="bench"><aside class="side card"><${Tree} signals=${signals} shown=${new Set(names)} onToggle=${toggle} /></aside><div>
+  return stack`<div class="bench"><aside class="side card"><${Tree} signals=${signals} shown=${new Set(names)} onToggle=${toggle} /></aside><div>
     ${!shown.length && html`<p class="card">No samples yet: is the bus awake, and the channel right?</p>`}
     ${shown.map((panel) => html`<${LivePanel} key=${panel.join()} panel=${panel} bus=${bus} view=${view} tick=${tick} onView=${onView} />`)}</div></div>`;
 }
@@ -138,10 +138,10 @@ function LivePanel({ panel, bus, view, tick, onView }) {
     return { name, title: name.replaceAll("_", " "), label, colour: colour(at), time: part.time, lower: scale(part.lower), upper: scale(part.upper) };
   });
   const now = (c) => { const v = c.upper[c.upper.length - 1]; return figure(v); };
-  return html`<section class="card panel"><div class="chips">${curves.map((c) => html`<span class="chip"><i style=${{ background: c.colour }}></i>${c.title}${c.label ? ` [${c.label}]` : ""}<output>${now(c)}</output></span>`)}</div>
+  return stack`<section class="card panel"><div class="chips">${curves.map((c) => html`<span class="chip"><i style=${{ background: c.colour }}></i>${c.title}${c.label ? ` [${c.label}]` : ""}<output>${now(c)}</output></span>`)}</div>
     <${TimeChart} curves=${curves} view=${view} tick=${tick} height=${170} sync="live" onView=${onView} label=${`${panel.join(", ")}, live`} /></section>`;
 }
 
 function Events({ bus }) {
-  return html`<details class="card" open><summary>Events (${bus.events.length})</summary><ul>${bus.events.slice(0, 40).map((e) => html`<li><b>${e.event}</b> ${e.time !== undefined ? clock(e.time) : ""} ${e.monitor || ""} ${e.status ? html`<${Badge} status=${e.status} />` : ""} ${e.text || e.reason || ""}</li>`)}</ul></details>`;
+  return stack`<details class="card" open><summary>Events (${bus.events.length})</summary><ul>${bus.events.slice(0, 40).map((e) => html`<li><b>${e.event}</b> ${e.time !== undefined ? clock(e.time) : ""} ${e.monitor || ""} ${e.status ? html`<${Badge} status=${e.status} />` : ""} ${e.text || e.reason || ""}</li>`)}</ul></details>`;
 }

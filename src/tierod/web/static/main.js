@@ -1,5 +1,5 @@
 // The page: navigation, theme, and the view that the address names.
-import { html, render, useEffect, useErrorBoundary, useState } from "./html.js";
+import { html, stack, render, useEffect, useErrorBoundary, useState } from "./html.js";
 import { get } from "./api.js";
 import { follow, useAddress } from "./address.js";
 import { Trouble, useFetched } from "./parts.js";
@@ -24,7 +24,7 @@ function Theme() {
     put(next === "dark");
     dispatchEvent(new Event("tierod-theme"));
   };
-  return html`<button onClick=${turn} aria-pressed=${now} title="Light or dark">${now ? "Dark" : "Light"}</button>`;
+  return stack`<button onClick=${turn} aria-pressed=${now} title="Light or dark">${now ? "Dark" : "Light"}</button>`;
 }
 
 function Shell() {
@@ -33,7 +33,7 @@ function Shell() {
   const [View, title] = VIEWS[address.view] || VIEWS[""];
   useEffect(() => { document.title = `${address.file ? `${address.file.split("/").pop()} · ` : title ? `${title} · ` : ""}tierod`; }, [address.view, address.file]);
   const current = address.view === "recording" ? "" : address.view;
-  return html`<a class="skip" href="#content">To the content</a>
+  return stack`<a class="skip" href="#content">To the content</a>
     <header class="top"><a class="brand" href="/">tierod</a><nav class="views" aria-label="Views">${Object.entries(VIEWS).filter(([, [, name]]) => name).map(([view, [, name]]) => html`<a key=${view} href=${`/${view}`} aria-current=${view === current ? "page" : undefined}>${name}</a>`)}</nav>
       <a class="small" href="/interface">Interface</a><${Theme} /></header>
     <main id="content" tabindex="-1">${site.error ? html`<${Trouble} error=${site.error} again=${site.again} />` : html`<${Bounded} key=${address.view}><${View} address=${address} site=${site.data} /><//>`}</main>`;

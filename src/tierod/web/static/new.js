@@ -1,12 +1,12 @@
 // A new recording: upload or path, channel map proposed and corrected in a table, what can run, run.
-import { html, useEffect, useState } from "./html.js";
+import { html, stack, useEffect, useState } from "./html.js";
 import { get, post, upload } from "./api.js";
 import { link, set } from "./address.js";
 import { Badge, Loading, sentence, size, Table, Trouble, useFetched, useJob, Work } from "./parts.js";
 
 export function New({ address, site }) {
-  if (!site) return html`<${Loading} />`;
-  return html`<h1>New recording</h1>${address.file ? html`<${Mapping} key=${address.file} address=${address} site=${site} />` : html`<${Choose} site=${site} />`}`;
+  if (!site) return stack`<${Loading} />`;
+  return stack`<h1>New recording</h1>${address.file ? html`<${Mapping} key=${address.file} address=${address} site=${site} />` : html`<${Choose} site=${site} />`}`;
 }
 
 function Choose({ site }) {
@@ -18,7 +18,7 @@ function Choose({ site }) {
     put({ busy: file.name });
     try { const done = await upload(file); set({ file: done.file }, true); } catch (error) { put({ error }); }
   };
-  return html`<div class=${`card drop ${over ? "over" : ""}`} onDragOver=${(e) => { e.preventDefault(); hover(true); }} onDragLeave=${() => hover(false)} onDrop=${(e) => { e.preventDefault(); hover(false); take(e.dataTransfer.files[0]); }}>
+  return stack`<div class=${`card drop ${over ? "over" : ""}`} onDragOver=${(e) => { e.preventDefault(); hover(true); }} onDragLeave=${() => hover(false)} onDrop=${(e) => { e.preventDefault(); hover(false); take(e.dataTransfer.files[0]); }}>
       <p><label class="button">Upload a recording <input type="file" onChange=${(e) => take(e.target.files[0])} /></label></p><p class="small">or drop it here: MF4, Parquet, CSV, CAN log, MATLAB, rosbag … up to ${size(site.upload_limit)}. It stays on the machine of the server.</p>
       ${state.busy && html`<${Loading} what=${`Uploading ${state.busy}`} />`}${state.error && html`<${Trouble} error=${state.error} />`}</div>
     <div class="card"><form class="row" onSubmit=${(e) => { e.preventDefault(); set({ file: e.target.path.value.trim() }, true); }}><label class="grow">Path <input name="path" class="grow" required placeholder=${`${site.roots[0] || "folder"}/drive.mf4`} list="roots" /></label><datalist id="roots">${site.roots.map((r) => html`<option value=${`${r}/`}></option>`)}</datalist><button class="main">Look into it</button></form>
@@ -36,12 +36,12 @@ function Mapping({ address, site }) {
   const failed = (put) => (error) => put({ id: "", state: "failed", text: error.message });
   const propose = () => post("/api/proposals", { file }).then(begin, failed(begin));
   useEffect(() => { propose(); }, [file]);
-  useEffect(() => { if (proposed && proposed.state === "done" && !entries) edit(proposed.found.entries.map((e) => ({ ...e, use: true }))); }, [proposed && proposed.state]);
+  useEffect(() => { if (proposed && proposed.state === "done" && !entries) edit(proposed.found.entries.map((e) => ({ ...e, use: !e.source.startsWith("truth_") }))); }, [proposed && proposed.state]);
   const map = entries && toMap(entries);
   const asked = { file, vehicle, channel_map: map && Object.keys(map.signals).length ? map : null };
   const check = () => post("/api/inspections", asked).then(look, failed(look));
   const analyse = () => post("/api/analyses", asked).then(start, failed(start));
-  return html`<p>${file} <a href="/new">another one</a></p>
+  return stack`<p>${file} <a href="/new">another one</a></p>
     <div class="card row"><label>judged as <select value=${vehicle} onChange=${(e) => set({ vehicle: e.target.value })}><option value="">${site.vehicle ? site.vehicle.split("/").pop() : "as the recording names it"}</option>${site.vehicles.map((each) => html`<option value=${each} selected=${vehicle === each}>${each}</option>`)}</select></label>
       <button onClick=${check} disabled=${!entries}>What can run?</button><button class="main" onClick=${analyse} disabled=${running && (running.state === "running" || running.state === "waiting")}>Run</button>
       ${map && html`<a class="button" href=${`data:application/toml;charset=utf-8,${encodeURIComponent(toText(entries, file))}`} download="car.channels.toml">Save the map</a>`}</div>
@@ -61,7 +61,7 @@ function MapTable({ entries, unmatched, signals, edit }) {
   const change = (at, more) => edit(entries.map((e, i) => (i === at ? { ...e, ...more } : e)));
   const columns = [...new Set([...entries.map((e) => e.source), ...entries.flatMap((e) => e.others), ...unmatched.map((u) => u.name)])].sort();
   const names = Object.keys(signals);
-  return html`<section class="card"><h2>Channel map</h2><p class="small">As proposed from names and values; correct what is wrong. Doubtful ones are marked, with the reason on hover.</p>
+  return stack`<section class="card"><h2>Channel map</h2><p class="small">As proposed from names and values; correct what is wrong. Doubtful ones are marked, with the reason on hover.</p>
     <datalist id="columns">${columns.slice(0, 2000).map((c) => html`<option value=${c}></option>`)}</datalist><datalist id="signals">${names.map((n) => html`<option value=${n}></option>`)}</datalist>
     <${Table} caption="Channel map" dense rows=${entries.map((e, at) => ({ ...e, at, key: at }))} columns=${[
       { title: "use", show: (e) => html`<input type="checkbox" checked=${e.use} aria-label=${`use ${e.signal}`} onChange=${(ev) => change(e.at, { use: ev.target.checked })} />` },
@@ -76,7 +76,7 @@ function MapTable({ entries, unmatched, signals, edit }) {
 }
 
 function Inspected({ found }) {
-  return html`<section class="card"><h2>What can run</h2>${found.warnings.map((w) => html`<p class="note">${sentence(w)}</p>`)}
+  return stack`<section class="card"><h2>What can run</h2>${found.warnings.map((w) => html`<p class="note">${sentence(w)}</p>`)}
     <ul>${found.monitors.map((m) => html`<li><${Badge} status=${m.can_run ? "done" : "not available"} /> <b>${m.name}</b>${m.condition && m.can_run ? ` if ${m.condition}` : ""}${m.obstacles.length ? html`: <span class="small">${sentence(m.obstacles[0])}</span>` : ""}</li>`)}</ul>
     <details><summary>${found.channels.length} channels</summary><${Table} dense caption="Channels" rows=${found.channels.slice(0, 400)} columns=${[{ title: "channel", key: "name" }, { title: "in the file", key: "source" }, { title: "unit", key: "unit" }, { title: "samples", n: true, key: "samples" }, { title: "rate [Hz]", n: true, show: (c) => c.rate && +c.rate.toPrecision(4) }, { title: "remarks", text: true, show: (c) => c.remarks.join("; ") }]} /></details></section>`;
 }

@@ -1,5 +1,5 @@
 // A recording: findings over time, signals in panels, two recordings, measuring, pairs, export.
-import { html, useEffect, useMemo, useRef, useState } from "./html.js";
+import { html, stack, useEffect, useMemo, useRef, useState } from "./html.js";
 import { get, post, query, windows } from "./api.js";
 import { go, link, set } from "./address.js";
 import { colour, nearest, picture, TimeChart } from "./chart.js";
@@ -29,15 +29,15 @@ export function useAnalysed(file, vehicle) {
 }
 
 export function Recording({ address }) {
-  if (address.report) return html`<${Report} place=${address.report} />`;
-  if (!address.file) return html`<p>Choose a recording from the <a href="/">list</a>.</p>`;
-  return html`<${Bench} key=${address.file} address=${address} />`;
+  if (address.report) return stack`<${Report} place=${address.report} />`;
+  if (!address.file) return stack`<p>Choose a recording from the <a href="/">list</a>.</p>`;
+  return stack`<${Bench} key=${address.file} address=${address} />`;
 }
 
 function Report({ place }) {
   const [key, monitor] = place.split("/");
   const source = `/api/results/${encodeURIComponent(key)}/report/${encodeURIComponent(monitor || "")}`;
-  return html`<h1>Report of ${monitor}</h1><p class="tools"><button onClick=${() => history.back()}>Back</button> <a class="button" href=${source} target="_blank" rel="noopener">In a window of its own</a> <a class="button" href=${source} download=${`${monitor}.html`}>Download</a></p>
+  return stack`<h1>Report of ${monitor}</h1><p class="tools"><button onClick=${() => history.back()}>Back</button> <a class="button" href=${source} target="_blank" rel="noopener">In a window of its own</a> <a class="button" href=${source} download=${`${monitor}.html`}>Download</a></p>
     <iframe class="report" src=${source} title=${`Report of ${monitor}`} sandbox="allow-scripts allow-downloads allow-popups"></iframe>`;
 }
 
@@ -45,7 +45,7 @@ function Bench({ address }) {
   const one = useAnalysed(address.file, address.vehicle), other = useAnalysed(address.over || "", address.vehicle);
   const series = one.series.data, result = one.result.data;
   const title = address.file.split("/").pop();
-  return html`<div class="row"><h1 class="grow">${title}</h1><${VehicleChoice} address=${address} now=${result && result.vehicle} /></div>
+  return stack`<div class="row"><h1 class="grow">${title}</h1><${VehicleChoice} address=${address} now=${result && result.vehicle} /></div>
     ${one.state.error && html`<${Trouble} error=${one.state.error} again=${one.state.again} />`}
     <${Work} job=${one.job} again=${one.start} />
     ${one.job && one.job.state === "failed" && html`<p>Signals under other names, or a bus log without database? <a href=${link("new", { file: address.file })}>Correct the channel map</a>.</p>`}
@@ -59,13 +59,13 @@ function VehicleChoice({ address, now }) {
   const site = useFetched(() => get("/api/site"), []).data;
   if (!site) return null;
   const names = [...new Set([...(site.vehicle ? [site.vehicle] : []), ...site.vehicles])];
-  return html`<label class="tools"><span class="small">judged as</span><select onChange=${(e) => set({ vehicle: e.target.value }, true)} value=${address.vehicle || ""}>
+  return stack`<label class="tools"><span class="small">judged as</span><select onChange=${(e) => set({ vehicle: e.target.value }, true)} value=${address.vehicle || ""}>
     <option value="">${now && !address.vehicle ? now : site.vehicle ? site.vehicle.split("/").pop() : "as the recording names it"}</option>${names.map((each) => html`<option value=${each} selected=${address.vehicle === each}>${each.split("/").pop()}</option>`)}</select></label>
     ${now && html`<a class="button tools" href=${link("vehicle", { name: address.vehicle || now })}>Its parameters</a>`}`;
 }
 
 function Verdicts({ result }) {
-  return html`<h2>Verdicts, as ${result.vehicle}</h2><div class="cards">${Object.entries(result.monitors).map(([monitor, each]) => html`<${Verdict} key=${monitor} monitor=${monitor} each=${each} result=${result} />`)}</div>
+  return stack`<h2>Verdicts, as ${result.vehicle}</h2><div class="cards">${Object.entries(result.monitors).map(([monitor, each]) => html`<${Verdict} key=${monitor} monitor=${monitor} each=${each} result=${result} />`)}</div>
     ${Object.keys(result.not_run).length > 0 && html`<details class="card"><summary>Monitors that did not run (${Object.keys(result.not_run).length})</summary><ul>${Object.entries(result.not_run).map(([name, why]) => html`<li><b>${name}</b>: ${sentence(why)}</li>`)}</ul></details>`}`;
 }
 
@@ -85,7 +85,7 @@ function Charts({ address, series, result, over, overResult }) {
   const overData = useWindows(over && over.key, overResult && overResult.key, overNames, byName, [view[0] - shift, view[1] - shift], over ? over.span : [0, 1]);
   const toggle = (name, into) => change(wanted.includes(name) ? without(panels, name) : added(panels, name, into ? panels.length - 1 : undefined));
   const measured = { a: number(address.a), b: number(address.b) };
-  return html`<div class="bench"><aside class="side card"><${Tree} signals=${signals} shown=${new Set(wanted)} onToggle=${toggle} /></aside>
+  return stack`<div class="bench"><aside class="side card"><${Tree} signals=${signals} shown=${new Set(wanted)} onToggle=${toggle} /></aside>
     <div ref=${place}>
       <${Tools} address=${address} series=${series} result=${result} over=${over} overResult=${overResult} wanted=${wanted} view=${view} span=${span} onView=${onView} place=${place} />
       ${result && html`<${TimeAxis} result=${result} span=${span} view=${view} onView=${onView} />`}
@@ -209,7 +209,7 @@ function Panel({ at, panel, panels, byName, result, data, overData, shift, view,
   const titles = panel.map((n) => `${byName.get(n).title}${byName.get(n).label ? ` [${byName.get(n).label}]` : ""}`).join(", ");
   const drop = (e) => { e.preventDefault(); const n = e.dataTransfer.getData("text/plain"); if (byName.has(n)) change(added(panels, n, Math.min(at, without(panels, n).length - 1))); };
   const move = (by) => { const next = [...panels]; const [out] = next.splice(at, 1); next.splice(at + by, 0, out); change(next); };
-  return html`<section class="card panel" data-title=${titles} onDragOver=${(e) => e.preventDefault()} onDrop=${drop}>
+  return stack`<section class="card panel" data-title=${titles} onDragOver=${(e) => e.preventDefault()} onDrop=${drop}>
     <div class="chips">${curves.map((c) => html`<span class="chip" key=${c.name} title=${`${c.name}: ${(byName.get(c.name) || {}).meaning || ""}`}><i style=${{ background: c.colour }}></i>${c.title}${c.label ? ` [${c.label}]` : ""}<output ref=${(el) => { outputs.current[c.name] = el; }}></output>
         ${byName.has(c.name) && html`<button class="plain" aria-label=${`Remove ${c.title}`} onClick=${() => change(without(panels, c.name))}>×</button>`}</span>`)}
       <span class="end tools">${at > 0 && html`<button class="plain" aria-label="Panel up" title="Panel up" onClick=${() => move(-1)}>↑</button><button class="plain" title="Overlay on the panel above" aria-label="Overlay on the panel above" onClick=${() => change(panels.flatMap((p, i) => (i === at - 1 ? [[...p, ...panel]] : i === at ? [] : [p])))}>⤒</button>`}
@@ -223,7 +223,7 @@ function Tools({ address, series, result, over, overResult, wanted, view, span, 
   const out = (kind) => `/api/series/${series.key}/export${query({ ...parameters, kind })}`;
   const since = (found) => found && Object.values(found.monitors).map((m) => m.findings[0] && m.findings[0].since).filter((v) => v !== null && v !== undefined)[0];
   const event = Number.isFinite(since(result)) && Number.isFinite(since(overResult)) ? since(result) - since(overResult) : NaN;
-  return html`<div class="row tools card"><span>${clock(view[0])} to ${clock(view[1])} <span class="small">of ${clock(span[1] - span[0])}</span></span>
+  return stack`<div class="row tools card"><span>${clock(view[0])} to ${clock(view[1])} <span class="small">of ${clock(span[1] - span[0])}</span></span>
     <button onClick=${() => onView(-Infinity, Infinity)} disabled=${view[0] <= span[0] && view[1] >= span[1]}>All</button>
     <span class="grow"></span>
     ${address.over ? html`<span class="small">over it: ${address.over.split("/").pop()}</span><label><span class="small">shifted by [s]</span><input type="number" step="any" class="shift" value=${address.shift || 0} onChange=${(e) => set({ shift: e.target.value })} size="8" /></label>
@@ -244,7 +244,7 @@ function Measured({ seriesKey, result, wanted, byName, measured }) {
   if (!there || !found) return null;
   const value = (part, name, time) => { const w = part && part.get(name); if (!w || !w.time.length) return NaN; const v = w.lower[nearest(w.time, time)]; return v === null ? NaN : v * byName.get(name).factor; };
   const extreme = (name, of, side) => { const w = found.between && found.between.get(name); if (!w) return NaN; const inside = w[side].filter((v, i) => v !== null && w.time[i] >= Math.min(a, b) && w.time[i] <= Math.max(a, b)); return inside.length ? inside.reduce((x, y) => of(x, y)) * byName.get(name).factor : NaN; };
-  return html`<section class="card"><div class="row"><h2 class="grow">Measured</h2><span>A ${clock(a)}, B ${clock(b)}${Number.isFinite(b - a) ? `, B − A ${figure(b - a, 6)} s` : ""}</span><button onClick=${() => set({ a: "", b: "" })}>Clear</button></div>
+  return stack`<section class="card"><div class="row"><h2 class="grow">Measured</h2><span>A ${clock(a)}, B ${clock(b)}${Number.isFinite(b - a) ? `, B − A ${figure(b - a, 6)} s` : ""}</span><button onClick=${() => set({ a: "", b: "" })}>Clear</button></div>
     <div class="wide" tabindex="0"><table class="dense"><thead><tr><th>signal</th><th class="n">at A</th><th class="n">at B</th><th class="n">B − A</th><th class="n">lowest between</th><th class="n">highest between</th><th>unit</th></tr></thead>
-    <tbody>${wanted.map((n) => { const one = value(found.a, n, a), two = value(found.b, n, b); return html`<tr><td>${byName.get(n).title}</td><td class="n">${figure(one, 6)}</td><td class="n">${figure(two, 6)}</td><td class="n">${figure(two - one, 6)}</td><td class="n">${figure(extreme(n, Math.min, "lower"))}</td><td class="n">${figure(extreme(n, Math.max, "upper"))}</td><td>${byName.get(n).label}</td></tr>`; })}</tbody></table></div></section>`;
+    <tbody>${wanted.map((n) => { const one = value(found.a, n, a), two = value(found.b, n, b); return stack`<tr><td>${byName.get(n).title}</td><td class="n">${figure(one, 6)}</td><td class="n">${figure(two, 6)}</td><td class="n">${figure(two - one, 6)}</td><td class="n">${figure(extreme(n, Math.min, "lower"))}</td><td class="n">${figure(extreme(n, Math.max, "upper"))}</td><td>${byName.get(n).label}</td></tr>`; })}</tbody></table></div></section>`;
 }

@@ -1,5 +1,5 @@
 // A vehicle: trend of every estimate over its drives, parameters with spread and origin, fault memory.
-import { html, useMemo } from "./html.js";
+import { html, stack, useMemo } from "./html.js";
 import { get } from "./api.js";
 import { go, link, set } from "./address.js";
 import { TrendChart } from "./chart.js";
@@ -8,26 +8,26 @@ import { shownIn } from "./findings.js";
 import { Choice, useFleet } from "./fleet.js";
 
 export function Vehicle({ address, site }) {
-  if (!site) return html`<${Loading} />`;
+  if (!site) return stack`<${Loading} />`;
   const results = address.results || site.results[0] || "";
-  return html`<div class="row"><h1 class="grow">Vehicle ${address.car || address.name || ""}</h1>${site.results.length > 0 && html`<${Choice} site=${site} name=${results} /><${CarChoice} results=${results} car=${address.car || ""} />`}</div>
+  return stack`<div class="row"><h1 class="grow">Vehicle ${address.car || address.name || ""}</h1>${site.results.length > 0 && html`<${Choice} site=${site} name=${results} /><${CarChoice} results=${results} car=${address.car || ""} />`}</div>
     ${address.car && results && html`<${Car} key=${results + address.car} results=${results} car=${address.car} />`}
     <${Parameters} address=${address} site=${site} />
     <${Memory} address=${address} site=${site} />`;
 }
 
 function CarChoice({ results, car }) {
-  return html`<form class="row" onSubmit=${(e) => { e.preventDefault(); set({ results, car: e.target.car.value.trim() }, true); }}><label><span class="small">car</span><input name="car" value=${car} placeholder="name in the fleet" required /></label><button>Show</button></form>`;
+  return stack`<form class="row" onSubmit=${(e) => { e.preventDefault(); set({ results, car: e.target.car.value.trim() }, true); }}><label><span class="small">car</span><input name="car" value=${car} placeholder="name in the fleet" required /></label><button>Show</button></form>`;
 }
 
 function Car({ results, car }) {
   const fleet = useFleet(results);
   const found = useFetched((signal) => (fleet.data ? get(`/api/fleets/${encodeURIComponent(results)}/car`, { vehicle: car }, signal) : null), [results, car, !!fleet.data]);
-  if (fleet.job) return html`<${Work} job=${fleet.job} />`;
-  if (fleet.error || found.error) return html`<${Trouble} error=${fleet.error || found.error} again=${found.again} />`;
-  if (!found.data) return html`<${Loading} what="Reading the drives" />`;
+  if (fleet.job) return stack`<${Work} job=${fleet.job} />`;
+  if (fleet.error || found.error) return stack`<${Trouble} error=${fleet.error || found.error} again=${found.again} />`;
+  if (!found.data) return stack`<${Loading} what="Reading the drives" />`;
   const { row, listed, drives } = found.data;
-  return html`<section class="card"><h2>${row.state ? html`<${Badge} status=${row.state} /> ` : "No remark: "}${car}</h2>
+  return stack`<section class="card"><h2>${row.state ? html`<${Badge} status=${row.state} /> ` : "No remark: "}${car}</h2>
       ${(listed ? listed.reasons : []).map((r) => html`<p>${sentence(r.text)} Inspect ${sentence(r.inspect)}</p>`)}
       <dl class="facts"><div><dt>drives</dt><dd>${row.drives}</dd></div><div><dt>last drive</dt><dd>${(row.last || "–").slice(0, 10)}</dd></div>${Object.entries(row.cohort || {}).map(([k, v]) => html`<div><dt>${k}</dt><dd>${v}</dd></div>`)}</dl></section>
     ${found.data.quantities.map((q, at) => html`<${Trend} key=${at} quantity=${q} drives=${drives} band=${found.data.bands[at]} car=${car} />`)}
@@ -46,13 +46,13 @@ function Trend({ quantity, drives, band, car }) {
   const levels = [["nominal", last.nominal], ["limit", last.limit]].filter(([, v]) => v !== null && v !== undefined).map(([label, v]) => ({ label, value: factor * v }));
   const moments = band && Number.isFinite(band.alarmed) ? [{ time: band.alarmed * 86400, label: "alarm" }] : [];
   const open = (at) => { const d = own[at]; if (d && d.file) go("recording", { file: d.file }); };
-  return html`<section class="card"><h2>${sentence(quantity.quantity).replace(/\.$/, "")} <span class="small">[${unit}], ${quantity.monitor}</span></h2>
+  return stack`<section class="card"><h2>${sentence(quantity.quantity).replace(/\.$/, "")} <span class="small">[${unit}], ${quantity.monitor}</span></h2>
     <${TrendChart} ...${chart} levels=${levels} moments=${moments} unit=${unit} label=${`${quantity.quantity} of ${car} over ${own.length} drives`} onPick=${own.some((d) => d.file) ? open : undefined} />
     <p class="small">Points: drives with their 95 % interval. ${band ? "Band: level at 15 °C in the light of all drives." : "The smoothed level is worked out for the worst 400 cars."} Dashed: nominal and limit.</p></section>`;
 }
 
 function Drives({ drives }) {
-  return html`<details class="card" open><summary>Drives (${drives.length} findings)</summary><${Table} dense caption="Drives" rows=${drives.slice().reverse().slice(0, 300)} columns=${[
+  return stack`<details class="card" open><summary>Drives (${drives.length} findings)</summary><${Table} dense caption="Drives" rows=${drives.slice().reverse().slice(0, 300)} columns=${[
     { title: "date", show: (d) => date(d.start) },
     { title: "recording", text: true, show: (d) => (d.file ? html`<a href=${link("recording", { file: d.file })}>${d.recording_name.split("/").pop()}</a>` : (d.recording_name || "–").split("/").pop()) },
     { title: "monitor", show: (d) => `${d.monitor}${d.judged ? `, ${d.judged.replaceAll("_", " ")}` : ""}` },
@@ -66,7 +66,7 @@ function Parameters({ address, site }) {
   const name = address.name || site.vehicle || site.vehicles[0];
   const found = useFetched((signal) => get("/api/vehicle", { name }, signal), [name]);
   const names = [...new Set([...(site.vehicle ? [site.vehicle] : []), ...site.vehicles])];
-  return html`<section class="card"><div class="row"><h2 class="grow">Parameters</h2><label><span class="small">vehicle</span><select onChange=${(e) => set({ name: e.target.value })}>${names.map((n) => html`<option value=${n} selected=${n === name}>${n.split("/").pop()}</option>`)}</select></label></div>
+  return stack`<section class="card"><div class="row"><h2 class="grow">Parameters</h2><label><span class="small">vehicle</span><select onChange=${(e) => set({ name: e.target.value })}>${names.map((n) => html`<option value=${n} selected=${n === name}>${n.split("/").pop()}</option>`)}</select></label></div>
     ${found.error && html`<${Trouble} error=${found.error} />`}
     ${found.data && html`<p>${sentence(found.data.description)} <span class="small">${sentence(found.data.source)}</span></p>${found.data.not_good_for.map((n) => html`<p class="note">Not good for: ${n}</p>`)}
     <${Table} dense caption="Parameters" rows=${found.data.parameters} columns=${[
@@ -80,7 +80,7 @@ function Parameters({ address, site }) {
 function Memory({ address, site }) {
   const file = address.memory || "";
   const found = useFetched((signal) => (file ? get("/api/memory", { file }, signal) : null), [file]);
-  return html`<section class="card"><h2>Fault memory</h2><form class="row" onSubmit=${(e) => { e.preventDefault(); set({ memory: e.target.memory.value.trim() }, true); }}><label class="grow">File <input name="memory" class="grow" value=${file} placeholder=${`${site.roots[0] || "folder"}/car.json`} required /></label><button>Read</button></form>
+  return stack`<section class="card"><h2>Fault memory</h2><form class="row" onSubmit=${(e) => { e.preventDefault(); set({ memory: e.target.memory.value.trim() }, true); }}><label class="grow">File <input name="memory" class="grow" value=${file} placeholder=${`${site.roots[0] || "folder"}/car.json`} required /></label><button>Read</button></form>
     ${!file && html`<p class="small">The file that <code>tierod diagnose --memory</code> or <code>tierod live --memory</code> keeps.</p>`}
     ${found.error && html`<${Trouble} error=${found.error} />`}
     ${found.data && html`<p>${found.data.vehicle}: ${found.data.cycles} operation cycles, last ${found.data.date || "never"}; lamp ${found.data.lamp ? "on" : "off"}; reaction: ${found.data.reaction}.</p>
@@ -90,6 +90,6 @@ function Memory({ address, site }) {
 
 /** Freeze frames and whatever else stands beside a code, as nested lists. */
 function Frames({ data }) {
-  if (data === null || typeof data !== "object") return html`<span>${typeof data === "number" ? figure(data, 5) : String(data)}</span>`;
-  return html`<dl class="facts">${Object.entries(data).map(([name, value]) => html`<div><dt>${name.replaceAll("_", " ")}</dt><dd>${Array.isArray(value) && value.every((v) => typeof v !== "object") ? value.slice(0, 12).map((v) => (typeof v === "number" ? figure(v, 4) : v)).join(", ") : html`<${Frames} data=${value} />`}</dd></div>`)}</dl>`;
+  if (data === null || typeof data !== "object") return stack`<span>${typeof data === "number" ? figure(data, 5) : String(data)}</span>`;
+  return stack`<dl class="facts">${Object.entries(data).map(([name, value]) => html`<div><dt>${name.replaceAll("_", " ")}</dt><dd>${Array.isArray(value) && value.every((v) => typeof v !== "object") ? value.slice(0, 12).map((v) => (typeof v === "number" ? figure(v, 4) : v)).join(", ") : html`<${Frames} data=${value} />`}</dd></div>`)}</dl>`;
 }
