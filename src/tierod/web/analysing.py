@@ -32,11 +32,17 @@ from tierod.web.watching import Watched
 
 SCHEMA = "tierod.web-result/1"
 
+NONE = "none"
+"""Stands for the vehicle of a recording of which none is known."""
+
 FIRST_SIGNALS = 4
 """Signals of the first picture of a file that is large."""
 
 LARGE = 30 << 20
 """Bytes from which a file gets a first picture: a smaller one is read within a second."""
+
+HOUR = 3600.0
+"""Seconds of a few signals that are read at once: faster than all together, since memory is used again."""
 
 SLICE = 600.0
 """Seconds of a recording that are read at once."""
@@ -108,7 +114,7 @@ def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say
     say(0.4, "judging", series=key)
     series = SeriesReader(store.path("series", key))
     if car is None:
-        store.remember(stamp, {"series": key})
+        store.remember(stamp, {"series": key, "vehicle": NONE, "why": why})
         return {"series": key, "result": "", "why": why}
     asked = Asked(usual(), spread=spread)
     result = fingerprint(content, vehicle_digest(car), asked, code(), None, True, key)
@@ -156,7 +162,7 @@ def _first_picture(store: Store, reading: Reading, dbc: Any, used: ChannelMap | 
     chosen = sorted(known, key=lambda each: FIRST.index(each) if each in FIRST else len(FIRST))[:FIRST_SIGNALS]
     folder = store.begun("series")
     writer = SeriesWriter(folder)
-    for piece in open_chunks(reading.path, seconds=1e9, names=chosen, dbc=dbc, channel_map=used):
+    for piece in open_chunks(reading.path, seconds=HOUR, names=chosen, dbc=dbc, channel_map=used):
         writer.add([piece[name] for name in chosen if name in piece])
     writer.finish({"first": True})
     store.settled(folder, "series", key)

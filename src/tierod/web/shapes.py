@@ -72,7 +72,7 @@ class JobShape(BaseModel):
 
 
 class State(BaseModel):
-    """What is known of a recording; keys are "" where nothing is kept."""
+    """What is known of a recording; keys are "" where nothing is kept; `why` there is no verdict."""
 
     file: str
     name: str
@@ -81,6 +81,7 @@ class State(BaseModel):
     series: str = ""
     result: str = ""
     vehicle: str = ""
+    why: str = ""
 
 
 class SignalShape(BaseModel):

@@ -128,6 +128,7 @@ class Workbench:
             series=series if series and self.store.holds("series", series) else "",
             result=result if result and self.store.holds("results", result) else "",
             vehicle=known.get("vehicle", ""),
+            why=known.get("why", ""),
         )
 
     def analyse(self, asked: shapes.Analysed) -> Job:

@@ -1,5 +1,5 @@
 // Two signals against each other over the visible stretch: hysteresis, and any other pair.
-import { html, useEffect, useRef } from "./html.js";
+import { html, useEffect, useMemo, useRef } from "./html.js";
 import { get } from "./api.js";
 import { set } from "./address.js";
 import { token } from "./chart.js";
@@ -9,9 +9,10 @@ export function PairChart({ address, signals, byName, seriesKey, result, view })
   const along = byName.get(address.x), up = byName.get(address.y);
   const options = (now) => html`<option value="">–</option>${signals.map((s) => html`<option value=${s.name} selected=${now === s.name}>${s.group.startsWith("Estimates") ? s.name : s.title}${s.label ? ` [${s.label}]` : ""}</option>`)}`;
   const usual = byName.has("steering_wheel_angle") && byName.has("driver_torque");
+  const choices = useMemo(() => html`<label>along <select onChange=${(e) => set({ x: e.target.value })}>${options(address.x)}</select></label><label>up <select onChange=${(e) => set({ y: e.target.value })}>${options(address.y)}</select></label>`, [signals, address.x, address.y]);
   const found = useFetched((signal) => (along && up ? new Promise((go) => setTimeout(go, 80)).then(() => get(`/api/series/${seriesKey}/pair`, { along: along.name, up: up.name, result: result ? result.key : "", start: view[0], stop: view[1] }, signal)) : null), [seriesKey, result && result.key, address.x, address.y, view[0], view[1]]);
   return html`<details class="card" open=${!!(along && up)}><summary>One signal against another, over the visible stretch</summary>
-    <div class="row tools"><label>along <select onChange=${(e) => set({ x: e.target.value })}>${options(address.x)}</select></label><label>up <select onChange=${(e) => set({ y: e.target.value })}>${options(address.y)}</select></label>
+    <div class="row tools">${choices}
     ${usual && html`<button onClick=${() => set({ x: "steering_wheel_angle", y: "driver_torque" })}>Hysteresis of the steering</button>`}</div>
     ${found.error && html`<${Trouble} error=${found.error} />`}
     ${along && up && found.data && html`<${Cloud} data=${found.data} along=${along} up=${up} />${found.data.step > 1 && html`<p class="small">Every ${found.data.step}th sample; zoom in for all.</p>`}`}</details>`;

@@ -1,5 +1,5 @@
 // A recording: findings over time, signals in panels, two recordings, measuring, pairs, export.
-import { html, stack, useEffect, useMemo, useRef, useState } from "./html.js";
+import { html, stack, useCallback, useEffect, useMemo, useRef, useState } from "./html.js";
 import { get, post, query, windows } from "./api.js";
 import { go, link, set } from "./address.js";
 import { colour, nearest, picture, TimeChart } from "./chart.js";
@@ -15,7 +15,7 @@ export function useAnalysed(file, vehicle) {
   const state = useFetched((signal) => (file ? get("/api/recording", { file }, signal) : null), [file]);
   const followed = useJob(job);
   const known = state.data;
-  const fresh = known && known.series && (known.result || known.vehicle === "none") && (!vehicle || vehicle === known.vehicle);
+  const fresh = known && known.series && (known.result || (known.vehicle === "none" && !vehicle)) && (!vehicle || vehicle === known.vehicle);
   const start = () => post("/api/analyses", { file, vehicle: vehicle || "" }).then(begin, (error) => begin({ id: "", state: "failed", text: error.message }));
   useEffect(() => { begin(null); }, [file, vehicle]);
   useEffect(() => { if (known && !fresh) start(); }, [known, file, vehicle]);
@@ -25,7 +25,7 @@ export function useAnalysed(file, vehicle) {
   const resultKey = done ? found.result : fresh ? known.result : "";
   const series = useFetched((signal) => (seriesKey ? get(`/api/series/${seriesKey}`, {}, signal) : null), [seriesKey]);
   const result = useFetched((signal) => (resultKey ? get(`/api/results/${resultKey}`, {}, signal) : null), [resultKey]);
-  return { state, job: followed, start, series, result, seriesKey, resultKey, why: done ? found.why : "" };
+  return { state, job: followed, start, series, result, seriesKey, resultKey, why: done ? found.why : fresh && !known.result ? known.why : "" };
 }
 
 export function Recording({ address }) {
@@ -75,8 +75,7 @@ function Charts({ address, series, result, over, overResult }) {
   const signals = useMemo(() => [...series.signals, ...(result ? result.signals : [])], [series, result]);
   const byName = useMemo(() => new Map(signals.map((each) => [each.name, each])), [signals]);
   const panels = (address.signals !== undefined ? parse(address.signals) : usual(signals, result)).map((p) => p.filter((n) => byName.has(n))).filter((p) => p.length);
-  const span = series.span, view = clipped(number(address.from), number(address.to), span);
-  const onView = (from, to) => { const [a, b] = clipped(from, to, span); set({ from: a <= span[0] && b >= span[1] ? "" : +a.toPrecision(12), to: a <= span[0] && b >= span[1] ? "" : +b.toPrecision(12) }); };
+  const span = series.span, [view, onView] = useView(address, span);
   const change = (next) => set({ signals: write(next) }, true);
   const place = useRef(null), wanted = names(panels);
   const shift = number(address.shift) || 0;
@@ -85,7 +84,8 @@ function Charts({ address, series, result, over, overResult }) {
   const overData = useWindows(over && over.key, overResult && overResult.key, overNames, byName, [view[0] - shift, view[1] - shift], over ? over.span : [0, 1]);
   const toggle = (name, into) => change(wanted.includes(name) ? without(panels, name) : added(panels, name, into ? panels.length - 1 : undefined));
   const measured = { a: number(address.a), b: number(address.b) };
-  return stack`<div class="bench"><aside class="side card"><${Tree} signals=${signals} shown=${new Set(wanted)} onToggle=${toggle} /></aside>
+  const tree = useMemo(() => html`<${Tree} signals=${signals} shown=${new Set(wanted)} onToggle=${toggle} />`, [signals, address.signals]);
+  return stack`<div class="bench"><aside class="side card">${tree}</aside>
     <div ref=${place}>
       <${Tools} address=${address} series=${series} result=${result} over=${over} overResult=${overResult} wanted=${wanted} view=${view} span=${span} onView=${onView} place=${place} />
       ${result && html`<${TimeAxis} result=${result} span=${span} view=${view} onView=${onView} />`}
@@ -95,6 +95,28 @@ function Charts({ address, series, result, over, overResult }) {
       <${Measured} seriesKey=${series.key} result=${result} wanted=${wanted} byName=${byName} measured=${measured} />
       <${PairChart} address=${address} signals=${signals} byName=${byName} seriesKey=${series.key} result=${result} view=${view} />
     </div></div>`;
+}
+
+/** The stretch that is shown: it follows the hand at once, and the address a little later. */
+function useView(address, span) {
+  const named = clipped(number(address.from), number(address.to), span);
+  const [now, put] = useState(named), timer = useRef(0), written = useRef("");
+  const text = `${address.from || ""} ${address.to || ""}`;
+  useEffect(() => { if (text !== written.current) { clearTimeout(timer.current); written.current = text; put(named); } }, [text]);
+  const latest = useRef(now);
+  latest.current = now;
+  const onView = useCallback((from, to) => {
+    const [a, b] = clipped(from, to, span), all = a <= span[0] && b >= span[1];
+    put([a, b]);
+    clearTimeout(timer.current);
+    timer.current = setTimeout(() => {
+      const next = { from: all ? "" : String(+a.toPrecision(12)), to: all ? "" : String(+b.toPrecision(12)) };
+      written.current = `${next.from} ${next.to}`;
+      set(next);
+    }, 250);
+  }, [span[0], span[1]]);
+  useEffect(() => () => clearTimeout(timer.current), []);
+  return [now, onView];
 }
 
 export function clipped(from, to, span) {
