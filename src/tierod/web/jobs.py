@@ -155,6 +155,7 @@ class Jobs:
         for process, connection in self._spare:
             connection.close()
             process.terminate()
+            process.join(timeout=5.0)
 
     def _work(self) -> None:
         """What a thread does: one job after the other."""

@@ -6,6 +6,7 @@ import contextlib
 import errno
 import os
 import secrets
+import signal
 import socket
 import sys
 import threading
@@ -93,7 +94,7 @@ def serve(
             app, log_level="error", access_log=False, lifespan="on", server_header=False, ws_max_size=1 << 16,
             timeout_graceful_shutdown=2, h11_max_incomplete_event_size=1 << 16,
         )  # fmt: skip
-        with contextlib.suppress(KeyboardInterrupt):
+        with contextlib.suppress(KeyboardInterrupt), _ended_by_sigterm():
             uvicorn.Server(config).run(sockets=[sockets])
 
 
@@ -178,6 +179,23 @@ def listening(bind: str, port: int) -> Iterator[socket.socket]:
         except (OSError, OverflowError) as error:
             raise InputError(_not_bound(bind, port, error)) from None
         yield made
+
+
+@contextmanager
+def _ended_by_sigterm() -> Iterator[None]:
+    """End by SIGTERM as by Ctrl-C, with everything closed; uvicorn raises the signal again once it has ended."""
+
+    def end(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _not_bound(bind: str, port: int, error: Exception) -> str:
