@@ -55,37 +55,58 @@ export function nearest(times, at) {
 
 /** Curves on one time axis: [{name, title, label, colour, dashed, time, lower, upper, band}] -> uPlot data and series. */
 function tables(curves) {
-  const parts = [], series = [{}], bands = [];
+  const parts = [], series = [{}], bands = [], drawnAt = new Map();
   const scales = [...new Set(curves.map((c) => c.label || "1"))];
   for (const c of curves) {
-    const scale = c.label || "1", at = series.length;
-    parts.push(zigzag(c));
-    series.push({ scale, stroke: c.colour, width: 1.3, points: { show: false }, spanGaps: false, dash: c.dashed ? [6, 4] : undefined });
+    const scale = c.label || "1", at = series.length, binned = c.lower !== c.upper;
+    const line = { scale, stroke: c.colour, width: 1.2, points: { show: false }, spanGaps: false, dash: c.dashed ? [6, 4] : undefined };
+    parts.push([c.time, c.lower, ...(binned ? [c.upper] : []), ...(c.band ? [c.band.lower, c.band.upper] : [])]);
+    if (binned) {
+      series.push({ ...line, paths: () => null }, { ...line, paths: () => null });
+      drawnAt.set(at + 1, c);
+    } else series.push(line);
     if (c.band) {
-      const edge = { scale, stroke: clear(c.colour, 0.35), width: 0.6, points: { show: false }, spanGaps: false, auto: false };
+      const edge = { scale, stroke: clear(c.colour, 0.35), width: 0.6, points: { show: false }, spanGaps: false, auto: false }, next = series.length;
       series.push({ ...edge }, { ...edge });
-      bands.push({ series: [at + 2, at + 1], fill: clear(c.colour, 0.15) });
+      bands.push({ series: [next + 1, next], fill: clear(c.colour, 0.15) });
     }
   }
   const alike = parts.every(([time]) => time.length === parts[0][0].length && time[0] === parts[0][0][0] && time[time.length >> 1] === parts[0][0][time.length >> 1] && time[time.length - 1] === parts[0][0][time.length - 1]);
   const data = alike ? [parts[0][0], ...parts.flatMap((p) => p.slice(1))] : uPlot.join(parts, parts.map((p) => p.map(() => 2)));
-  return { data, series, bands, scales };
+  return { data, series, bands, scales, drawnAt };
 }
 
-/** One line through lowest and highest of every bin, the latter half a bin later: cheaper to draw than a filled band. */
-function zigzag(c) {
-  const own = c.band ? [c.band.lower, c.band.upper] : [];
-  if (c.lower === c.upper) return [c.time, c.lower, ...own];
-  const n = c.time.length, time = new Array(2 * n), values = new Array(2 * n), doubled = own.map(() => new Array(2 * n));
-  for (let at = 0; at < n; at++) {
-    const step = (at + 1 < n ? c.time[at + 1] : c.time[at] + (at ? c.time[at] - c.time[at - 1] : 0)) - c.time[at];
-    time[2 * at] = c.time[at];
-    time[2 * at + 1] = c.time[at] + 0.5 * step;
-    values[2 * at] = c.lower[at];
-    values[2 * at + 1] = c.upper[at];
-    doubled.forEach((part, k) => { part[2 * at] = own[k][at]; part[2 * at + 1] = own[k][at]; });
+/** Lowest to highest of every bin as a bar one column of pixels wide, which meets its neighbour: a line of all samples. */
+function columns(u, c) {
+  const { ctx, bbox } = u, x = u.scales.x, y = u.scales[c.label || "1"], n = c.time.length;
+  const perX = bbox.width / (x.max - x.min), perY = bbox.height / (y.max - y.min), thick = Math.max(1, Math.round(1.2 * devicePixelRatio));
+  ctx.save();
+  ctx.beginPath();
+  ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+  ctx.clip();
+  ctx.fillStyle = c.colour;
+  ctx.globalAlpha = c.dashed ? 0.65 : 1;
+  let column = NaN, low = Infinity, high = -Infinity, before = null;
+  const flush = (next) => {
+    if (low > high) return;
+    let a = low, b = high;
+    if (before) { if (before[1] < a) a = before[1]; if (before[0] > b) b = before[0]; }
+    const top = bbox.top + bbox.height - (b - y.min) * perY, height = (b - a) * perY;
+    ctx.fillRect(column, Math.round(top - 0.5 * thick), Math.max(next - column, thick), Math.max(Math.round(height), 0) + thick);
+    before = [low, high];
+    low = Infinity;
+    high = -Infinity;
+  };
+  for (let at = Math.max(nearest(c.time, x.min) - 1, 0); at < n; at++) {
+    const px = Math.round(bbox.left + (c.time[at] - x.min) * perX);
+    if (px !== column) { flush(px); column = px; }
+    if (px > bbox.left + bbox.width) break;
+    if (c.lower[at] === null) { flush(column + 1); before = null; continue; }
+    if (c.lower[at] < low) low = c.lower[at];
+    if (c.upper[at] > high) high = c.upper[at];
   }
-  return [time, values, ...doubled];
+  flush(column + 1);
+  ctx.restore();
 }
 
 /** What lies behind and over the curves: stretches in which a monitor learnt, limits, moments, the measuring cursors. */
@@ -123,7 +144,9 @@ function rule(ctx, stroke, x1, y1, x2, y2, label) {
   ctx.lineTo(x2, y2);
   ctx.stroke();
   ctx.setLineDash([]);
-  if (label) ctx.fillText(label, (x1 === x2 ? x1 : x1 + 2) + 4 * devicePixelRatio, x1 === x2 ? y1 + 13 * devicePixelRatio : y1 - 4 * devicePixelRatio);
+  if (!label) return;
+  ctx.textAlign = x1 === x2 ? "left" : "right";
+  ctx.fillText(label, (x1 === x2 ? x1 : x2) + (x1 === x2 ? 4 : -6) * devicePixelRatio, x1 === x2 ? y1 + 13 * devicePixelRatio : y1 - 4 * devicePixelRatio);
 }
 
 function upright(u, time, stroke, label) {
@@ -182,21 +205,23 @@ function keyed(props) {
 
 /** One panel: curves over the common time axis. */
 export function TimeChart(given) {
-  const { curves, view, height = 190, label } = given;
-  const props = useRef(given), now = useRef(null), drawnCurves = useRef(null), drawnFor = useRef(null), measured = given.measured || {};
+  const { curves, view, height = 180, label } = given;
+  const props = useRef(given), now = useRef(null), drawnCurves = useRef(null), drawnFor = useRef(null), bars = useRef(new Map()), measured = given.measured || {};
   props.current = { onView: () => {}, onCursor: () => {}, onMeasure: () => {}, at: () => now.current, ...given };
-  const shape = curves.map((c) => [c.name, c.label, c.colour, c.dashed, !!c.band].join("|")).join("\n");
+  const shape = curves.map((c) => [c.name, c.label, c.colour, c.dashed, !!c.band, c.lower === c.upper].join("|")).join("\n");
   const [place, made] = useUplot((target, width) => {
-    const { data, series, bands, scales } = tables(props.current.curves);
+    const { data, series, bands, scales, drawnAt } = tables(props.current.curves);
+    bars.current = drawnAt;
     const own = Object.fromEntries(scales.map((s) => [s, { auto: true, range: ranged }]));
     const u = new uPlot({
       width, height, series, bands, padding: [8, 8, 0, 0],
       scales: { x: { time: false, auto: false, min: props.current.view[0], max: props.current.view[1] }, ...own },
-      axes: [axis({ values: timeText, label: undefined }), ...scales.slice(0, 2).map((s, at) => axis({ scale: s, side: at ? 1 : 3, size: 62, label: s === "1" ? undefined : s, labelSize: 16, labelFont: "12px system-ui, sans-serif", grid: at ? { show: false } : { stroke: token("line"), width: 0.6 }, values: (_, v) => v.map((x) => figure(x, 5)) }))],
+      axes: [axis({ values: timeText, size: 34 }), ...scales.slice(0, 2).map((s, at) => axis({ scale: s, side: at ? 1 : 3, size: 62, label: s === "1" ? undefined : s, labelSize: 16, labelFont: "12px system-ui, sans-serif", grid: at ? { show: false } : { stroke: token("line"), width: 0.6 }, values: (_, v) => v.map((x) => figure(x, 5)) }))],
       legend: { show: false },
       cursor: { sync: { key: props.current.sync || "tierod", scales: ["x", null] }, drag: { x: true, y: false, setScale: false, uni: 20 }, focus: { prox: -1 }, points: { show: false }, y: false, bind: { dblclick: () => () => { props.current.onView(-Infinity, Infinity); return null; } } },
       hooks: {
-        drawClear: [drawn(props)],
+        draw: [drawn(props)],
+        drawSeries: [(self, at) => { const c = bars.current.get(at); if (c) columns(self, c); }],
         setSelect: [(self) => {
           const { left, width: w } = self.select;
           if (w > 4) { const from = self.posToVal(left, "x"), to = self.posToVal(left + w, "x"); self.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false); props.current.onView(from, to); }
@@ -214,7 +239,9 @@ export function TimeChart(given) {
     const u = made.current;
     if (!u) return;
     if (drawnCurves.current !== curves || drawnFor.current !== u) {
-      u.batch(() => { u.setData(tables(curves).data, false); u.setScale("x", { min: view[0], max: view[1] }); });
+      const { data, drawnAt } = tables(curves);
+      bars.current = drawnAt;
+      u.batch(() => { u.setData(data, false); u.setScale("x", { min: view[0], max: view[1] }); });
       drawnCurves.current = curves;
       drawnFor.current = u;
     } else u.setScale("x", { min: view[0], max: view[1] });
@@ -248,7 +275,7 @@ export function TrendChart({ days, values, errors, band, levels = [], unit, labe
       legend: { show: false }, cursor: { y: false, points: { show: false } },
       hooks: {
         drawClear: [drawn(props)],
-        draw: [(u) => bars(u, days, values, errors)],
+        draw: [(u) => errorBars(u, days, values, errors)],
         ready: [(u) => onPick && u.over.addEventListener("click", () => { const at = u.posToVal(u.cursor.left, "x"); onPick(nearest(days, at)); })],
       },
     }, data, target);
@@ -256,7 +283,7 @@ export function TrendChart({ days, values, errors, band, levels = [], unit, labe
   return html`<div class="plot" ref=${place} role="img" aria-label=${label}></div>`;
 }
 
-function bars(u, days, values, errors) {
+function errorBars(u, days, values, errors) {
   if (!errors) return;
   const { ctx } = u;
   ctx.save();

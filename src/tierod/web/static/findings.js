@@ -10,11 +10,12 @@ export function lanes(result, span) {
   for (const [monitor, each] of Object.entries(result.monitors)) {
     const first = each.findings[0];
     if (first) {
-      const status = first.word || first.status, marks = [];
+      const status = first.word || first.status, marks = [], decided = [];
       if (first.since !== null) marks.push({ from: first.since, to: span[1], text: `${status} since ${clock(first.since)}`, kind: kind(status) });
       else marks.push({ from: span[0], to: span[1], text: status, kind: kind(status) });
-      for (const decision of each.decisions) if (decision.passed !== null && decision.passed !== undefined) marks.push({ from: decision.passed, to: decision.passed + NEAR * (span[1] - span[0]), text: "◆", point: true, kind: "watch", title: `${decision.name}: ${decision.rule}; passed at ${clock(decision.passed)}` });
+      for (const decision of each.decisions) if (decision.passed !== null && decision.passed !== undefined) decided.push({ from: decision.passed, to: decision.passed + NEAR * (span[1] - span[0]), text: "◆", point: true, kind: "watch", title: `${decision.name}: ${decision.rule}; passed at ${clock(decision.passed)}` });
       found.push({ name: monitor, monitor, marks });
+      if (decided.length) found.push({ name: `${monitor}: decisions`, monitor, marks: decided });
     }
     for (const element of each.elements) {
       if (!element.episodes.length) continue;

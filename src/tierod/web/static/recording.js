@@ -150,7 +150,7 @@ function useWindows(key, result, wanted, byName, view, span) {
     if (same && have.from <= view[0] && have.to >= view[1] && have.width <= 1.3 * width) return undefined;
     const stop = new AbortController(), margin = 0.5 * width;
     const from = Math.max(view[0] - margin, span[0]), to = Math.min(view[1] + margin, span[1]);
-    const points = Math.round(Math.min(Math.max(innerWidth, 400), 2600) * Math.min((to - from) / width, 2));
+    const points = Math.round(Math.min(Math.max(0.5 * innerWidth, 300), 1300) * Math.min((to - from) / width, 2));
     const timer = setTimeout(() => windows(key, { name: all, result, start: Math.min(from, to), stop: to, points: Math.min(points, 9000) }, stop.signal).then(
       (found) => { held.current = { key, result, names: all.join("\n"), from: from <= span[0] ? -Infinity : from, to: to >= span[1] ? Infinity : to, width, turn }; put({ found }); },
       (error) => { if (error.name !== "AbortError") put((before) => ({ ...before, error })); }), same ? 15 : 0);
