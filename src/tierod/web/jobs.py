@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import OutputError, ParameterError
@@ -223,7 +224,7 @@ class Jobs:
                 job.share, job.state, job.text = 1.0, DONE, ""
             else:
                 reason = answer.reason if isinstance(answer, Failure) else " ".join(str(answer).split())
-                job.state, job.text = FAILED, reason
+                job.state, job.text = FAILED, _named(reason, job.given.get("path"))
 
     def _how_it_ended(self, code: int | None) -> str:
         memory = self.limits.job_memory >> 20
@@ -231,6 +232,11 @@ class Jobs:
             f"its process was ended (code {code}); where memory was short, its limit of {memory} MiB was met: give a "
             "shorter recording, or a larger --job-memory"
         )
+
+
+def _named(reason: str, path: str | None) -> str:
+    """A reason in which a file goes by its name: where it lies on this machine is nothing for the page."""
+    return reason.replace(path, Path(path).name) if path else reason
 
 
 def workers_of(given: int | None) -> int:
