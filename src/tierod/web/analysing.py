@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -98,10 +99,11 @@ def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say
         ParameterError: no such vehicle
     """
     stamp = stamp_of(reading.path)
+    if reading.path.stat().st_size > LARGE and not store.known(stamp).get("series"):
+        with suppress(TierodError):  # what cannot be read is said below, where the whole file is
+            _first_picture(store, reading, *reading.files(load(vehicle) if vehicle else None), f"p-{stamp}", say)
     car, why = _vehicle(reading, vehicle)
     dbc, used = reading.files(car)
-    if reading.path.stat().st_size > LARGE and not store.known(stamp).get("series"):
-        _first_picture(store, reading, dbc, used, f"p-{stamp}", say)
     say(0.02, "reading the file")
     content = _digest(reading.path)
     files = [_file_digest(each) for each in dbc or ()]
