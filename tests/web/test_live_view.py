@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import queue
 
 import numpy as np
 import pytest
@@ -49,6 +50,20 @@ def test_an_engine_gives_its_frames_to_who_listens(tmp_path):
     made.engine.clock.begin(sent[0], 0.0, 1_700_000_000.0)
     made.engine.take(sent[:10], 0.0, 1_700_000_000.0)
     assert [each.data for each in got] == [each.data for each in sent[:10]]
+
+
+def test_who_follows_ends_with_the_server(tmp_path, monkeypatch, capsys):
+    import os
+
+    from tierod.web.following import follow
+
+    plan = Plan(load("midsize-eps"))
+    made = Drive([], queue.SimpleQueue(), messages(tmp_path), None, ["friction"], plan, Outputs(), Hub())
+    parents = iter([7, 7])
+    monkeypatch.setattr(os, "getppid", lambda: next(parents, 1))
+    monkeypatch.setattr("signal.signal", lambda *_: None)
+    assert follow(made, Samples(messages(tmp_path), None)) == 2
+    assert made.ended
 
 
 def test_a_page_that_comes_later_gets_what_came_lately():

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import queue
 import signal
 import sys
@@ -86,13 +87,15 @@ def follow(drive: Drive, samples: Samples) -> int:
     Returns:
         its exit code
     """
-    last, used = [0.0], [time.monotonic(), time.process_time()]
+    last, used, server = [0.0], [time.monotonic(), time.process_time()], os.getppid()
 
     def look(now: float) -> None:
         drive.engine.heard = samples.heard
         if now - last[0] < PERIOD:
             return
         last[0] = now
+        # A server that was killed cannot end this process, and a silent bus breaks no pipe.
+        drive.ended |= os.getppid() != server
         try:
             content = samples.content()
         except TierodError as error:
