@@ -36,7 +36,7 @@ def application(bench: Workbench, trust: Trust, relay: Relay | None = None) -> G
 
     Args:
         bench: what is served
-        trust: whom it trusts
+        trust: what it trusts
         relay: of the live buses; None without
     """
 

@@ -48,7 +48,7 @@ SAFE = ("GET", "HEAD")
 
 @dataclass(frozen=True)
 class Trust:
-    """Whom the server trusts.
+    """What the server trusts.
 
     Args:
         port: that it answers on
@@ -109,7 +109,7 @@ class Guard:
 
     Args:
         app: of ASGI
-        trust: whom it trusts
+        trust: what it trusts
         open_to_all: begins of paths that hold nothing of the user's: the page itself
     """
 
