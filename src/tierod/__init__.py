@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from tierod.report.plot import plot
     from tierod.vehicles import Vehicle
     from tierod.vehicles import load as vehicle
+    from tierod.web.server import serve
 
 _HOMES = {
     "BlockSession": "tierod.monitors.harness.session",
@@ -62,6 +63,7 @@ _HOMES = {
     "plot": "tierod.report.plot",
     "read": "tierod.io.readers",
     "scan": "tierod.core.graph",
+    "serve": "tierod.web.server",
     "simulate": "tierod.proving_ground.scenarios",
     "to_json": "tierod.report",
     "vehicle": "tierod.vehicles:load",
@@ -97,6 +99,7 @@ __all__ = [
     "plot",
     "read",
     "scan",
+    "serve",
     "simulate",
     "to_json",
     "vehicle",

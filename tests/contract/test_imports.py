@@ -16,6 +16,7 @@ ROOT = Path(tierod.__file__).parent
 LAYERS = (
     {"cli"},
     {"papers"},
+    {"web"},
     {"fleet"},
     {"export", "live", "report"},
     {"experiments"},
@@ -35,7 +36,7 @@ FRONT = ROOT / "__init__.py"
 
 GROUND = "proving_ground"
 GROUND_USES = {GROUND, "physics", "core.graph", "vehicles", "core"}
-USES_GROUND = {GROUND, "papers", "experiments", "fleet", "cli"}
+USES_GROUND = {GROUND, "papers", "experiments", "fleet", "web", "cli"}
 
 HEAVY = {
     "asammdf",
@@ -194,6 +195,9 @@ def test_every_package_has_its_place():
         (GROUND, "models", False),
         ("monitors", GROUND, False),
         ("cli", GROUND, True),
+        ("web", "fleet", True),
+        ("web", "papers", False),
+        ("report", "web", False),
     ],
 )
 def test_the_rule_itself(importer, imported, right):

@@ -42,6 +42,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "replay": ("tierod replay drive.mf4 --dbc car.dbc --interface udp_multicast --channel 239.74.163.2 --speed 10",),
     "scenarios": ("tierod scenarios",),
+    "serve": ("tierod serve", "tierod serve recordings/ results/ --vehicle car.toml --port 8765 --no-browser"),
     "simulate": ("tierod simulate mixed-drive-friction-step -o drive.mf4",),
     "vehicles": ("tierod vehicles", "tierod vehicles midsize-eps --toml > car.toml"),
 }

@@ -92,6 +92,8 @@ class Engine:
         pace: when what is done
         log: takes the frames as they are judged; None without one
         ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" without
+
+    `heard` is called with the frames as they come, their times those of the drive.
     """
 
     def __init__(
@@ -109,6 +111,7 @@ class Engine:
         self.judges = [Judge(name, plan) for name in monitors]
         self.clock, self.decoder, self.gaps, self.tally = DriveClock(), Decoder(database), Gaps(), Tally()
         self.ages: dict[str, float] = {}
+        self.heard: Callable[[Sequence[Frame]], None] = lambda frames: None
         self.ignition = ignition
         self.ignition_off = False
         self._map = channel_map
@@ -134,6 +137,7 @@ class Engine:
         placed = [each for frame in frames if (each := self.clock.placed(frame, now, today)) is not None]
         if not placed:
             return
+        self.heard(placed)
         self.tally.frames += len(placed)
         self._first = min(self._first, placed[0].time)
         self._waiting += placed

@@ -1,0 +1,273 @@
+"""What a job does with a recording: a first picture, every signal in levels, then the verdicts of all monitors."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tierod.core.errors import InputError, ParameterError, TierodError
+from tierod.core.files import write_text
+from tierod.core.findings import Decided, Diagnosis
+from tierod.core.recording import Recording
+from tierod.core.signals import SIGNALS
+from tierod.experiments.fingerprint import fingerprint
+from tierod.fleet.judging import Asked
+from tierod.fleet.stamps import code, vehicle_digest
+from tierod.io.derive import ingredients
+from tierod.io.layout import plain
+from tierod.io.readers import SHARE_READ, ChannelMap, open_chunks, open_source, parse_channel_map
+from tierod.io.readers.streaming import loaded_map, planned
+from tierod.monitors.harness.pieces import CHUNK
+from tierod.monitors.together import Concluded, usual
+from tierod.vehicles import Vehicle, load
+from tierod.web.pyramid import SeriesReader, SeriesWriter
+from tierod.web.store import Store, stamp_of
+from tierod.web.watching import Watched
+
+SCHEMA = "tierod.web-result/1"
+
+NONE = "none"
+"""Stands for the vehicle of a recording of which none is known."""
+
+FIRST_SIGNALS = 4
+"""Signals of the first picture of a file that is large."""
+
+LARGE = 30 << 20
+"""Bytes from which a file gets a first picture: a smaller one is read within a second."""
+
+HOUR = 3600.0
+"""Seconds of a few signals that are read at once: faster than all together, since memory is used again."""
+
+SLICE = 600.0
+"""Seconds of a recording that are read at once."""
+
+MOST_SIGNALS = 1000
+"""Signals that are kept of a recording; known ones come first."""
+
+FIRST = ("steering_wheel_angle", "driver_torque", "vehicle_speed", "yaw_rate", "lateral_acceleration", "motor_torque")
+"""Signals that a first picture shows, where they are there."""
+
+Say = Callable[..., None]
+"""Takes the share done, what is done now, and what is there already."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Reading:
+    """How a recording is read.
+
+    Args:
+        path: of the file
+        dbc: its databases; those of the vehicle where empty
+        channel_map: path, content, or None for that of the vehicle
+    """
+
+    path: Path
+    dbc: tuple[str, ...] = ()
+    channel_map: str | Mapping[str, Any] | None = None
+
+    def files(self, car: Vehicle | None) -> tuple[Any, ChannelMap | None]:
+        """(databases, channel map), those of the vehicle where none are given."""
+        given = self.channel_map
+        own = car.channel_map if car else None
+        chosen = parse_channel_map(given, "the channel map of the page") if isinstance(given, Mapping) else given or own
+        dbc = list(self.dbc) or ([str(car.database)] if car and car.database else None)
+        return dbc, loaded_map(chosen)
+
+
+def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say) -> dict[str, Any]:
+    """Read a recording, judge it with every monitor that can run, and keep both.
+
+    Args:
+        store: that keeps them
+        reading: of the recording
+        vehicle: its name or path; "" for the one that the recording names, if any
+        spread: whether the spread of the parameters is carried into the verdicts
+        say: takes progress
+
+    Returns:
+        keys of the signals and of the result; that of the result is "" where no vehicle is known
+
+    Raises:
+        InputError: the recording cannot be read
+        ParameterError: no such vehicle
+    """
+    stamp = stamp_of(reading.path)
+    if reading.path.stat().st_size > LARGE and not store.known(stamp).get("series"):
+        with suppress(TierodError):  # what cannot be read is said below, where the whole file is
+            _first_picture(store, reading, *reading.files(load(vehicle) if vehicle else None), f"p-{stamp}", say)
+    car, why = _vehicle(reading, vehicle)
+    dbc, used = reading.files(car)
+    say(0.02, "reading the file")
+    content = _digest(reading.path)
+    files = [_file_digest(each) for each in dbc or ()]
+    key = fingerprint(
+        "tierod.web-series/1", content, files, None if used is None else (used.entries, used.time), code()
+    )
+    if not store.holds("series", key):
+        _keep_series(store, reading, dbc, used, key, say)
+    store.remember(stamp, {"series": key})
+    say(0.4, "judging", series=key)
+    series = SeriesReader(store.path("series", key))
+    if car is None:
+        store.remember(stamp, {"series": key, "vehicle": NONE, "why": why})
+        return {"series": key, "result": "", "why": why}
+    asked = Asked(usual(), spread=spread)
+    result = fingerprint(content, vehicle_digest(car), asked, code(), None, True, key)
+    if not store.holds("results", result):
+        _keep_result(store, reading, series, car, asked, {"key": result, "series": key, "content": content}, say)
+    store.remember(stamp, {"series": key, "result": result, "vehicle": vehicle})
+    return {"series": key, "result": result, "why": ""}
+
+
+def _vehicle(reading: Reading, vehicle: str) -> tuple[Vehicle | None, str]:
+    """The vehicle, or None and why."""
+    from tierod.monitors.harness.named_vehicle import vehicle_named_in
+
+    if vehicle:
+        return load(vehicle), ""
+    dbc, used = reading.files(None)
+    try:
+        return load(vehicle_named_in(reading.path, dbc, used)), ""
+    except ParameterError as error:
+        return None, str(error)
+
+
+def _digest(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except IsADirectoryError:
+        parts = sorted(each for each in path.iterdir() if each.is_file())
+        return fingerprint([(each.name, _digest(each)) for each in parts])
+    except OSError as error:
+        raise InputError(f"{path.name} cannot be read ({(error.strerror or '').lower()}); check the file") from None
+
+
+def _file_digest(path: str | Path) -> str:
+    from tierod.io.readers.opening import shipped
+
+    return _digest(shipped(path, ".dbc"))
+
+
+def _first_picture(store: Store, reading: Reading, dbc: Any, used: ChannelMap | None, key: str, say: Say) -> None:
+    """A few signals of a large file, kept apart until all are read."""
+    say(0.0, "a first picture")
+    source, _ = open_source(reading.path, dbc, used.time if used else None)
+    known = [pick.name for pick in planned(reading.path, source, used, None).picks]
+    chosen = sorted(known, key=lambda each: FIRST.index(each) if each in FIRST else len(FIRST))[:FIRST_SIGNALS]
+    folder = store.begun("series")
+    writer = SeriesWriter(folder)
+    for piece in open_chunks(reading.path, seconds=HOUR, names=chosen, dbc=dbc, channel_map=used):
+        writer.add([piece[name] for name in chosen if name in piece])
+    writer.finish({"first": True})
+    store.settled(folder, "series", key)
+    say(0.01, "reading the file", series=key)
+
+
+def _keep_series(store: Store, reading: Reading, dbc: Any, used: ChannelMap | None, key: str, say: Say) -> None:
+    folder = store.begun("series")
+    writer = SeriesWriter(folder)
+    metadata: Mapping[str, Any] = {}
+    for piece in open_chunks(reading.path, seconds=SLICE, dbc=dbc, channel_map=used):
+        known = [each for name, each in piece.channels.items() if name in SIGNALS]
+        others = [each for name, each in piece.channels.items() if name not in SIGNALS]
+        writer.add([*known, *others[: MOST_SIGNALS - len(known)]])
+        metadata = piece.metadata
+        say(0.02 + 0.35 * float(metadata.get(SHARE_READ, 1.0)), "reading the file")
+    facts = {name: value for name, value in plain(dict(metadata)).items() if name != SHARE_READ}
+    if len(writer.signals) >= MOST_SIGNALS:
+        facts["left_out"] = f"more than {MOST_SIGNALS} signals; a channel map chooses those that are wanted"
+    writer.finish(facts)
+    store.settled(folder, "series", key)
+
+
+def _keep_result(
+    store: Store, reading: Reading, series: SeriesReader, car: Vehicle, asked: Asked, keys: dict[str, str], say: Say
+) -> None:
+    """Judge the kept signals, and keep findings, estimates and reports."""
+    folder = store.begun("results")
+    writer = SeriesWriter(folder)
+    watched = Watched(car, asked.monitors, asked.spread, writer)
+    # What no monitor reads must not move the begin of what is judged.
+    needed = {*watched.needs, *ingredients(watched.needs)}
+    wanted = [name for name in series.signals if name in needed]
+    begin, end = series.span
+    for piece in pieces(series, wanted, CHUNK):
+        watched.add(piece)
+        say(0.4 + 0.5 * (piece.span[1] - begin) / max(end - begin, 1e-9), "judging")
+        if not watched.running:
+            break
+    concluded = dict(watched.concluded())
+    _withhold(writer, concluded)
+    writer.finish({})
+    for place, (name, each) in enumerate(concluded.items()):
+        say(0.9 + 0.1 * place / len(concluded), f"writing the report of {name}")
+        _write_report(folder / f"report-{name}.html", each.diagnosis)
+    about = {
+        "schema": SCHEMA,
+        **keys,
+        "path": str(reading.path),
+        "vehicle": car.name,
+        "monitors": {name: monitor_document(each) for name, each in concluded.items()},
+        "not_run": dict(watched.refused),
+    }
+    write_text(folder / "result.json", json.dumps(about), sweeps=False)
+    store.settled(folder, "results", keys["key"])
+
+
+def _withhold(writer: SeriesWriter, concluded: Mapping[str, Concluded]) -> None:
+    """Leave out estimates that a monitor does not stand for in the end."""
+    for name in list(writer.signals):
+        monitor, _, trace = name.partition("/")
+        if monitor not in concluded or trace not in concluded[monitor].diagnosis.traces:
+            del writer.signals[name]
+
+
+def pieces(series: SeriesReader, names: Sequence[str], seconds: float) -> Iterator[Recording]:
+    """The kept signals as consecutive slices, as `open_chunks` would give them."""
+    begin, end = series.span
+    count = max(int(np.ceil((end - begin + 1e-9) / seconds)), 1)
+    for place in range(count):
+        start, stop = begin + place * seconds, begin + (place + 1) * seconds
+        piece = series.recording(names, start, np.inf if place == count - 1 else stop)
+        if any(len(each.time) for each in piece.channels.values()):
+            share = (place + 1) / count
+            warnings = tuple(map(str, piece.metadata.get("warnings", ())))
+            yield Recording(piece.channels, {**piece.metadata, "warnings": warnings, SHARE_READ: share})
+
+
+def _write_report(path: Path, diagnosis: Diagnosis) -> None:
+    from tierod.report import write_html
+
+    try:
+        write_html(diagnosis, path)
+    except TierodError as error:
+        write_text(path.with_suffix(".txt"), str(error), sweeps=False)
+
+
+def monitor_document(found: Concluded) -> dict[str, Any]:
+    """What a monitor found, as JSON holds it.
+
+    Args:
+        found: by one monitor
+    """
+    from tierod.report.document import document
+    from tierod.report.document import plain as finite
+
+    content: dict[str, Any] = json.loads(document(found.diagnosis, False))
+    content["variant"] = found.variant
+    content["estimates"] = list(found.estimates)
+    content["decisions"] = [finite(_decision(each)) for each in found.diagnosis.decisions]
+    content.pop("recording", None)
+    return content
+
+
+def _decision(each: Decided) -> dict[str, Any]:
+    return {field.name: getattr(each, field.name) for field in dataclasses.fields(each) if field.name != "curve"}

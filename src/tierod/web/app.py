@@ -1,0 +1,133 @@
+"""The application: endpoints over a workbench, the page, and errors as sentences."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, Response
+from starlette.exceptions import HTTPException
+
+from tierod import __version__
+from tierod.core.errors import TierodError
+from tierod.web.errors import status_of
+from tierod.web.fleet_endpoints import fleet_endpoints
+from tierod.web.guard import BodyTooLong, Guard, Trust
+from tierod.web.live_endpoint import live_endpoint
+from tierod.web.recording_endpoints import recording_endpoints
+from tierod.web.relay import Relay
+from tierod.web.work_endpoints import work_endpoints
+from tierod.web.workbench import Workbench
+
+STATIC = Path(__file__).parent / "static"
+
+VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "scenario", "jobs", "interface")
+"""Addresses of the page; which of them is shown the page itself decides."""
+
+KINDS = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".svg": "image/svg+xml"}
+
+
+def application(bench: Workbench, trust: Trust, relay: Relay | None = None) -> Guard:
+    """The whole server as an ASGI application.
+
+    Args:
+        bench: what is served
+        trust: what it trusts
+        relay: of the live buses; None without
+    """
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        if relay is not None:
+            await relay.begin()
+        yield
+        if relay is not None:
+            await relay.end()
+
+    app = FastAPI(
+        title="tierod",
+        version=__version__,
+        description="Recordings, vehicles, fleets and live buses; the functions of `tierod.web.workbench.Workbench`.",
+        openapi_url="/api/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+        lifespan=lifespan,
+        redirect_slashes=False,
+    )
+    app.include_router(work_endpoints(bench))
+    app.include_router(recording_endpoints(bench))
+    app.include_router(fleet_endpoints(bench))
+    app.include_router(live_endpoint(relay))
+    _page(app)
+    _errors(app)
+    return Guard(app, trust)
+
+
+def _page(app: FastAPI) -> None:
+    """The files of the page, which hold nothing of the user's."""
+    names = {path.relative_to(STATIC).as_posix(): path for path in STATIC.rglob("*") if path.suffix in KINDS}
+    page = STATIC / "index.html"
+
+    @app.get("/static/{name:path}", include_in_schema=False)
+    def static(name: str, request: Request) -> Response:
+        if name not in names:
+            raise HTTPException(404, f"there is no '{name[:100]}'")
+        tag = f'"{__version__}-{names[name].stat().st_mtime_ns:x}"'
+        headers = {"cache-control": "no-cache", "etag": tag}
+        if request.headers.get("if-none-match") == tag:
+            return Response(status_code=304, headers=headers)
+        return FileResponse(names[name], media_type=KINDS[names[name].suffix], headers=headers)
+
+    def view() -> Response:
+        return HTMLResponse(page.read_bytes())
+
+    for name in VIEWS:
+        app.add_api_route(f"/{name}", view, methods=["GET", "HEAD"], include_in_schema=False)
+
+
+def _errors(app: FastAPI) -> None:
+    """Whatever goes wrong is a sentence in JSON."""
+
+    @app.exception_handler(TierodError)
+    async def ours(_: Request, error: TierodError) -> Response:
+        return problem(status_of(error), " ".join(str(error).split()))
+
+    @app.exception_handler(RequestValidationError)
+    async def not_valid(_: Request, error: RequestValidationError) -> Response:
+        first = error.errors()[0] if error.errors() else {"loc": (), "msg": "it cannot be read"}
+        place = ".".join(str(part) for part in first["loc"][1:])[:100]
+        return problem(422, f"the request is not valid: {place}: {str(first['msg'])[:200]}".replace(": :", ":"))
+
+    @app.exception_handler(HTTPException)
+    async def of_http(_: Request, error: HTTPException) -> Response:
+        words = {404: "there is nothing at this address; begin at /", 405: "this address does not take that method"}
+        return problem(error.status_code, words.get(error.status_code, str(error.detail)[:300]))
+
+    @app.exception_handler(BodyTooLong)
+    async def too_long(_: Request, __: BodyTooLong) -> Response:
+        return problem(413, "the request is too long; give a smaller file, or its path")
+
+    @app.exception_handler(OSError)
+    async def of_the_system(_: Request, error: OSError) -> Response:
+        return problem(
+            409, f"a file cannot be read or written ({(error.strerror or 'unknown reason').lower()}); try again"
+        )
+
+    @app.exception_handler(Exception)
+    async def defect(_: Request, error: Exception) -> Response:
+        return problem(500, f"a defect of tierod itself: {type(error).__name__}; please report it")
+
+
+def problem(status: int, sentence: str) -> Response:
+    """An error as JSON.
+
+    Args:
+        status: of HTTP
+        sentence: what was given, what was expected, what to do
+    """
+    content: dict[str, Any] = {"error": sentence.encode("utf-8", "replace").decode()}
+    return JSONResponse(content, status_code=status)

@@ -1,0 +1,63 @@
+"""The demo: a drive whose friction rises half-way, and a small virtual fleet at estimate level."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tierod.web.analysing import Say
+
+MINUTES = 13.0
+
+CARS, WEEKS = 120, 52
+
+
+def folders(folder: Path) -> tuple[Path, Path]:
+    """(recordings, results) of the demo.
+
+    Args:
+        folder: of the demo
+    """
+    return folder / "recordings", folder / "fleet"
+
+
+def make(folder: Path, say: Say) -> dict[str, Any]:
+    """Make what of the demo is not there yet.
+
+    Args:
+        folder: of the demo
+        say: takes progress
+
+    Raises:
+        OutputError: it cannot be written
+    """
+    recordings, fleet = folders(folder)
+    recordings.mkdir(parents=True, exist_ok=True)
+    path = recordings / "demo-drive.parquet"
+    if not path.is_file():
+        say(0.05, "driving the demo")
+        _drive(path)
+    if not (fleet / "findings" / "virtual.parquet").is_file():
+        say(0.8, "drawing a virtual fleet")
+        _fleet(fleet)
+    return {"recording": str(path), "results": str(fleet)}
+
+
+def _drive(path: Path) -> None:
+    from tierod.io.writers import write
+    from tierod.proving_ground import FrictionCourse, drive
+
+    course = FrictionCourse.step(4.0, 8.0, at=30.0 * MINUTES)
+    write(drive(minutes=MINUTES, friction=course, seed=1), path)
+
+
+def _fleet(folder: Path) -> None:
+    from tierod.fleet.virtual import FleetFile, Group, drawn
+    from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, Ageing, Linear
+    from tierod.fleet.virtual_writing import shipped_law, write_estimates
+
+    day = SECONDS_PER_DAY
+    worn = Ageing("worn", Linear(0.01 / day), 0.05, (100.0 * day, 250.0 * day))
+    batches = (Group("rack batch", "2025-47", 0.25, 0.5), Group("rack batch", "2025-12", 0.25, 0.0))
+    file = FleetFile("demo", cars=CARS, start="2024-01-08", weeks=WEEKS, groups=batches, ageing=(worn,), seed=1)
+    write_estimates(drawn(file), folder, shipped_law())

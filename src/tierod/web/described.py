@@ -1,0 +1,53 @@
+"""Signals of a recording as the page lists them: title, group, unit as people read it, meaning."""
+
+from __future__ import annotations
+
+from tierod.core.shown import shown
+from tierod.core.signals import SIGNALS
+from tierod.report.display import words
+from tierod.web.pyramid import Kept, SeriesReader
+from tierod.web.shapes import SeriesShape, SignalShape
+
+OTHERS, TRUTH = "Other channels", "Truth of a simulation"
+
+
+def signal_shape(kept: Kept) -> SignalShape:
+    """A signal as the page lists it.
+
+    Args:
+        kept: in the store
+    """
+    factor, label = shown(kept.unit)
+    monitor, slash, estimate = kept.name.partition("/")
+    known = SIGNALS.get(estimate if slash else kept.name.removeprefix("truth_"))
+    if slash and kept.source.startswith("monitor "):
+        group, title = f"Estimates of {monitor}", words(estimate)
+    elif kept.name.startswith("truth_"):
+        group, title = TRUTH, words(kept.name)
+    else:
+        group, title = (known.group, words(kept.name)) if known else (OTHERS, kept.name)
+    return SignalShape(
+        name=kept.name,
+        title=title,
+        group=group,
+        unit=kept.unit,
+        factor=factor,
+        label=label,
+        meaning=known.meaning if known else kept.note,
+        positive=known.positive if known else "",
+        source=kept.source,
+        note=kept.note,
+        count=kept.count,
+    )
+
+
+def series_shape(key: str, reader: SeriesReader) -> SeriesShape:
+    """The signals of a recording as the page lists them.
+
+    Args:
+        key: of the store
+        reader: of its signals
+    """
+    return SeriesShape(
+        key=key, span=reader.span, signals=[signal_shape(each) for each in reader.signals.values()], facts=reader.facts
+    )

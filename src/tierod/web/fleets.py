@@ -1,0 +1,225 @@
+"""A results folder of `tierod fleet` for the page: a table of all cars, worst first, cohorts, ledger, single cars."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import threading
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.files import write_text
+from tierod.experiments.fingerprint import fingerprint
+from tierod.web.errors import Absent
+
+if TYPE_CHECKING:
+    from tierod.fleet.report import FleetReport
+
+SCHEMA = "tierod.web-fleet/1"
+
+BANDS = 400
+"""Cars, the worst first, whose smoothed trend is kept; others show their drives."""
+
+
+def key_of(results: Path) -> str:
+    """What a worked-out fleet is kept under: the files that it rests on, by name, size and time of change.
+
+    Args:
+        results: the folder
+
+    Raises:
+        Absent: it is gone
+    """
+    from tierod.fleet.stamps import code
+
+    found = []
+    for name in ("findings", "ledger"):
+        folder = results / name
+        if not folder.is_dir():
+            if name == "findings":
+                continue
+            raise Absent(f"{results} holds no results any more: there is no folder '{name}' in it")
+        for path in sorted(folder.rglob("*.parquet")):
+            with contextlib.suppress(OSError):
+                status = os.stat(path)
+                found.append((str(path), status.st_size, status.st_mtime_ns))
+    return fingerprint("tierod.web-fleet/1", found, code())
+
+
+def path_of(cache: Path, key: str) -> Path:
+    """Where a worked-out fleet is kept."""
+    return cache / "fleets" / f"{key}.json"
+
+
+def work_out(results: Path, cache: Path, key: str) -> dict[str, Any]:
+    """Work out the trends of a fleet, and keep what the page shows.
+
+    Args:
+        results: the folder
+        cache: that keeps it
+        key: see `key_of`
+
+    Raises:
+        InputError: it is no results folder, or damaged
+    """
+    from tierod.fleet.report import report
+    from tierod.report.document import plain
+
+    found = report(results)
+    content = plain({"schema": SCHEMA, **_content(found)})
+    path = path_of(cache, key)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_text(path, json.dumps(content, ensure_ascii=False, separators=(",", ":")))
+    return {"key": key}
+
+
+def _content(found: FleetReport) -> dict[str, Any]:
+    from tierod.fleet.report_document import document
+
+    content = document(found)
+    ranks = {each["vehicle"]: each for each in content["cars"]}
+    rows = _rows(found, ranks)
+    quantities = [{name: value for name, value in each.items() if name != "levels"} for each in content["quantities"]]
+    return {**content, "quantities": quantities, "rows": rows, "bands": _bands(found, list(ranks))}
+
+
+def _rows(found: FleetReport, ranks: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """One row for every car, those with a reason first."""
+    import pyarrow.compute as pc
+
+    counts = found.findings.group_by("vehicle").aggregate([("start", "max"), ("recording_name", "count_distinct")])
+    drives = {
+        name: (count, None if last is None else last.isoformat())
+        for name, count, last in zip(
+            counts["vehicle"].to_pylist(), counts["recording_name_count_distinct"].to_pylist(),
+            counts["start_max"].to_pylist(), strict=True,
+        )
+    }  # fmt: skip
+    levels: dict[str, dict[str, Any]] = {}
+    first = found.trends[0] if found.trends else None
+    if first is not None:
+        for place, vehicle in enumerate(first.series.vehicles):
+            levels[vehicle] = {
+                "level": first.level[place, 0], "deviation": first.level[place, 1], "limit": first.series.limit[place],
+                "chance": first.chance[place],
+                "cohort": {kind: names[place] for kind, names in first.series.labels.items() if names[place]},
+            }  # fmt: skip
+    order = list(ranks) + sorted(set(pc.unique(found.findings["vehicle"]).to_pylist()) - set(ranks) - {None})
+    rows = []
+    for place, vehicle in enumerate(order):
+        car = ranks.get(vehicle)
+        count, last = drives.get(vehicle, (0, None))
+        rows.append({
+            "rank": place + 1, "vehicle": vehicle, "state": car["state"] if car else "",
+            "why": car["reasons"][0]["text"] if car else "", "inspect": car["reasons"][0]["inspect"] if car else "",
+            "drives": count, "last": last, **levels.get(vehicle, {}),
+        })  # fmt: skip
+    return rows
+
+
+def _bands(found: FleetReport, worst: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Smoothed level with its band, by quantity and car, of the worst cars."""
+    bands: dict[str, dict[str, Any]] = {}
+    chosen = set(worst[:BANDS])
+    for place, trends in enumerate(found.trends):
+        own = bands.setdefault(str(place), {})
+        for car, vehicle in enumerate(trends.series.vehicles):
+            if vehicle in chosen:
+                day, level, deviation = trends.band(car)
+                own[vehicle] = {"day": np.round(day, 3), "level": level, "deviation": deviation,
+                                "began": trends.began[car], "alarmed": trends.alarmed[car]}  # fmt: skip
+    return bands
+
+
+class Fleets:
+    """Worked-out fleets in memory, so that a table is filtered at once.
+
+    Args:
+        cache: folder that keeps them
+    """
+
+    def __init__(self, cache: Path):
+        self._cache = cache
+        self._lock = threading.Lock()
+        self._loaded: dict[str, dict[str, Any]] = {}
+
+    def loaded(self, key: str) -> dict[str, Any] | None:
+        """A worked-out fleet; None where it has to be worked out first."""
+        with self._lock:
+            if key not in self._loaded:
+                try:
+                    content = json.loads(path_of(self._cache, key).read_text(encoding="utf-8"))
+                except (OSError, ValueError):
+                    return None
+                while len(self._loaded) >= 4:
+                    del self._loaded[next(iter(self._loaded))]
+                self._loaded[key] = content
+            return self._loaded[key]
+
+
+def filtered(
+    rows: Sequence[Mapping[str, Any]], search: str = "", state: str = "", cohort: str = "", sort: str = "rank"
+) -> list[Mapping[str, Any]]:
+    """Rows that match, in an order.
+
+    Args:
+        rows: of the table
+        search: part of the name of the vehicle, or of the reason
+        state: of the car; "any" for all with a state, "" for all
+        cohort: "KIND=NAME"; "" for all
+        sort: a column of the table; a minus before it turns the order round
+
+    Raises:
+        InputError: no such column
+    """
+    wanted, (kind, _, name) = search.casefold(), cohort.partition("=")
+    found = [
+        row
+        for row in rows
+        if (not wanted or wanted in row["vehicle"].casefold() or wanted in row["why"].casefold())
+        and (not state or (row["state"] if state == "any" else row["state"] == state))
+        and (not cohort or (row.get("cohort") or {}).get(kind) == name)
+    ]
+    column = sort.lstrip("-")
+    if column not in ("rank", "vehicle", "state", "drives", "last", "level", "chance", "deviation"):
+        raise InputError(
+            f"the table has no column '{column[:40]}'; sort by rank, vehicle, drives, last, level or chance"
+        )
+    known = [row for row in found if row.get(column) not in (None, "")]
+    known.sort(key=lambda row: row[column], reverse=sort.startswith("-"))
+    return known + [row for row in found if row.get(column) in (None, "")]
+
+
+def drives_of(results: Path, vehicle: str) -> list[dict[str, Any]]:
+    """Every finding of a car, in the order of time.
+
+    Args:
+        results: the folder
+        vehicle: name of the car
+
+    Raises:
+        InputError: the results cannot be read
+        Absent: no such car
+    """
+    import pyarrow.compute as pc
+
+    from tierod.fleet.results import findings_of
+    from tierod.report.document import plain
+
+    names = ["vehicle", "recording_name", "start", "start_s", "mileage_m", "temperature_K", "monitor", "judged", "kind",
+             "quantity", "unit", "status", "since_s", "estimate", "deviation", "nominal", "limit", "cause", "action",
+             "key", "cohort", "span"]  # fmt: skip
+    table = findings_of(results, names)
+    table = table.filter(pc.field("vehicle") == vehicle)
+    if not len(table):
+        raise Absent(f"the results have no vehicle '{vehicle[:100]}'; choose one from the table")
+    rows: list[dict[str, Any]] = plain([
+        {**row, "start": row["start"] and row["start"].timestamp(), "cohort": dict(row["cohort"] or ())}
+        for row in table.to_pylist()
+    ])  # fmt: skip
+    return rows

@@ -1,0 +1,291 @@
+"""Signals in the store: every sample as it was, and lowest and highest values in levels, so that any zoom reads little.
+
+Level 1 holds 16 samples a bin, each further one four times as many. A reader maps the files into memory, so that a
+picture of ten hours touches a few thousand bins.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import IO, NamedTuple
+
+import numpy as np
+
+from tierod.core.files import write_text
+from tierod.core.recording import Channel, Recording
+from tierod.web.errors import Absent
+
+FIRST, FACTOR = 16, 4
+"""Samples of a bin at the first level, and bins that become one of the next."""
+
+LEAST_BINS = 256
+"""Bins of a level that are few enough to need no coarser one."""
+
+INDEX = "index.json"
+
+
+@dataclass
+class Kept:
+    """One signal of a store.
+
+    Args:
+        name, unit, source, note: as of a channel; a name with a slash is an estimate of that monitor
+        stamps: number of its time stamps' file
+        file: number of its own
+        count: samples
+    """
+
+    name: str
+    unit: str
+    source: str
+    note: str
+    stamps: int
+    file: int
+    count: int = 0
+
+
+class Window(NamedTuple):
+    """A stretch of a signal for a picture.
+
+    Args:
+        time: of the samples, or left edges of the bins [s]
+        lower, upper: values; the same array where every sample is there
+        exact: whether every sample of the stretch is there
+    """
+
+    time: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    exact: bool
+
+
+class SeriesWriter:
+    """Takes signals piece by piece; memory does not grow with their length.
+
+    Args:
+        folder: empty, takes the files
+    """
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.signals: dict[str, Kept] = {}
+        self._counts: list[int] = []
+        self._files: dict[str, IO[bytes]] = {}
+        self._numbers = 0
+
+    def add(self, channels: Iterable[Channel]) -> None:
+        """The next piece of some signals; those that share an array of time stamps keep it once.
+
+        Args:
+            channels: each follows on what came before
+        """
+        added: dict[int, np.ndarray] = {}
+        taken: dict[int, int] = {}
+        for channel in channels:
+            if not len(channel.time):
+                continue
+            kept = self.signals.get(channel.name)
+            if kept is None:
+                kept = self._new(channel, taken.get(id(channel.time)))
+            elif (kept.stamps in added and not np.array_equal(added[kept.stamps], channel.time)) or (
+                kept.stamps not in added and kept.count != self._counts[kept.stamps]
+            ):
+                self._part(kept)
+            if kept.stamps not in added:
+                self._append(f"t{kept.stamps}.f8", channel.time)
+                self._counts[kept.stamps] += len(channel.time)
+                added[kept.stamps] = channel.time
+            taken[id(channel.time)] = kept.stamps
+            self._append(f"c{kept.file}.f8", channel.values)
+            kept.count += len(channel.time)
+
+    def finish(self, facts: Mapping[str, object]) -> None:
+        """Write the levels and the index.
+
+        Args:
+            facts: on the recording, as JSON holds them
+        """
+        for file in self._files.values():
+            file.close()
+        stamps = sorted({each.stamps for each in self.signals.values()})
+        for number in stamps:
+            time = _mapped(self.folder / f"t{number}.f8", np.float64)
+            for level, width in enumerate(_widths(len(time)), 1):
+                (self.folder / f"t{number}.l{level}").write_bytes(np.ascontiguousarray(time[::width]).tobytes())
+        for each in self.signals.values():
+            _write_levels(self.folder, each)
+        span = [self._edge(stamps, 0, min), self._edge(stamps, -1, max)] if stamps else [0.0, 0.0]
+        content = {"span": span, "facts": dict(facts), "signals": [asdict(each) for each in self.signals.values()]}
+        write_text(self.folder / INDEX, json.dumps(content), sweeps=False)
+
+    def _edge(self, stamps: list[int], place: int, of: object) -> float:
+        edges = [float(_mapped(self.folder / f"t{number}.f8", np.float64)[place]) for number in stamps]
+        return min(edges) if of is min else max(edges)
+
+    def _new(self, channel: Channel, stamps: int | None) -> Kept:
+        if stamps is None or self._counts[stamps] != len(channel.time):
+            stamps = len(self._counts)
+            self._counts.append(0)
+        kept = Kept(channel.name, channel.unit, channel.source, channel.note, stamps, self._numbers)
+        self._numbers += 1
+        self.signals[channel.name] = kept
+        return kept
+
+    def _part(self, kept: Kept) -> None:
+        """Give a signal time stamps of its own, from where others go on differently."""
+        old, kept.stamps = kept.stamps, len(self._counts)
+        self._counts.append(kept.count)
+        self._flush(f"t{old}.f8")
+        self._append(f"t{kept.stamps}.f8", _mapped(self.folder / f"t{old}.f8", np.float64)[: kept.count])
+
+    def _append(self, name: str, values: np.ndarray) -> None:
+        file = self._files.get(name)
+        if file is None:
+            if len(self._files) >= 200:
+                self._files.pop(next(iter(self._files))).close()
+            file = self._files[name] = open(self.folder / name, "ab")  # noqa: SIM115  (closed in finish)
+        file.write(np.ascontiguousarray(values, np.float64).data)
+
+    def _flush(self, name: str) -> None:
+        if name in self._files:
+            self._files[name].flush()
+
+
+def _mapped(path: Path, kind: type[np.generic]) -> np.ndarray:
+    return np.memmap(path, kind, "r") if path.stat().st_size else np.empty(0, kind)
+
+
+def _widths(count: int) -> list[int]:
+    """Samples of a bin at every level."""
+    widths, width = [], FIRST
+    while count // width >= LEAST_BINS:
+        widths.append(width)
+        width *= FACTOR
+    return widths
+
+
+def _write_levels(folder: Path, kept: Kept) -> None:
+    values = _mapped(folder / f"c{kept.file}.f8", np.float64)
+    widths = _widths(len(values))
+    if not widths:
+        return
+    lower, upper = _coarser(values, values, FIRST)
+    for level, _ in enumerate(widths, 1):
+        if level > 1:
+            lower, upper = _coarser(lower, upper, FACTOR)
+        content = np.stack([lower, upper], axis=1).astype("<f4")
+        (folder / f"c{kept.file}.l{level}").write_bytes(content.tobytes())
+
+
+def _coarser(lower: np.ndarray, upper: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest of so many neighbours each; NaN where all are missing. The last bin may hold fewer."""
+    whole = len(lower) - len(lower) % width
+    parts = [
+        (
+            np.fmin.reduce(lower[:whole].reshape(-1, width), axis=1),
+            np.fmax.reduce(upper[:whole].reshape(-1, width), axis=1),
+        )
+    ]
+    if whole < len(lower):
+        parts.append((np.fmin.reduce(lower[whole:], keepdims=True), np.fmax.reduce(upper[whole:], keepdims=True)))
+    low, high = zip(*parts, strict=True)
+    return np.concatenate(low), np.concatenate(high)
+
+
+@dataclass
+class SeriesReader:
+    """The signals of a store.
+
+    Args:
+        folder: that a `SeriesWriter` has finished
+
+    Raises:
+        Absent: it is not there any more
+    """
+
+    folder: Path
+    span: tuple[float, float] = (0.0, 0.0)
+    facts: dict[str, object] = field(default_factory=dict)
+    signals: dict[str, Kept] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        try:
+            content = json.loads((self.folder / INDEX).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            raise Absent("the analysed recording is not kept any more; open it again from the list") from None
+        self.span, self.facts = (content["span"][0], content["span"][1]), content["facts"]
+        self.signals = {each["name"]: Kept(**each) for each in content["signals"]}
+
+    def of(self, name: str) -> Kept:
+        """A signal by its name.
+
+        Raises:
+            Absent: there is none
+        """
+        if name not in self.signals:
+            raise Absent(f"the recording has no signal '{name[:100]}'; choose one from the list of signals")
+        return self.signals[name]
+
+    def samples(self, name: str, start: float = -np.inf, stop: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
+        """(time, values) of every sample from start up to stop [s]; errors as of `of`."""
+        kept = self.of(name)
+        time, values = self._files(kept)
+        first, last = np.searchsorted(time, (start, stop), side="left")
+        return np.asarray(time[first:last]), np.asarray(values[first:last])
+
+    def window(self, name: str, start: float, stop: float, points: int) -> Window:
+        """A stretch of a signal for a picture, with a sample before and behind it.
+
+        Args:
+            name: of the signal
+            start, stop: of the stretch [s]
+            points: that the picture is wide; twice as many samples come as they are
+
+        Raises:
+            Absent: there is no such signal
+        """
+        kept = self.of(name)
+        time, values = self._files(kept)
+        first, last = self._between(kept, time, start, stop)
+        if last - first <= 2 * points:
+            exact = np.asarray(values[first:last])
+            return Window(np.asarray(time[first:last]), exact, exact, True)
+        widths = [1, *_widths(len(time))]
+        level = max(place for place, width in enumerate(widths) if (last - first) // width >= points or not place)
+        width = widths[level]
+        begin, end = first // width, -(-last // width)
+        if level:
+            bins = _mapped(self.folder / f"c{kept.file}.l{level}", np.float32).reshape(-1, 2)[begin:end]
+            edges = _mapped(self.folder / f"t{kept.stamps}.l{level}", np.float64)[begin:end]
+            lower, upper = bins[:, 0], bins[:, 1]
+        else:
+            edges, lower = time[begin:end], values[begin:end]
+            upper = lower
+        step = max(len(lower) // points, 1)
+        low, high = _coarser(np.asarray(lower, float), np.asarray(upper, float), step)
+        return Window(np.asarray(edges[::step]), low, high, False)
+
+    def recording(self, names: Iterable[str], start: float, stop: float) -> Recording:
+        """Every sample of some signals from start up to stop [s], as a recording; errors as of `of`."""
+        channels = []
+        for name in names:
+            kept = self.of(name)
+            channels.append(Channel(name, *self.samples(name, start, stop), kept.unit, kept.source, kept.note))
+        return Recording({each.name: each for each in channels}, dict(self.facts))
+
+    def _files(self, kept: Kept) -> tuple[np.ndarray, np.ndarray]:
+        try:
+            time = _mapped(self.folder / f"t{kept.stamps}.f8", np.float64)
+            values = _mapped(self.folder / f"c{kept.file}.f8", np.float64)
+        except OSError:
+            raise Absent("the analysed recording is not kept any more; open it again from the list") from None
+        return time[: kept.count], values[: kept.count]
+
+    def _between(self, kept: Kept, time: np.ndarray, start: float, stop: float) -> tuple[int, int]:
+        """Numbers of the samples of a stretch, with one before and one behind."""
+        first = int(np.searchsorted(time, start, side="left"))
+        last = int(np.searchsorted(time, stop, side="right"))
+        return max(first - 1, 0), min(last + 1, len(time))

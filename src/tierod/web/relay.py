@@ -1,0 +1,84 @@
+"""The live buses in a process of their own; its lines go to every page that listens."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+from collections import deque
+from collections.abc import Sequence
+
+KEPT = 3000
+"""Lines that a page gets which comes later: the last minutes."""
+
+WAITING = 2000
+"""Lines that wait for a slow page before it loses the oldest."""
+
+
+class Relay:
+    """Starts the process that follows the buses, and gives its lines to listeners.
+
+    Args:
+        command: of the process, whose output is one JSON object a line
+    """
+
+    def __init__(self, command: Sequence[str]):
+        self._command = list(command)
+        self._listeners: set[asyncio.Queue[str]] = set()
+        self._past: deque[str] = deque(maxlen=KEPT)
+        self._process: asyncio.subprocess.Process | None = None
+        self._tasks: list[asyncio.Task[None]] = []
+        self._ending = False
+
+    async def begin(self) -> None:
+        """Start the process."""
+        self._tasks.append(asyncio.create_task(self._follow()))
+
+    async def end(self) -> None:
+        """End the process and all listeners."""
+        self._ending = True
+        if self._process is not None and self._process.returncode is None:
+            self._process.terminate()
+            try:
+                await asyncio.wait_for(self._process.wait(), 5.0)
+            except TimeoutError:
+                self._process.kill()
+        for task in self._tasks:
+            task.cancel()
+
+    def listen(self) -> asyncio.Queue[str]:
+        """A new listener, which gets what has come lately first."""
+        queue: asyncio.Queue[str] = asyncio.Queue(KEPT + WAITING)
+        for line in self._past:
+            queue.put_nowait(line)
+        self._listeners.add(queue)
+        return queue
+
+    def leave(self, listener: asyncio.Queue[str]) -> None:
+        """End a listener."""
+        self._listeners.discard(listener)
+
+    def give(self, line: str) -> None:
+        """Give a line to all listeners; a slow one loses its oldest."""
+        self._past.append(line)
+        for queue in self._listeners:
+            if queue.full():
+                queue.get_nowait()
+            queue.put_nowait(line)
+
+    async def _follow(self) -> None:
+        pipe = asyncio.subprocess.PIPE
+        self._process = await asyncio.create_subprocess_exec(
+            sys.executable, *self._command, stdout=pipe, stderr=pipe, limit=1 << 22
+        )
+        assert self._process.stdout is not None
+        assert self._process.stderr is not None
+        errors = asyncio.create_task(self._process.stderr.read())
+        while line := await self._process.stdout.readline():
+            self.give(line.decode("utf-8", "replace").rstrip("\n"))
+        said = (await errors).decode("utf-8", "replace").strip().splitlines()
+        if not self._ending:
+            text = said[-1].removeprefix("tierod: ") if said else "the process that follows the buses has ended"
+            self.give(
+                json.dumps({"event": "problem", "schema": 1, "text": f"{text}; end the server and start it again"})
+            )

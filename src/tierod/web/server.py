@@ -1,0 +1,230 @@
+"""`tierod.serve`: the server on a port, with the address that opens it."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+import signal
+import socket
+import sys
+import threading
+import webbrowser
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tierod.core.errors import InputError, MissingExtra, ParameterError
+from tierod.core.files import expanded
+
+if TYPE_CHECKING:
+    from tierod.web.site import Limits, Live, Site
+
+LOOPBACK = "127.0.0.1"
+
+LEAST_TOKEN = 16
+"""Characters of a token that is given."""
+
+TOKEN = "TIEROD_TOKEN"
+"""Variable of the environment that may hold the token."""
+
+
+def serve(
+    *paths: str | Path,
+    vehicle: str | Path | None = None,
+    dbc: Sequence[str | Path] = (),
+    channel_map: str | Path | None = None,
+    live: Sequence[str] = (),
+    port: int = 8765,
+    bind: str = LOOPBACK,
+    cache: str | Path | None = None,
+    workers: int | None = None,
+    limits: Limits | None = None,
+    browser: bool = False,
+    say: Callable[[str], None] = lambda text: print(text, file=sys.stderr),
+) -> None:
+    """Serve the page to work in until it is ended (Ctrl-C).
+
+    Args:
+        paths: folders of recordings, results folders of `tierod fleet`, or single recordings; the demo without any
+        vehicle: as which recordings are judged; the one that each of them names where not given
+        dbc: databases of bus logs
+        channel_map: of the recordings
+        live: buses to follow, as INTERFACE:CHANNEL
+        port: that it answers on; 0 takes any that is free
+        bind: address of this machine on which it answers; others than this computer's own need a token, which is made,
+            or taken from the environment variable TIEROD_TOKEN
+        cache: folder that keeps analysed recordings
+        workers: jobs at a time
+        limits: how much it takes
+        browser: whether the page is opened
+        say: takes lines for the user
+
+    Raises:
+        MissingExtra: the extra `web` is not installed
+        InputError: a path does not exist, or the port is in use
+        ParameterError: no such vehicle, or a token that is too short
+        OutputError: the cache cannot be written
+    """
+    require_web()
+    import uvicorn
+
+    from tierod.web.app import application
+    from tierod.web.guard import Trust, own_names
+    from tierod.web.jobs import workers_of
+    from tierod.web.workbench import Workbench
+
+    site = site_of(paths, vehicle, dbc, channel_map, live, cache, limits)
+    loopback = bind in (LOOPBACK, "::1", "localhost")
+    token = "" if loopback else token_of()
+    with listening(bind, port) as sockets, Workbench(site, workers_of(workers)) as bench:
+        taken = sockets.getsockname()[1]
+        names = () if loopback else own_names()
+        trust = Trust(taken, token, loopback, names, site.limits.upload, site.limits.body)
+        app = application(bench, trust, _relay(site))
+        shown = LOOPBACK if loopback or bind in ("0.0.0.0", "::") else bind
+        address = f"http://{f'[{shown}]' if ':' in shown else shown}:{taken}/"
+        say(f"serving at {address}{f'?token={token}' if token else ''} (Ctrl-C ends it)")
+        if browser:
+            threading.Timer(0.5, webbrowser.open, (f"{address}{f'?token={token}' if token else ''}",)).start()
+        config = uvicorn.Config(
+            app, log_level="error", access_log=False, lifespan="on", server_header=False, ws_max_size=1 << 16,
+            timeout_graceful_shutdown=2, h11_max_incomplete_event_size=1 << 16,
+        )  # fmt: skip
+        with contextlib.suppress(KeyboardInterrupt), _ended_by_sigterm():
+            uvicorn.Server(config).run(sockets=[sockets])
+
+
+def require_web() -> None:
+    """See that what the server needs is installed.
+
+    Raises:
+        MissingExtra: it is not
+    """
+    for library in ("fastapi", "uvicorn", "websockets"):
+        try:
+            __import__(library)
+        except ImportError:
+            raise MissingExtra(library, "web", "'tierod serve'") from None
+
+
+def site_of(
+    paths: Sequence[str | Path],
+    vehicle: str | Path | None = None,
+    dbc: Sequence[str | Path] = (),
+    channel_map: str | Path | None = None,
+    live: Sequence[str] = (),
+    cache: str | Path | None = None,
+    limits: Limits | None = None,
+) -> Site:
+    """What is served; arguments and errors as of `serve`."""
+    from tierod.vehicles import load
+    from tierod.web.demo import folders
+    from tierod.web.site import Limits, Root, Site, roots_of
+
+    if vehicle is not None:
+        load(vehicle)
+    place = Path(os.path.realpath(expanded(cache) if cache is not None else usual_cache()))
+    recordings, results = roots_of(paths)
+    demo = not paths and not live
+    if demo:
+        drives, fleet = folders(place / "demo")
+        recordings, results = (Root("demo", drives),), (Root("demo-fleet", fleet),)
+    given = str(vehicle) if vehicle is not None else "midsize-eps" if demo else ""
+    known = tuple(str(expanded(each)) for each in dbc)
+    used = str(expanded(channel_map)) if channel_map is not None else ""
+    buses = _live(live, given)
+    made = Site(recordings, results, place, given, known, used, buses, limits or Limits(), demo)
+    return replace(made, vehicle=str(expanded(given).absolute()) if given.endswith(".toml") else given)
+
+
+def usual_cache() -> Path:
+    """The cache folder of the user."""
+    home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    return expanded(home) / "tierod" / "web"
+
+
+def token_of() -> str:
+    """The token that others have to bring: as the environment gives it, or a new one.
+
+    Raises:
+        ParameterError: the one that is given is too short
+    """
+    given = os.environ.get(TOKEN, "")
+    if not given:
+        return secrets.token_urlsafe(24)
+    if len(given) < LEAST_TOKEN or not given.isascii() or not given.replace("-", "").replace("_", "").isalnum():
+        raise ParameterError(
+            f"{TOKEN} has {len(given)} characters; give {LEAST_TOKEN} or more letters, digits, - and _, or leave it out"
+        )
+    return given
+
+
+@contextmanager
+def listening(bind: str, port: int) -> Iterator[socket.socket]:
+    """A socket that listens.
+
+    Raises:
+        InputError: the port is in use, or the address is none of this machine
+    """
+    family = socket.AF_INET6 if ":" in bind else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as made:
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            made.bind((bind, port))
+            made.listen(128)
+        except (OSError, OverflowError) as error:
+            raise InputError(_not_bound(bind, port, error)) from None
+        yield made
+
+
+@contextmanager
+def _ended_by_sigterm() -> Iterator[None]:
+    """End by SIGTERM as by Ctrl-C, with everything closed; uvicorn raises the signal again once it has ended."""
+
+    def end(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _not_bound(bind: str, port: int, error: Exception) -> str:
+    number = error.errno if isinstance(error, OSError) else None
+    if number == errno.EADDRINUSE:
+        return f"the port {port} is in use; give another one with --port, or 0 for any that is free"
+    if number in (errno.EACCES, errno.EPERM):
+        return f"the port {port} may not be opened; give one above 1023 with --port"
+    return f"{bind}:{port} cannot be opened ({error}); give an address of this machine with --bind, a port with --port"
+
+
+def _live(addresses: Sequence[str], vehicle: str) -> Live:
+    from tierod.web.site import Live
+
+    for each in addresses:
+        interface, colon, channel = each.partition(":")
+        if not (interface and colon and channel):
+            raise ParameterError(f"--live is '{each}'; expected INTERFACE:CHANNEL, such as socketcan:can0")
+    if addresses and not vehicle:
+        raise ParameterError("--live needs --vehicle: whose buses are they?")
+    return Live(tuple(addresses))
+
+
+def _relay(site: Site) -> Any:
+    from tierod.web.relay import Relay
+
+    if not site.live.addresses:
+        return None
+    words = ["-m", "tierod.web.following", "--vehicle", site.vehicle]
+    words += [word for each in site.live.addresses for word in ("--live", each)]
+    words += [word for each in site.dbc for word in ("--dbc", each)]
+    return Relay([*words, *(["--map", site.channel_map] if site.channel_map else [])])

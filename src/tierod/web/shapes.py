@@ -1,0 +1,155 @@
+"""What endpoints take and give, typed: the OpenAPI page is made from these."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from tierod.web.jobs import Job
+
+Name = Field(min_length=1, max_length=4096)
+
+
+class Given(BaseModel):
+    """A body of a request: what is not known is refused."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class Analysed(Given):
+    """A recording that shall be analysed; `channel_map` is content of a channel map as the page corrects it."""
+
+    file: str = Name
+    vehicle: str = Field("", max_length=4096)
+    channel_map: dict[str, Any] | None = None
+    spread: bool = True
+
+
+class Asked(Given):
+    """A recording that is looked at."""
+
+    file: str = Name
+    vehicle: str = Field("", max_length=4096)
+    channel_map: dict[str, Any] | None = None
+
+
+class ChosenFault(Given):
+    """A fault of a scenario: its size as text with unit, its begin [s]; those of its file where not given."""
+
+    name: str = Field(max_length=100)
+    size: str = Field("", max_length=40)
+    start: float | None = Field(None, ge=0.0, le=86400.0)
+
+
+class ChosenScenario(Given):
+    """A drive: a shipped scenario, or a car on a course."""
+
+    scenario: str = Field("", max_length=100)
+    car: str = Field("", max_length=100)
+    course: str = Field("", max_length=100)
+    seconds: float | None = Field(None, gt=0.0, le=3600.0)
+    seed: int = Field(0, ge=0, le=2**31)
+    faults: list[ChosenFault] = Field(default_factory=list, max_length=8)
+
+
+class JobShape(BaseModel):
+    """A job: waiting, running, done, failed or cancelled; `share` is done, `text` says what, `found` is its result."""
+
+    id: str
+    kind: str
+    about: str
+    state: str
+    share: float
+    text: str
+    found: dict[str, Any]
+    created: float
+
+    @classmethod
+    def of(cls, job: Job) -> JobShape:
+        """The shape of a job."""
+        return cls(**{name: getattr(job, name) for name in cls.model_fields})
+
+
+class State(BaseModel):
+    """What is known of a recording; keys are "" where nothing is kept; `why` there is no verdict."""
+
+    file: str
+    name: str
+    bytes: int
+    modified: float
+    series: str = ""
+    result: str = ""
+    vehicle: str = ""
+    why: str = ""
+
+
+class SignalShape(BaseModel):
+    """One signal: values times `factor` are shown in `label`; `group` is where a list has it."""
+
+    name: str
+    title: str
+    group: str
+    unit: str
+    factor: float
+    label: str
+    meaning: str
+    positive: str
+    source: str
+    note: str
+    count: int
+
+
+class SeriesShape(BaseModel):
+    """The signals of a recording."""
+
+    key: str
+    span: tuple[float, float]
+    signals: list[SignalShape]
+    facts: dict[str, Any]
+
+
+class Curve(BaseModel):
+    """A stretch of a signal: lowest and highest in bins, or every sample where `exact`."""
+
+    name: str
+    exact: bool
+    time: list[float | None]
+    lower: list[float | None]
+    upper: list[float | None]
+
+
+class Pair(BaseModel):
+    """Two signals against each other, over a stretch; `step` is how many samples one point stands for."""
+
+    along: list[float | None]
+    up: list[float | None]
+    time: list[float]
+    step: int
+
+
+class SiteShape(BaseModel):
+    """What this server serves."""
+
+    version: str
+    roots: list[str]
+    results: list[str]
+    vehicle: str
+    vehicles: list[str]
+    live: list[str]
+    demo: str
+    upload_limit: int
+    signals: dict[str, dict[str, str]]
+
+
+class FleetTable(BaseModel):
+    """A part of the table of a fleet; `total` counts all rows that match."""
+
+    total: int
+    rows: list[dict[str, Any]]
+
+
+class Problem(BaseModel):
+    """Why a request was refused, in a sentence."""
+
+    error: str

@@ -1,0 +1,184 @@
+"""What is served: folders of recordings and results, the vehicle, limits; and the only way from a name to a file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Annotated
+
+from tierod.core.errors import InputError
+from tierod.core.files import expanded
+from tierod.web.errors import Absent
+
+UPLOADS = "uploads"
+"""Name of the root that takes what comes through the page."""
+
+LONGEST_NAME = 4096
+"""Characters of a name beyond which no file system has it."""
+
+
+@dataclass(frozen=True)
+class Root:
+    """A folder that is served, or one file of it.
+
+    Args:
+        name: in addresses
+        path: resolved
+        only: the one file that is served; "" for all
+    """
+
+    name: str
+    path: Path
+    only: str = ""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How much the server takes.
+
+    Args:
+        upload: longest body of an upload [bytes]
+        body: longest body of any other request [bytes]
+        job_time: longest work on one job
+        job_memory: of a process that works [bytes]
+        waiting: jobs in the queue
+        cache: what is kept of analysed recordings [bytes]
+    """
+
+    upload: int = 2 << 30
+    body: int = 1 << 20
+    job_time: Annotated[float, "s"] = 3600.0
+    job_memory: int = 4 << 30
+    waiting: int = 100
+    cache: int = 20 << 30
+
+
+@dataclass(frozen=True)
+class Live:
+    """Buses that are followed.
+
+    Args:
+        addresses: of the buses, INTERFACE:CHANNEL
+    """
+
+    addresses: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Site:
+    """What is served.
+
+    Args:
+        roots: folders with recordings
+        results: folders with results of `tierod fleet`
+        cache: where analysed recordings are kept
+        vehicle: name or path of the vehicle that recordings are judged as; "" for the one that each of them names
+        dbc: databases of bus logs
+        channel_map: of the recordings; "" for that of the vehicle
+        live: buses that are followed
+        limits: how much is taken
+        demo: whether the demo drive and fleet are made
+    """
+
+    roots: tuple[Root, ...]
+    results: tuple[Root, ...]
+    cache: Path
+    vehicle: str = ""
+    dbc: tuple[str, ...] = ()
+    channel_map: str = ""
+    live: Live = field(default_factory=Live)
+    limits: Limits = field(default_factory=Limits)
+    demo: bool = False
+
+    def file(self, name: str) -> Path:
+        """The file of a name in an address, resolved.
+
+        Args:
+            name: "ROOT/folder/file", separated by slashes
+
+        Raises:
+            Absent: there is none, or it lies outside of what is served
+        """
+        path = self._within(name)
+        if not (path.is_file() or path.is_dir()):
+            raise Absent(
+                f"there is no '{name[:200]}' in the folders that are served; go back to the list and reload it"
+            )
+        return path
+
+    def folder(self, name: str) -> Path:
+        """The folder of a name in an address, resolved; errors as of `file`."""
+        path = self.file(name)
+        if not path.is_dir():
+            raise Absent(f"'{name[:200]}' is no folder; go back to the list and reload it")
+        return path
+
+    def name_of(self, path: str | Path) -> str:
+        """The name in addresses of a file; "" where it lies outside of what is served.
+
+        Args:
+            path: of the file, as a results folder has it
+        """
+        real = os.path.realpath(path)
+        for root in self.roots:
+            if real.startswith(f"{root.path}{os.sep}") and root.only in ("", os.path.basename(real)):
+                return f"{root.name}/{Path(real).relative_to(root.path).as_posix()}"
+        return ""
+
+    def result(self, name: str) -> Path:
+        """The results folder of a name.
+
+        Raises:
+            Absent: none is served under it
+        """
+        found = next((root.path for root in self.results if root.name == name), None)
+        if found is None:
+            raise Absent(f"no results folder '{name[:200]}' is served; give its path to 'tierod serve'")
+        return found
+
+    def _within(self, name: str) -> Path:
+        refusal = Absent(f"there is no '{name[:200]}' in the folders that are served")
+        parts = PurePosixPath(name).parts
+        root = next((each for each in self.roots if parts and each.name == parts[0]), None)
+        plain = "\0" not in name and "\\" not in name and ".." not in parts and not name.startswith("/")
+        if root is None or not plain or len(name) > LONGEST_NAME:
+            raise refusal
+        try:
+            real = Path(os.path.realpath(root.path.joinpath(*parts[1:])))
+        except (OSError, ValueError):
+            raise refusal from None
+        if real != root.path and root.path not in real.parents:
+            raise refusal
+        if root.only and real not in (root.path / root.only, root.path):
+            raise refusal
+        return real
+
+
+def roots_of(paths: Iterable[str | Path]) -> tuple[tuple[Root, ...], tuple[Root, ...]]:
+    """(folders with recordings, folders with results) of the paths that a user gave.
+
+    Args:
+        paths: folders, results folders of `tierod fleet`, or single recordings
+
+    Raises:
+        InputError: one of them does not exist
+    """
+    recordings: list[Root] = []
+    results: list[Root] = []
+    for path in paths:
+        real = Path(os.path.realpath(expanded(path)))
+        if not real.exists():
+            raise InputError(f"there is no {path}; give folders with recordings, or results of 'tierod fleet'")
+        into = results if (real / "ledger").is_dir() else recordings
+        taken = {each.name for each in [*recordings, *results]} | {UPLOADS}
+        folder, only = (real, "") if real.is_dir() else (real.parent, real.name)
+        into.append(Root(_free(folder.name or "files", taken), folder, only))
+    return tuple(recordings), tuple(results)
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """The name, with a number behind it where it is taken; without what an address would read otherwise."""
+    plain = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in name).strip(".") or "files"
+    return next(each for each in (plain, *(f"{plain}-{n}" for n in range(2, 1000))) if each not in taken)

@@ -1,0 +1,61 @@
+// Findings: in words, and on the time axis.
+import { html, stack } from "./html.js";
+import { Badge, clock, figure, kind, sentence } from "./parts.js";
+
+const NEAR = 0.02;
+
+/** Lanes of the time axis: one per monitor, one per sensor or actuator with an episode. */
+export function lanes(result, span) {
+  const found = [];
+  for (const [monitor, each] of Object.entries(result.monitors)) {
+    const first = each.findings[0];
+    if (first) {
+      const status = first.word || first.status, marks = [], decided = [];
+      if (first.since !== null) marks.push({ from: first.since, to: span[1], text: `${status} since ${clock(first.since)}`, kind: kind(status) });
+      else marks.push({ from: span[0], to: span[1], text: status, kind: kind(status) });
+      for (const decision of each.decisions) if (decision.passed !== null && decision.passed !== undefined) decided.push({ from: decision.passed, to: decision.passed + NEAR * (span[1] - span[0]), text: "◆", point: true, kind: "watch", title: `${decision.name}: ${decision.rule}; passed at ${clock(decision.passed)}` });
+      found.push({ name: monitor, monitor, marks });
+      if (decided.length) found.push({ name: `${monitor}: decisions`, monitor, marks: decided });
+    }
+    for (const element of each.elements) {
+      if (!element.episodes.length) continue;
+      found.push({ name: `${monitor}: ${element.name.replaceAll("_", " ")}`, monitor, marks: element.episodes.map((one) => ({ from: one.start, to: one.end ?? span[1], text: one.kind || one.candidates.join(" or ") || element.status, kind: kind(element.status) })) });
+    }
+  }
+  return found;
+}
+
+export function TimeAxis({ result, span, view, onView }) {
+  const width = view[1] - view[0];
+  const at = (time) => `${(100 * (Math.min(Math.max(time, view[0]), view[1]) - view[0])) / width}%`;
+  const all = lanes(result, span);
+  return stack`<section class="card times" aria-label="Findings on the time axis"><h2>Findings over time</h2>
+    <div class="lane"><span class="small">shown</span><div class="track" title="The stretch that the charts show">
+      <i style=${{ left: `${(100 * (view[0] - span[0])) / (span[1] - span[0])}%`, width: `${Math.max((100 * width) / (span[1] - span[0]), 0.3)}%` }}></i></div></div>
+    ${all.map((lane) => html`<div class="lane" key=${lane.name}><span>${lane.name}</span><div class="track">
+      ${lane.marks.filter((m) => m.to >= view[0] && m.from <= view[1]).map((m) => html`<button key=${m.text + m.from} class=${m.kind} style=${{ left: at(m.from), width: m.point ? "16px" : `calc(${at(m.to)} - ${at(m.from)})`, minWidth: "6px", zIndex: m.point ? 1 : 0 }}
+        title=${`${m.title || m.text} (click to look at it)`} aria-label=${`${lane.name}: ${m.title || m.text}`} onClick=${() => around(m, span, onView)}>${m.text}</button>`)}
+    </div></div>`)}
+    ${!all.length && html`<p class="small">No monitor could judge this recording.</p>`}</section>`;
+}
+
+function around(mark, span, onView) {
+  const near = 0.04 * (span[1] - span[0]);
+  if (mark.from <= span[0]) onView(-Infinity, Infinity); else onView(mark.from - near, Math.min(mark.from + near, span[1]));
+}
+
+const shownUnits = { rad: [180 / Math.PI, "°"], "rad/s": [180 / Math.PI, "°/s"], "m/s": [3.6, "km/h"] };
+export const shownIn = (unit) => shownUnits[unit] || [1, (unit || "").replaceAll("**2", "²").replaceAll("**3", "³").replaceAll("*", "·")];
+
+export function Verdict({ monitor, each, result }) {
+  return stack`<article class="card"><h2>${monitor} <span class="small">${each.variant}</span></h2>
+    ${each.findings.map((f) => html`<div class=${`finding ${kind(f.word || f.status)}`}>
+      <p><${Badge} status=${f.word || f.status} /> ${sentence(f.headline)}</p>
+      ${f.estimate && html`<p><span class="value">${figure(shownIn(f.estimate.unit)[0] * f.estimate.value)} ${shownIn(f.estimate.unit)[1]}</span>
+        <span class="small"> ± ${figure(1.96 * shownIn(f.estimate.unit)[0] * f.estimate.standard_deviation, 2)} (95 %), ${f.estimate.quantity}${Object.entries(f.estimate.reference).map(([name, value]) => `; ${name} ${figure(shownIn(f.estimate.unit)[0] * value)}`).join("")}</span></p>`}
+      ${f.cause && html`<p class="small">${sentence(f.cause)}</p>`}
+      ${f.action && f.action !== "none" && html`<p>${sentence(f.action)}</p>`}
+      ${f.warnings.map((w) => html`<p class="note">${sentence(w)}</p>`)}</div>`)}
+    ${each.elements.some((e) => e.status !== "healthy") && html`<details><summary>${each.elements.length} sensors and actuators</summary><ul>${each.elements.map((e) => html`<li>${e.name.replaceAll("_", " ")}: ${e.status}${e.cause ? ` (${e.cause})` : ""}</li>`)}</ul></details>`}
+    <p><a class="button" href=${`/recording?report=${result.key}/${monitor}`}>Report</a></p></article>`;
+}

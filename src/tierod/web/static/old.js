@@ -1,0 +1,1 @@
+document.getElementById("app").innerHTML = "<p class='loading'>This browser is too old for the page: use one from 2021 or later (Firefox, Chromium, Safari), or read the reports of tierod diagnose.</p>";

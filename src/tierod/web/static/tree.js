@@ -1,0 +1,27 @@
+// The searchable tree of signals: click or Enter adds a panel, with shift into the last one; or drag into a panel.
+import { html, useMemo, useState } from "./html.js";
+
+export function Tree({ signals, shown, onToggle }) {
+  const [search, put] = useState("");
+  const groups = useMemo(() => {
+    const wanted = search.trim().toLowerCase().split(/\s+/).filter(Boolean), found = new Map();
+    for (const each of signals) {
+      const text = `${each.name} ${each.title} ${each.meaning} ${each.source} ${each.group}`.toLowerCase();
+      if (!wanted.every((word) => text.includes(word))) continue;
+      if (!found.has(each.group)) found.set(each.group, []);
+      found.get(each.group).push(each);
+    }
+    return [...found];
+  }, [signals, search]);
+  return html`<div class="tree">
+    <label class="row"><span class="small">Signals</span><input type="search" class="grow" placeholder="search" value=${search} onInput=${(e) => put(e.target.value)} aria-label="Search signals" /></label>
+    <p class="small">Click adds a panel, with Shift over the last one; or drag.</p>
+    ${groups.length ? groups.map(([group, list], at) => html`<details key=${group} open=${!!search || at < 2 || group.startsWith("Estimates")}><summary>${group} (${list.length})</summary>
+      <ul>${list.slice(0, 300).map((each) => html`<li key=${each.name}><button class="signal" draggable="true" aria-pressed=${shown.has(each.name)}
+        title=${`${each.name}${each.meaning ? `: ${each.meaning}` : ""}${each.positive ? ` Positive: ${each.positive}.` : ""}${each.source ? ` From ${each.source}.` : ""} ${each.count} samples.`}
+        onDragStart=${(e) => e.dataTransfer.setData("text/plain", each.name)}
+        onClick=${(e) => onToggle(each.name, e.shiftKey)}><span>${each.title}</span><span class="unit">${each.label}</span></button></li>`)}</ul>
+      ${list.length > 300 && html`<p class="small">${list.length - 300} more: search for them.</p>`}</details>`)
+      : html`<p class="small">No signal has “${search}” in its name or meaning.</p>`}
+  </div>`;
+}

@@ -1,0 +1,167 @@
+"""What is kept of analysed recordings: folders named by the digest of what made them, whole or not there.
+
+series/KE/KEY/    the signals of a recording
+results/KE/KEY/   what monitors found in it: findings, estimates, reports
+known/STAMP.json  which of them belong to a file, known by its path, size and time of change
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import re
+import secrets
+import shutil
+import threading
+from pathlib import Path
+from typing import Any
+
+from tierod.core.errors import OutputError
+from tierod.core.files import write_text
+from tierod.web.errors import Absent
+
+KEY = re.compile(r"(?:p-)?[0-9a-f]{64}")
+"""What names of folders look like; a first picture, before a file is read to its end, begins with "p-"."""
+
+
+class Store:
+    """The kept results of one cache folder; several processes may use it.
+
+    Args:
+        folder: is made where it is not there
+
+    Raises:
+        OutputError: it cannot be made
+    """
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        try:
+            for name in ("series", "results", "known", "uploads"):
+                (folder / name).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(
+                f"{folder} cannot be written ({(error.strerror or '').lower()}); name another folder with --cache"
+            ) from None
+        self._lock = threading.Lock()
+        self._known: dict[str, dict[str, Any]] = {}
+
+    def path(self, kind: str, key: str) -> Path:
+        """Where a result lies, or would lie.
+
+        Args:
+            kind: "series" or "results"
+            key: digest
+
+        Raises:
+            Absent: the key is none
+        """
+        if not KEY.fullmatch(key):
+            raise Absent("no such result; open the recording from the list")
+        return self.folder / kind / key[:4] / key
+
+    def holds(self, kind: str, key: str) -> bool:
+        """Whether a result is there; it counts as used then."""
+        path = self.path(kind, key)
+        with contextlib.suppress(OSError):
+            os.utime(path)
+            return True
+        return False
+
+    def begun(self, kind: str) -> Path:
+        """A new folder, which `settled` gives its name."""
+        path = self.folder / kind / f".new-{os.getpid()}-{secrets.token_hex(6)}"
+        path.mkdir()
+        return path
+
+    def settled(self, folder: Path, kind: str, key: str) -> Path:
+        """Give a folder its name; one that is there already stays.
+
+        Args:
+            folder: as `begun` gave it
+            kind, key: of the result
+        """
+        target = self.path(kind, key)
+        target.parent.mkdir(exist_ok=True)
+        try:
+            os.rename(folder, target)
+        except OSError:
+            shutil.rmtree(folder, ignore_errors=True)
+            if not target.is_dir():
+                raise
+        return target
+
+    def known(self, stamp: str) -> dict[str, Any]:
+        """What belongs to a file; empty where nothing is kept of it."""
+        with self._lock:
+            found = self._known.get(stamp)
+        if found is None:
+            try:
+                found = json.loads((self.folder / "known" / f"{stamp}.json").read_text(encoding="utf-8"))
+            except (OSError, ValueError):
+                return {}
+            with self._lock:
+                self._known[stamp] = found
+        return dict(found)
+
+    def remember(self, stamp: str, facts: dict[str, Any]) -> None:
+        """Note what belongs to a file; what was noted before under other names stays."""
+        together = self.known(stamp) | facts
+        write_text(self.folder / "known" / f"{stamp}.json", json.dumps(together), sweeps=False)
+        with self._lock:
+            self._known[stamp] = together
+
+    def forget_read(self, stamp: str) -> None:
+        """Read again what belongs to a file: another process has noted something."""
+        with self._lock:
+            self._known.pop(stamp, None)
+
+    def sweep(self, limit: int) -> None:
+        """Remove what killed processes left, and what was used longest ago, until the rest has its room.
+
+        Args:
+            limit: of all [bytes]
+        """
+        found: list[tuple[float, int, Path]] = []
+        for kind in ("series", "results"):
+            for left in (self.folder / kind).glob(".new-*"):
+                if not _runs(left.name.split("-")[1]):
+                    shutil.rmtree(left, ignore_errors=True)
+            for path in (self.folder / kind).glob("*/*"):
+                with contextlib.suppress(OSError):
+                    size = sum(each.stat().st_size for each in path.iterdir() if each.is_file())
+                    found.append((path.stat().st_mtime, size, path))
+        total = sum(size for _, size, _ in found)
+        for _, size, path in sorted(found):
+            if total <= limit:
+                return
+            shutil.rmtree(path, ignore_errors=True)
+            total -= size
+
+
+def _runs(process: str) -> bool:
+    """Whether a process of this number runs."""
+    try:
+        os.kill(int(process), 0)
+    except (ProcessLookupError, ValueError):
+        return False
+    except OSError:
+        return True
+    return True
+
+
+def stamp_of(path: Path) -> str:
+    """A file by its path, size and time of change, without opening it.
+
+    Raises:
+        Absent: it is gone
+    """
+    try:
+        status = path.stat()
+    except OSError:
+        raise Absent(f"{path.name} is gone; reload the list") from None
+    return hashlib.sha256(
+        f"{path}\0{status.st_size}\0{status.st_mtime_ns}".encode("utf-8", "surrogateescape")
+    ).hexdigest()

@@ -1,0 +1,152 @@
+"""Stretches of signals for pictures: as numbers in one packet, or as lists; pairs; exports."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.core.recording import Recording
+from tierod.web.errors import TooLarge
+from tierod.web.pyramid import SeriesReader, Window
+from tierod.web.shapes import Curve, Pair
+
+MOST_NAMES = 64
+"""Signals of one picture."""
+
+MOST_POINTS = 10_000
+"""Points of a picture."""
+
+MOST_PAIRS = 20_000
+"""Points of two signals against each other."""
+
+MARGIN = 1.0
+"""By which the second signal of a pair is read beyond a stretch [s]."""
+
+MOST_EXPORTED = 20_000_000
+"""Samples of an export, over all signals."""
+
+
+def windows(
+    readers: Sequence[SeriesReader], names: Sequence[str], start: float | None, stop: float | None, points: int
+) -> list[tuple[str, Window]]:
+    """(name, stretch) of some signals.
+
+    Args:
+        readers: that may hold them; the first that does gives it
+        names: of the signals
+        start, stop: of the stretch [s]; those of the recording where None
+        points: that the picture is wide
+
+    Raises:
+        InputError: too many signals or points, or an empty stretch
+        Absent: no such signal
+    """
+    if not 1 <= len(names) <= MOST_NAMES:
+        raise InputError(f"{len(names)} signals are asked for; give 1 to {MOST_NAMES}")
+    if not 10 <= points <= MOST_POINTS:
+        raise InputError(f"{points} points are asked for; give 10 to {MOST_POINTS}")
+    begin, end = _stretch(readers[0], start, stop)
+    return [(name, _holding(readers, name).window(name, begin, end, points)) for name in names]
+
+
+def _stretch(reader: SeriesReader, start: float | None, stop: float | None) -> tuple[float, float]:
+    first, last = reader.span
+    begin, end = first if start is None else start, last if stop is None else stop
+    if not (np.isfinite([begin, end]).all() and begin <= end):
+        raise InputError(f"a stretch from {begin:g} to {end:g} s is empty; give a begin before its end")
+    return begin, end
+
+
+def _holding(readers: Sequence[SeriesReader], name: str) -> SeriesReader:
+    return next((each for each in readers if name in each.signals), readers[0])
+
+
+def packet(found: Sequence[tuple[str, Window]]) -> bytes:
+    """Stretches in one packet: length of the head, the head as JSON, then numbers, little-endian.
+
+    The head has for every signal its count and whether every sample is there. Numbers are the time stamps as float64,
+    then lowest and, where not every sample is there, highest values as float32.
+
+    Args:
+        found: as of `windows`
+    """
+    head = [{"name": name, "count": len(each.time), "exact": each.exact} for name, each in found]
+    text = json.dumps(head).encode()
+    text += b" " * (-(4 + len(text)) % 8)
+    parts = [struct.pack("<I", len(text)), text]
+    for _, each in found:
+        parts.append(np.ascontiguousarray(each.time, "<f8").tobytes())
+        values = [each.lower] if each.exact else [each.lower, each.upper]
+        with np.errstate(over="ignore"):
+            content = b"".join(np.ascontiguousarray(one, "<f4").tobytes() for one in values)
+        parts.append(content + b"\0" * (-len(content) % 8))
+    return b"".join(parts)
+
+
+def curves(found: Sequence[tuple[str, Window]]) -> list[Curve]:
+    """Stretches as lists, for programs; arguments as of `packet`."""
+    return [
+        Curve(name=name, exact=each.exact, time=listed(each.time), lower=listed(each.lower), upper=listed(each.upper))
+        for name, each in found
+    ]
+
+
+def listed(values: np.ndarray) -> list[float | None]:
+    """Numbers as JSON holds them; what is no number is null."""
+    return [float(each) if np.isfinite(each) else None for each in values]
+
+
+def pair(readers: Sequence[SeriesReader], along: str, up: str, start: float | None, stop: float | None) -> Pair:
+    """Two signals against each other: the second between its samples at the stamps of the first.
+
+    Args:
+        readers, start, stop: as of `windows`
+        along, up: names of the signals
+
+    Raises:
+        InputError: an empty stretch
+        Absent: no such signal
+    """
+    begin, end = _stretch(readers[0], start, stop)
+    time, x = _holding(readers, along).samples(along, begin, end)
+    # A sample before and behind the stretch, so that its edges lie between two.
+    other, y = _holding(readers, up).samples(up, begin - MARGIN, end + MARGIN)
+    step = max(-(-len(time) // MOST_PAIRS), 1)
+    time, x = time[::step], x[::step]
+    known = np.isfinite(y)
+    at = (
+        np.interp(time, other[known], y[known], left=np.nan, right=np.nan)
+        if known.any()
+        else np.full(len(time), np.nan)
+    )
+    return Pair(along=listed(x), up=listed(at), time=time.tolist(), step=step)
+
+
+def export(
+    readers: Sequence[SeriesReader], names: Sequence[str], start: float | None, stop: float | None, path: Path
+) -> None:
+    """Write every sample of some signals over a stretch; arguments as of `windows`.
+
+    Args:
+        path: ends in .csv, .parquet or .mf4
+
+    Raises:
+        TooLarge: more samples than are given out at once
+        OutputError: it cannot be written
+    """
+    from tierod.io.writers import write
+
+    begin, end = _stretch(readers[0], start, stop)
+    parts = [_holding(readers, name).recording([name], begin, np.nextafter(end, np.inf)) for name in names]
+    whole = Recording({name: each[name] for name, each in zip(names, parts, strict=True)}, parts[0].metadata)
+    count = sum(len(each.time) for each in whole.channels.values())
+    if count > MOST_EXPORTED:
+        raise TooLarge(f"{count} samples are more than {MOST_EXPORTED} at once; zoom in, or choose fewer signals")
+    if not count:
+        raise InputError("there are no samples in this stretch; choose another")
+    write(whole, path)

@@ -1,0 +1,321 @@
+"""What the endpoints call: the same functions for programs, without HTTP.
+
+with Workbench(site) as bench:
+    job = bench.analyse(Analysed(file="recordings/drive.mf4", vehicle="car.toml"))
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import threading
+from collections import OrderedDict
+from pathlib import Path
+from typing import Any
+
+from tierod import __version__
+from tierod.core.errors import InputError, ParameterError
+from tierod.core.shown import shown
+from tierod.core.signals import SIGNALS
+from tierod.web import fleets, shapes
+from tierod.web.demo import folders
+from tierod.web.described import series_shape
+from tierod.web.errors import Absent, Forbidden
+from tierod.web.jobs import Job, Jobs
+from tierod.web.listing import Listing, listing
+from tierod.web.pyramid import SeriesReader
+from tierod.web.site import UPLOADS, Root, Site
+from tierod.web.store import Store, stamp_of
+
+READERS = 32
+"""Recordings whose list of signals stays in memory."""
+
+
+class Workbench:
+    """Everything that a site serves; a context, whose end ends all jobs.
+
+    Args:
+        site: what is served
+        workers: jobs at a time
+
+    Raises:
+        OutputError: the cache cannot be written
+    """
+
+    def __init__(self, site: Site, workers: int = 1):
+        from dataclasses import replace
+
+        self.store = Store(site.cache)
+        self.uploads = Path(os.path.realpath(site.cache / UPLOADS))
+        self.site = replace(site, roots=(*site.roots, Root(UPLOADS, self.uploads)))
+        self.store.sweep(site.limits.cache)
+        self.jobs = Jobs(workers, site.limits, self._finished)
+        self.fleets = fleets.Fleets(site.cache)
+        self._readers: OrderedDict[Path, SeriesReader] = OrderedDict()
+        self._lock = threading.Lock()
+        if site.demo:
+            folders(site.cache / "demo")[0].mkdir(parents=True, exist_ok=True)
+            self.jobs.submit("demo", {"folder": str(site.cache / "demo")}, "making the demo")
+
+    def __enter__(self) -> Workbench:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.jobs.close()
+
+    def about(self) -> shapes.SiteShape:
+        """What is served."""
+        from tierod.vehicles import VEHICLES
+
+        known = {
+            name: {
+                "meaning": each.meaning,
+                "positive": each.positive,
+                "label": shown(each.unit)[1],
+                "group": each.group,
+            }
+            for name, each in SIGNALS.items()
+        }
+        return shapes.SiteShape(
+            version=__version__,
+            roots=[each.name for each in self.site.roots],
+            results=[each.name for each in self.site.results],
+            vehicle=self.site.vehicle,
+            vehicles=list(VEHICLES.own),
+            live=list(self.site.live.addresses),
+            demo=self._demo(),
+            upload_limit=self.site.limits.upload,
+            signals=known,
+        )
+
+    def _demo(self) -> str:
+        if not self.site.demo:
+            return ""
+        return self.site.name_of(folders(self.site.cache / "demo")[0] / "demo-drive.parquet")
+
+    def files(
+        self, folder: str = "", search: str = "", sort: str = "name", offset: int = 0, count: int = 200
+    ) -> Listing:
+        """What is in a folder; arguments and errors as of `tierod.web.listing.listing`."""
+        found = listing(self.site, folder, search, sort, offset, count)
+        for each in found.entries:
+            if not each.folder:
+                each.analysed = bool(self._known(each.file).get("series"))
+        return found
+
+    def _known(self, file: str) -> dict[str, Any]:
+        try:
+            return self.store.known(stamp_of(self.site.file(file)))
+        except Absent:
+            return {}
+
+    def state(self, file: str) -> shapes.State:
+        """What is known of a recording.
+
+        Raises:
+            Absent: there is no such file
+        """
+        path = self.site.file(file)
+        status = path.stat()
+        known = self.store.known(stamp_of(path))
+        series, result = known.get("series", ""), known.get("result", "")
+        return shapes.State(
+            file=file,
+            name=path.name,
+            bytes=status.st_size,
+            modified=status.st_mtime,
+            series=series if series and self.store.holds("series", series) else "",
+            result=result if result and self.store.holds("results", result) else "",
+            vehicle=known.get("vehicle", ""),
+            why=known.get("why", ""),
+        )
+
+    def analyse(self, asked: shapes.Analysed) -> Job:
+        """Have a recording analysed; what is kept already is not worked out again.
+
+        Raises:
+            Absent: there is no such file
+            Busy: too much waits
+        """
+        given = {**self._given(asked), "spread": asked.spread}
+        return self.jobs.submit("analyse", given, f"analysing {Path(given['path']).name}")
+
+    def propose(self, file: str) -> Job:
+        """Have a channel map proposed; errors as of `analyse`."""
+        given = self._given(shapes.Asked(file=file, vehicle="", channel_map=None))
+        return self.jobs.submit("propose", given, f"looking for the signals of {Path(given['path']).name}")
+
+    def inspect(self, asked: shapes.Asked) -> Job:
+        """Have it looked at what a recording holds, and what each monitor lacks; errors as of `analyse`."""
+        given = self._given(asked)
+        return self.jobs.submit("inspect", given, f"looking into {Path(given['path']).name}")
+
+    def _given(self, asked: shapes.Analysed | shapes.Asked) -> dict[str, Any]:
+        path = self.site.file(asked.file)
+        if path.stat().st_size == 0:
+            raise InputError(f"{path.name} is empty; record or copy it again")
+        vehicle = self.vehicle(asked.vehicle)
+        chosen = asked.channel_map if asked.channel_map is not None else self.site.channel_map or None
+        return {"path": str(path), "vehicle": vehicle, "dbc": list(self.site.dbc), "channel_map": chosen,
+                "cache": str(self.site.cache)}  # fmt: skip
+
+    def vehicle(self, name: str) -> str:
+        """A vehicle as `load` takes it: that of the site where not given, a shipped name, or a file that is served.
+
+        Raises:
+            ParameterError: neither
+        """
+        from tierod.vehicles import VEHICLES
+
+        if not name:
+            return self.site.vehicle
+        if name == self.site.vehicle or name in VEHICLES.own:
+            return name
+        try:
+            return str(self.site.file(name))
+        except Absent:
+            raise ParameterError(
+                f"'{name[:100]}' is neither a vehicle of 'tierod vehicles' nor a file in the folders that are served"
+            ) from None
+
+    def simulate(self, chosen: shapes.ChosenScenario) -> Job:
+        """Have a virtual car driven and judged.
+
+        Raises:
+            ParameterError: a name that is not shipped
+            Busy: too much waits
+        """
+        from tierod.web.scenarios import scenario_text
+
+        given = chosen.model_dump()
+        scenario_text(given)
+        given |= {"folder": str(self.uploads / "scenarios"), "cache": str(self.site.cache)}
+        return self.jobs.submit("simulate", given, f"driving {chosen.scenario or chosen.car}")
+
+    def series(self, key: str) -> shapes.SeriesShape:
+        """The signals of a recording, or the estimates of a result.
+
+        Raises:
+            Absent: nothing is kept under this key
+        """
+        return series_shape(key, self.reader("series", key))
+
+    def reader(self, kind: str, key: str) -> SeriesReader:
+        """The samples that are kept under a key; errors as of `series`."""
+        path = self.store.path(kind, key)
+        if not self.store.holds(kind, key):
+            raise Absent("the analysed recording is not kept any more; open it again from the list")
+        with self._lock:
+            found = self._readers.pop(path, None) or SeriesReader(path)
+            self._readers[path] = found
+            while len(self._readers) > READERS:
+                self._readers.popitem(last=False)
+        return found
+
+    def readers(self, series: str, result: str = "") -> list[SeriesReader]:
+        """The samples of a recording, and of what monitors estimated in it; errors as of `series`."""
+        return [self.reader("series", series), *([self.reader("results", result)] if result else [])]
+
+    def result(self, key: str) -> dict[str, Any]:
+        """What monitors found in a recording.
+
+        Raises:
+            Absent: nothing is kept under this key
+        """
+        try:
+            path = self.store.path("results", key) / "result.json"
+            found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            raise Absent("the result is not kept any more; open the recording again from the list") from None
+        estimates = series_shape(key, self.reader("results", key)).signals
+        return {**found, "path": Path(found["path"]).name, "signals": [each.model_dump() for each in estimates]}
+
+    def report(self, key: str, monitor: str) -> str:
+        """The report of a monitor, as one page.
+
+        Raises:
+            Absent: there is none
+        """
+        if monitor not in self.result(key)["monitors"]:
+            raise Absent(f"there is no report of '{monitor[:60]}'; choose a monitor of the list")
+        try:
+            return (self.store.path("results", key) / f"report-{monitor}.html").read_text(encoding="utf-8")
+        except OSError:
+            raise Absent("the report is not kept any more; open the recording again from the list") from None
+
+    def fleet(self, name: str) -> dict[str, Any] | Job:
+        """What is known of a fleet, or the job that works it out.
+
+        Raises:
+            Absent: no such results folder
+        """
+        results = self._results(name)
+        key = fleets.key_of(results)
+        found = self.fleets.loaded(key)
+        if found is not None:
+            return found
+        given = {"results": str(results), "cache": str(self.site.cache), "key": key}
+        return self.jobs.submit("fleet", given, f"working out the fleet {name}")
+
+    def drives(self, name: str, vehicle: str) -> list[dict[str, Any]]:
+        """Every finding of a car in a results folder; errors as of `tierod.web.fleets.drives_of`."""
+        rows = fleets.drives_of(self._results(name), vehicle)
+        return [{**row, "file": self.site.name_of(row["recording_name"] or "")} for row in rows]
+
+    def _results(self, name: str) -> Path:
+        return self.site.result(name)
+
+    def parameters(self, vehicle: str) -> dict[str, Any]:
+        """The parameters of a vehicle, with spread and source.
+
+        Raises:
+            ParameterError: no such vehicle
+        """
+        from tierod.vehicles import QUANTITIES, load
+
+        car = load(self.vehicle(vehicle))
+        names = ("name", "value", "unit", "standard_deviation", "source")
+        rows = [dict(zip(names, row, strict=True)) for row in car.rows()]
+        for row in rows:
+            row["meaning"] = QUANTITIES[str(row["name"])].meaning
+            row["assumed"] = car.parameters[str(row["name"])].assumed
+        return {"name": car.name, "description": car.description, "source": car.source, "good_for": list(car.good_for),
+                "not_good_for": list(car.not_good_for), "parameters": rows}  # fmt: skip
+
+    def memory(self, file: str) -> dict[str, Any]:
+        """A fault memory: its codes, each with its freeze frames.
+
+        Raises:
+            Absent: there is no such file
+            InputError: it is no fault memory
+        """
+        from tierod.web.memories import memory_document
+
+        path = self.site.file(file)
+        if path.suffix != ".json" or not path.is_file():
+            raise InputError(f"{path.name} is no fault memory, which 'tierod diagnose --memory' writes as .json")
+        return memory_document(path)
+
+    def room(self, name: str) -> Path:
+        """Where an upload goes.
+
+        Args:
+            name: that the file shall have
+
+        Raises:
+            Forbidden: no plain name of a file
+        """
+        plain = not set(name) & set('/\\\0:*?"<>|') and name.isprintable() and not name.startswith(".")
+        if not plain or not 0 < len(name.encode()) <= 200:
+            raise Forbidden(
+                f"'{name[:60]}' is no plain name of a file; rename it, with letters, digits, point and dash"
+            )
+        if shutil.disk_usage(self.uploads).free < self.site.limits.upload // 8:
+            raise InputError("the disk of the cache is almost full; make room, or name another folder with --cache")
+        return self.uploads / name
+
+    def _finished(self, job: Job) -> None:
+        if path := job.given.get("path") or job.found.get("path"):
+            self.store.forget_read(stamp_of(Path(path)))
+        self.store.sweep(self.site.limits.cache)

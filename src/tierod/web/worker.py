@@ -1,0 +1,60 @@
+"""A process that waits for one job, works on it within its limits, and says how far it is."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+import warnings
+from contextlib import suppress
+from multiprocessing import parent_process
+from multiprocessing.connection import Connection
+from typing import Any
+
+from tierod.core.errors import KernelWarning
+from tierod.experiments.executor import done
+
+OFTEN = 0.1
+"""Least time between two words on progress [s]."""
+
+
+def serve(connection: Connection, memory: int) -> None:
+    """What the process does.
+
+    Args:
+        connection: to the server: takes (kind, what is given), gives progress and the result
+        memory: that it may take [bytes]
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the server decides
+    threading.Thread(target=_end_with_server, daemon=True).start()
+    warnings.simplefilter("ignore", KernelWarning)
+    from tierod.web.work import WORKS
+
+    _limit(memory)
+    with suppress(EOFError, OSError):
+        kind, given = connection.recv()
+        last = [0.0]
+
+        def say(share: float, text: str, **found: Any) -> None:
+            now = time.monotonic()
+            if found or now - last[0] >= OFTEN:
+                last[0] = now
+                connection.send(("progress", (share, text, found)))
+
+        connection.send(("end", done(lambda task: WORKS[kind](task, say), given)))
+
+
+def _limit(memory: int) -> None:
+    with suppress(ImportError, ValueError, OSError):
+        import resource
+
+        # Mapped files do not count, which the store reads and writes.
+        resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+
+
+def _end_with_server() -> None:
+    if (parent := parent_process()) is not None:
+        import os
+
+        parent.join()
+        os._exit(1)

@@ -1,0 +1,199 @@
+"""Endpoints over an analysed recording: signals, stretches, pairs, exports, findings, reports."""
+
+import io
+import json
+import struct
+
+import numpy as np
+import pyarrow.csv
+import pyarrow.parquet as pq
+import pytest
+
+from live_drives import drive
+from tierod.monitors.diagnose import diagnose
+
+FILE = "drives/weave.parquet"
+
+
+def unpacked(content):
+    (length,) = struct.unpack_from("<I", content)
+    place, found = 4 + length, {}
+    for each in json.loads(content[4:place]):
+        count = each["count"]
+        time = np.frombuffer(content, "<f8", count, place)
+        place += 8 * count
+        lower = np.frombuffer(content, "<f4", count, place)
+        place += 4 * count
+        upper = lower
+        if not each["exact"]:
+            upper = np.frombuffer(content, "<f4", count, place)
+            place += 4 * count
+        place += -place % 8
+        found[each["name"]] = time, lower, upper
+    assert place == len(content)
+    return found
+
+
+def test_the_list_names_what_is_analysed(client):
+    assert [each["name"] for each in client.get("/api/files").json()["entries"]] == ["drives", "uploads"]
+    entries = client.get("/api/files", params={"folder": "drives"}).json()["entries"]
+    assert [(each["name"], each["folder"], each["analysed"]) for each in entries] == [
+        ("deep", True, False),
+        ("weave.parquet", False, True),
+    ]
+    assert client.get("/api/files", params={"folder": "drives/.."}).status_code == 404
+
+
+def test_a_recording_is_known_by_its_keys(client, analysed):
+    found = client.get("/api/recording", params={"file": FILE}).json()
+    assert (found["series"], found["result"]) == (analysed.series, analysed.result)
+
+
+def test_signals_come_with_unit_and_meaning(client, analysed):
+    found = client.get(f"/api/series/{analysed.series}").json()
+    by_name = {each["name"]: each for each in found["signals"]}
+    angle = by_name["steering_wheel_angle"]
+    assert (angle["label"], angle["group"]) == ("°", "Steering")
+    assert angle["factor"] == pytest.approx(57.29578)
+    assert by_name["slow"]["group"] == "Other channels"
+    assert found["span"][1] == pytest.approx(40.0, abs=0.1)
+
+
+def test_a_packet_holds_what_was_recorded(client, analysed):
+    names = ["driver_torque", "yaw_rate", "slow"]
+    answer = client.get(f"/api/series/{analysed.series}/window", params={"name": names, "points": 10_000})
+    recorded = drive(40.0)
+    for name, (time, lower, upper) in unpacked(answer.content).items():
+        if name in recorded:
+            np.testing.assert_array_equal(time, recorded[name].time)
+            np.testing.assert_array_equal(lower, recorded[name].values.astype("f4"))
+        assert lower is upper
+    coarse = unpacked(client.get(f"/api/series/{analysed.series}/window", params={"name": names, "points": 50}).content)
+    time, lower, upper = coarse["driver_torque"]
+    assert len(time) <= 102
+    assert upper.max() == pytest.approx(recorded["driver_torque"].values.max(), rel=1e-6)
+    assert lower.min() == pytest.approx(recorded["driver_torque"].values.min(), rel=1e-6)
+
+
+def test_programs_get_lists(client, analysed):
+    found = client.get(f"/api/series/{analysed.series}/curves", params={"name": "slow"}).json()
+    assert found[0]["lower"][:3] == [None, 1.0, 2.0]
+    assert found[0]["exact"]
+
+
+def test_a_pair_is_two_signals_at_common_times(client, analysed):
+    along, up = "steering_wheel_angle", "vehicle_speed"
+    parameters = {"along": along, "up": up, "start": 5.0, "stop": 6.0}
+    found = client.get(f"/api/series/{analysed.series}/pair", params=parameters).json()
+    recorded = drive(40.0)
+    time = recorded[along].time
+    np.testing.assert_allclose(found["along"], recorded[along].values[(time >= 5.0) & (time < 6.0)])
+    expected = np.interp(found["time"], recorded[up].time, recorded[up].values)
+    np.testing.assert_allclose(found["up"], expected)
+    assert found["step"] == 1
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+def test_an_export_holds_every_sample_of_the_stretch(client, analysed, kind):
+    parameters = {"name": ["driver_torque"], "start": 10.0, "stop": 20.0, "kind": kind}
+    answer = client.get(f"/api/series/{analysed.series}/export", params=parameters)
+    assert "attachment" in answer.headers["content-disposition"]
+    content = io.BytesIO(answer.content)
+    table = (
+        pyarrow.csv.read_csv(content, pyarrow.csv.ReadOptions(skip_rows=1)) if kind == "csv" else pq.read_table(content)
+    )
+    recorded = drive(40.0)["driver_torque"]
+    inside = recorded.values[(recorded.time >= 10.0) & (recorded.time <= 20.0)]
+    column = next(name for name in table.column_names if "driver_torque" in name and "time" not in name)
+    np.testing.assert_allclose(table[column].drop_null().to_numpy(), inside, rtol=1e-9)
+
+
+def test_the_verdict_is_that_of_diagnose(client, analysed):
+    found = client.get(f"/api/results/{analysed.result}").json()
+    alone = diagnose(analysed.folder / "weave.parquet", "midsize-eps", "friction", spread=False)
+    judged = found["monitors"]["friction"]["findings"][0]
+    assert judged["status"] == str(alone.findings[0].status)
+    assert judged["headline"] == alone.findings[0].headline
+    assert judged["evidence"].keys() == alone.findings[0].evidence.keys()
+    for name, value in alone.findings[0].evidence.items():
+        assert judged["evidence"][name] == (pytest.approx(value) if np.isfinite(value) else None)
+    assert "condition" in found["not_run"]
+    assert found["path"] == "weave.parquet"
+
+
+def test_estimates_are_signals_of_the_result(client, analysed):
+    found = client.get(f"/api/results/{analysed.result}").json()
+    by_name = {each["name"]: each for each in found["signals"]}
+    angle = by_name["sideslip/sideslip_angle"]
+    assert (angle["group"], angle["label"]) == ("Estimates of sideslip", "°")
+    parameters = {"name": "sideslip/sideslip_angle", "result": analysed.result, "points": 10_000}
+    packet = unpacked(client.get(f"/api/series/{analysed.series}/window", params=parameters).content)
+    time, lower, _ = packet["sideslip/sideslip_angle"]
+    alone = diagnose(analysed.folder / "weave.parquet", "midsize-eps", "sideslip", spread=False)
+    last = alone.traces["sideslip_angle"]
+    assert len(time) == angle["count"] > 1000
+    assert lower[-1] == pytest.approx(last.mean[-1], rel=1e-5)
+
+
+def test_estimates_that_a_monitor_withholds_are_not_shown(client, analysed):
+    found = client.get(f"/api/results/{analysed.result}").json()
+    alone = diagnose(analysed.folder / "weave.parquet", "midsize-eps", "friction", spread=False)
+    assert "friction_torque" not in alone.traces
+    assert "friction/friction_torque" not in {each["name"] for each in found["signals"]}
+
+
+def test_a_report_runs_apart_from_the_page(client, analysed):
+    answer = client.get(f"/api/results/{analysed.result}/report/friction")
+    assert "<html" in answer.text
+    assert answer.headers["content-security-policy"].startswith("sandbox allow-scripts")
+    assert "allow-same-origin" not in answer.headers["content-security-policy"]
+    assert client.get(f"/api/results/{analysed.result}/report/..%2Fresult").status_code == 404
+
+
+def test_a_vehicle_shows_spread_and_origin(client):
+    found = client.get("/api/vehicle").json()
+    mass = next(each for each in found["parameters"] if each["name"] == "mass")
+    assert mass["standard_deviation"] > 0.0
+    assert mass["assumed"]
+    assert client.get("/api/vehicle", params={"name": "/etc/passwd"}).status_code == 400
+
+
+def test_an_upload_becomes_a_recording(client, bench):
+    answer = client.post("/api/uploads?name=small.csv", content=b"time,yaw_rate\n0,1\n")
+    assert answer.status_code == 201
+    assert answer.json()["file"] == "uploads/small.csv"
+    assert (bench.uploads / "small.csv").read_text() == "time,yaw_rate\n0,1\n"
+    for name in ("../x.csv", "a/b.csv", ".hidden", "", "a\0b", "x" * 201, "..", "C:x"):
+        assert client.post("/api/uploads", params={"name": name}, content=b"x").status_code in (403, 422)
+    assert client.post("/api/uploads?name=empty.csv", content=b"").status_code == 400
+    assert [each.name for each in bench.uploads.iterdir()] == ["small.csv"]
+
+
+def test_a_fault_memory_shows_its_codes(client, analysed):
+    memory = analysed.folder / "memory.json"
+    diagnose(analysed.folder / "weave.parquet", "midsize-eps", "friction", memory=memory, spread=False)
+    before = memory.read_bytes()
+    found = client.get("/api/memory", params={"file": "drives/memory.json"}).json()
+    assert (found["vehicle"], found["cycles"]) == ("midsize-eps", 1)
+    assert memory.read_bytes() == before
+    memory.write_text("{}")
+    answer = client.get("/api/memory", params={"file": "drives/memory.json"})
+    assert answer.status_code == 400
+    assert "memory.json" in answer.json()["error"]
+    memory.unlink()
+
+
+def test_what_was_swept_is_a_sentence(client, analysed, bench):
+    import shutil
+
+    shutil.rmtree(bench.store.path("series", analysed.series))
+    answer = client.get(f"/api/series/{analysed.series}")
+    assert answer.status_code == 404
+    assert "open it again" in answer.json()["error"]
+    assert client.get("/api/recording", params={"file": FILE}).json()["series"] == ""
+
+
+def test_the_interface_describes_itself(client):
+    paths = client.get("/api/openapi.json").json()["paths"]
+    assert "/api/series/{key}/window" in paths
+    assert all(each.get("description") for methods in paths.values() for each in methods.values())

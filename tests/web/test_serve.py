@@ -1,0 +1,111 @@
+"""`tierod serve`: what it refuses in a sentence, and how it ends."""
+
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+import tierod
+from tierod.cli import main
+from tierod.core.errors import InputError, MissingExtra, ParameterError
+from tierod.web import server
+from tierod.web.server import listening, require_web, site_of, token_of
+
+pytest.importorskip("fastapi", reason="the extra 'web' is not installed")
+
+
+def refused(words, capsys):
+    assert main(["serve", "--no-browser", *words]) == 3
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    return printed.err
+
+
+def test_a_port_in_use_is_a_sentence(capsys, tmp_path):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        said = refused([str(tmp_path), "--port", str(port), "--cache", str(tmp_path / "c")], capsys)
+    assert f"the port {port} is in use" in said
+
+
+@pytest.mark.parametrize(("words", "sentence"), [
+    (["/nowhere-at-all"], "there is no /nowhere-at-all"),
+    (["--port", "70000"], "give 0 to 65535"),
+    (["--bind", "203.0.113.9"], "give an address of this machine"),
+    (["--live", "can0", "--vehicle", "rav4"], "INTERFACE:CHANNEL"),
+    (["--live", "udp_multicast:239.1.1.1"], "whose buses"),
+    (["--vehicle", "no-such-car"], "no-such-car"),
+    (["--upload", "0"], "--upload needs a positive"),
+    (["--workers", "0"], "at least one process"),
+])  # fmt: skip
+def test_what_cannot_be_served_is_a_sentence(words, sentence, capsys, tmp_path):
+    port = [] if "--port" in words else ["--port", "0"]
+    assert sentence in refused([*words, "--cache", str(tmp_path), *port], capsys)
+
+
+def test_a_cache_that_cannot_be_written_is_a_sentence(capsys, tmp_path):
+    (tmp_path / "file").write_text("")
+    said = refused([str(tmp_path), "--cache", str(tmp_path / "file" / "cache"), "--port", "0"], capsys)
+    assert "name another folder with --cache" in said
+
+
+def test_without_the_extra_the_command_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "fastapi", None)
+    with pytest.raises(MissingExtra, match=r"pip install 'tierod\[web\]'"):
+        require_web()
+
+
+def test_a_token_is_long_enough_or_made(monkeypatch):
+    monkeypatch.delenv(server.TOKEN, raising=False)
+    assert len(token_of()) >= 32
+    assert token_of() != token_of()
+    monkeypatch.setenv(server.TOKEN, "short")
+    with pytest.raises(ParameterError, match="16 or more"):
+        token_of()
+    monkeypatch.setenv(server.TOKEN, "long-enough-for-a-token")
+    assert token_of() == "long-enough-for-a-token"
+
+
+def test_without_paths_the_demo_is_served(tmp_path):
+    made = site_of((), cache=tmp_path)
+    assert made.demo
+    assert (made.vehicle, made.roots[0].name, made.results[0].name) == ("midsize-eps", "demo", "demo-fleet")
+    assert not site_of([tmp_path], cache=tmp_path).demo
+
+
+def test_a_busy_address_is_named():
+    with listening("127.0.0.1", 0) as one, pytest.raises(InputError, match="in use"), listening(*one.getsockname()):
+        pass
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_the_server_ends_with_a_signal_and_takes_its_processes_along(number, tmp_path):
+    words = ["serve", str(tmp_path), "--no-browser", "--port", "0", "--cache", str(tmp_path / "cache")]
+    with subprocess.Popen([sys.executable, "-m", "tierod", *words], stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        address = process.stderr.readline().split("serving at ")[1].split(" ")[0]
+        with urllib.request.urlopen(f"{address}api/site", timeout=20) as answer:
+            assert tierod.__version__ in answer.read().decode()
+        children = subprocess.run(["ps", "-o", "pid=", "--ppid", str(process.pid)], capture_output=True, text=True)
+        process.send_signal(number)
+        assert process.wait(timeout=20) == 0
+        assert "Traceback" not in process.stderr.read()
+    until = time.monotonic() + 10.0
+    while any(map(alive, children.stdout.split())) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not any(map(alive, children.stdout.split()))
+
+
+def alive(process):
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
