@@ -14,6 +14,7 @@ from starlette.exceptions import HTTPException
 
 from tierod import __version__
 from tierod.core.errors import TierodError
+from tierod.report.html import TEMPLATES
 from tierod.web.errors import status_of
 from tierod.web.fleet_endpoints import fleet_endpoints
 from tierod.web.guard import BodyTooLong, Guard, Trust
@@ -24,6 +25,8 @@ from tierod.web.work_endpoints import work_endpoints
 from tierod.web.workbench import Workbench
 
 STATIC = Path(__file__).parent / "static"
+COLOURS = TEMPLATES / "tokens.css"
+"""Colours of all pages, those of reports as well."""
 
 VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "scenario", "jobs", "interface")
 """Addresses of the page; which of them is shown the page itself decides."""
@@ -70,6 +73,7 @@ def application(bench: Workbench, trust: Trust, relay: Relay | None = None) -> G
 def _page(app: FastAPI) -> None:
     """The files of the page, which hold nothing of the user's."""
     names = {path.relative_to(STATIC).as_posix(): path for path in STATIC.rglob("*") if path.suffix in KINDS}
+    names[COLOURS.name] = COLOURS
     page = STATIC / "index.html"
 
     @app.get("/static/{name:path}", include_in_schema=False)

@@ -123,11 +123,16 @@ function drawn(props) {
       ctx.fillStyle = clear(token("accent"), 0.55);
       ctx.fillRect(x, bbox.top + bbox.height - 4 * devicePixelRatio, Math.max(w, 1), 4 * devicePixelRatio);
     }
-    for (const { value, label, scale } of levels) {
-      if (!u.scales[scale]) continue;
-      const y = u.valToPos(value, scale, true);
-      rule(ctx, token("bad"), bbox.left, y, bbox.left + bbox.width, y, label);
-    }
+    const shown = levels.filter(({ scale }) => u.scales[scale])
+      .map(({ value, label, scale }) => ({ y: u.valToPos(value, scale, true), label })).sort((a, b) => a.y - b.y);
+    let names = [];
+    shown.forEach(({ y, label }, at) => {
+      // Of lines so near to each other that their names would overlap, the last one names all.
+      names.push(label);
+      const last = at + 1 === shown.length || shown[at + 1].y - y > 13 * devicePixelRatio;
+      rule(ctx, token("bad"), bbox.left, y, bbox.left + bbox.width, y, last ? names.join(", ") : "");
+      if (last) names = [];
+    });
     for (const { time, label } of moments) upright(u, time, token("warn"), label);
     for (const name of ["a", "b"]) if (Number.isFinite(measured[name])) upright(u, measured[name], token("accent"), name.toUpperCase());
     ctx.restore();
