@@ -67,11 +67,7 @@ def export(
     if kind not in KINDS:
         raise ParameterError(f"there is no export '{kind}'{nearest(kind, KINDS)}")
     if kind == "fmu":
-        from tierod.cli.export_fmu import export_fmu
-
-        if fmi not in (2, 3):
-            raise ParameterError(f"--fmi is {fmi}; the versions are 2 and 3")
-        export_fmu(monitor, vehicle, scenario, variant, 2 if fmi == 2 else 3, output)
+        _unit(monitor, vehicle, scenario, variant, fmi, output)
         return
     from tierod.cli.terminal import output as console
     from tierod.core.files import require_folder
@@ -96,6 +92,15 @@ def export(
     )  # fmt: skip
     if evidence:
         _write_evidence(face, car, drive, output)
+
+
+def _unit(name: str, vehicle: str | None, scenario: str | None, variant: str | None, fmi: int, output: Path) -> None:
+    """Write a functional mock-up unit."""
+    from tierod.cli.export_fmu import export_fmu
+
+    if fmi not in (2, 3):
+        raise ParameterError(f"--fmi is {fmi}; the versions are 2 and 3")
+    export_fmu(name, vehicle, scenario, variant, 2 if fmi == 2 else 3, output)
 
 
 def _write_c(face: Interface, car: Vehicle, drive: str | None, output: Path) -> list[str]:

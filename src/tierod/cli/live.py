@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shlex
 import signal
 import sys
@@ -13,6 +14,7 @@ import typer
 if TYPE_CHECKING:
     from tierod.live.buses import Address
     from tierod.live.drive import Drive
+    from tierod.live.events import Hub, Socket
     from tierod.live.results import Sender
 
 
@@ -67,22 +69,23 @@ def live(
         addresses, vehicle, dbc, channel_map, monitor, (log, mcap, report, checkpoint, memory, baselines),
         (period, silence, expected), ignition, fd,
     )  # fmt: skip
-    sender = _sender(drive, Address(interface, send, bitrate, fd), results_dbc) if send and results_dbc else None
-    socket = None
-    if websocket is not None:
-        from tierod.live.events import Socket
-
-        socket = Socket(websocket)
-        hub.add(socket)
-        print(f"events: ws://127.0.0.1:{socket.port}", file=sys.stderr)
-    _end_cleanly(drive)
-    try:
+    with contextlib.ExitStack() as stack:
+        if send and results_dbc:
+            stack.callback(_sender(drive, Address(interface, send, bitrate, fd), results_dbc).close)
+        if websocket is not None:
+            stack.callback(_socket(hub, websocket).close)
+        _end_cleanly(drive)
         return _followed(drive, drives, seconds, as_json or not sys.stdout.isatty())
-    finally:
-        if sender is not None:
-            sender.close()
-        if socket is not None:
-            socket.close()
+
+
+def _socket(hub: Hub, port: int) -> Socket:
+    """Events go to whoever connects to the port."""
+    from tierod.live.events import Socket
+
+    socket = Socket(port)
+    hub.add(socket)
+    print(f"events: ws://127.0.0.1:{socket.port}", file=sys.stderr)
+    return socket
 
 
 def _sender(drive: Drive, address: Address, path: Path) -> Sender:

@@ -1,4 +1,4 @@
-"""Seeds of drives that are reported: they follow from the monitor that is judged, so that nobody tunes on them."""
+"""Seeds of drives that are reported: they follow from the monitor that is judged, so that nothing is tuned on them."""
 
 from __future__ import annotations
 

@@ -63,44 +63,32 @@ def findings() -> pa.Schema:
     """
     import pyarrow as pa
 
-    return _schema(
-        "findings",
-        [
-            ("vehicle", pa.string()),
-            ("cohort", pa.map_(pa.string(), pa.string())),
-            ("recording", pa.string()),
-            ("recording_name", pa.string()),
-            ("span", pa.int32()),
-            ("start", pa.timestamp("us", tz="UTC")),
-            ("start_s", pa.float64()),
-            ("duration_s", pa.float64()),
-            ("judged_s", pa.float64()),
-            ("mileage_m", pa.float64()),
-            ("temperature_K", pa.float64()),
-            ("monitor", pa.string()),
-            ("variant", pa.string()),
-            ("judged", pa.string()),
-            ("role", pa.string()),
-            ("quantity", pa.string()),
-            ("unit", pa.string()),
-            ("status", pa.string()),
-            ("since_s", pa.float64()),
-            ("kind", pa.string()),
-            ("magnitude", pa.float64()),
-            ("magnitude_deviation", pa.float64()),
-            ("magnitude_unit", pa.string()),
-            ("estimate", pa.float64()),
-            ("deviation", pa.float64()),
-            ("nominal", pa.float64()),
-            ("limit", pa.float64()),
-            ("cause", pa.string()),
-            ("action", pa.string()),
-            ("key", pa.string()),
-            ("vehicle_digest", pa.string()),
-            ("tuning", pa.string()),
-            ("version", pa.string()),
-        ],
-    )
+    types = {
+        "labels": pa.map_(pa.string(), pa.string()),
+        "whole": pa.int32(),
+        "time": pa.timestamp("us", tz="UTC"),
+        "number": pa.float64(),
+        "text": pa.string(),
+    }
+    return _schema("findings", [(name, types[kind]) for kind, names in _FINDINGS for name in names.split()])
+
+
+_FINDINGS = (
+    ("text", "vehicle"),
+    ("labels", "cohort"),
+    ("text", "recording recording_name"),
+    ("whole", "span"),
+    ("time", "start"),
+    ("number", "start_s duration_s judged_s mileage_m temperature_K"),
+    ("text", "monitor variant judged role quantity unit status"),
+    ("number", "since_s"),
+    ("text", "kind"),
+    ("number", "magnitude magnitude_deviation"),
+    ("text", "magnitude_unit"),
+    ("number", "estimate deviation nominal limit"),
+    ("text", "cause action key vehicle_digest tuning version"),
+)
+"""Columns in their order, by kind."""
 
 
 OF_FLEET = ("vehicle", "cohort", "recording_name", "mileage_m")

@@ -64,6 +64,12 @@ def recording_endpoints(bench: Workbench) -> APIRouter:
         """Two signals against each other, over a stretch."""
         return windows.pair(bench.readers(key, result), along, up, start, stop)
 
+    _exports(router, bench)
+    _results(router, bench)
+    return router
+
+
+def _exports(router: APIRouter, bench: Workbench) -> None:
     @router.get("/series/{key}/export", response_class=FileResponse)
     def export(
         key: str,
@@ -85,6 +91,8 @@ def recording_endpoints(bench: Workbench) -> APIRouter:
         done = BackgroundTask(path.unlink, missing_ok=True)
         return FileResponse(path, media_type=FORMATS[kind], filename=f"tierod-export.{kind}", background=done)
 
+
+def _results(router: APIRouter, bench: Workbench) -> None:
     @router.get("/results/{key}")
     def result(key: str) -> dict[str, Any]:
         """What monitors found in a recording."""
@@ -94,5 +102,3 @@ def recording_endpoints(bench: Workbench) -> APIRouter:
     def report(key: str, monitor: str) -> Response:
         """The report of a monitor; it runs apart from the page, and reaches nothing of it."""
         return HTMLResponse(bench.report(key, monitor), headers={"content-security-policy": REPORT_POLICY})
-
-    return router

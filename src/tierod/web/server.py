@@ -79,23 +79,29 @@ def serve(
 
     site = site_of(paths, vehicle, dbc, channel_map, live, cache, limits)
     loopback = bind in (LOOPBACK, "::1", "localhost")
-    token = "" if loopback else token_of()
+    token, names = ("", ()) if loopback else (token_of(), own_names())
     with listening(bind, port) as sockets, Workbench(site, workers_of(workers)) as bench:
         taken = sockets.getsockname()[1]
-        names = () if loopback else own_names()
         trust = Trust(taken, token, loopback, names, site.limits.upload, site.limits.body)
-        app = application(bench, trust, _relay(site))
         shown = LOOPBACK if loopback or bind in ("0.0.0.0", "::") else bind
-        address = f"http://{f'[{shown}]' if ':' in shown else shown}:{taken}/"
-        say(f"serving at {address}{f'?token={token}' if token else ''} (Ctrl-C ends it)")
+        address = f"http://{f'[{shown}]' if ':' in shown else shown}:{taken}/{f'?token={token}' if token else ''}"
+        say(f"serving at {address} (Ctrl-C ends it)")
         if browser:
-            threading.Timer(0.5, webbrowser.open, (f"{address}{f'?token={token}' if token else ''}",)).start()
-        config = uvicorn.Config(
-            app, log_level="error", access_log=False, lifespan="on", server_header=False, ws_max_size=1 << 16,
-            timeout_graceful_shutdown=2, h11_max_incomplete_event_size=1 << 16,
-        )  # fmt: skip
+            threading.Timer(0.5, webbrowser.open, (address,)).start()
+        config = uvicorn.Config(application(bench, trust, _relay(site)), **_SERVER)
         with contextlib.suppress(KeyboardInterrupt), _ended_by_sigterm():
             uvicorn.Server(config).run(sockets=[sockets])
+
+
+_SERVER: dict[str, Any] = {
+    "log_level": "error",
+    "access_log": False,
+    "lifespan": "on",
+    "server_header": False,
+    "ws_max_size": 1 << 16,
+    "timeout_graceful_shutdown": 2,
+    "h11_max_incomplete_event_size": 1 << 16,
+}
 
 
 def require_web() -> None:

@@ -63,6 +63,13 @@ def work_endpoints(bench: Workbench) -> APIRouter:
         """Look at what a recording holds, and what each monitor lacks."""
         return JobShape.of(bench.inspect(asked))
 
+    _uploads(router, bench)
+    _jobs(router, bench)
+    _scenarios(router, bench)
+    return router
+
+
+def _uploads(router: APIRouter, bench: Workbench) -> None:
     @router.post("/uploads", status_code=201)
     async def uploads(request: Request, name: Short) -> State:
         """Take a recording; the body is the file."""
@@ -78,10 +85,6 @@ def work_endpoints(bench: Workbench) -> APIRouter:
         except ClientDisconnect:
             raise InputError("the upload broke off; send it again") from None
         return bench.state(f"uploads/{name}")
-
-    _jobs(router, bench)
-    _scenarios(router, bench)
-    return router
 
 
 def _jobs(router: APIRouter, bench: Workbench) -> None:
