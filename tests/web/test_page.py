@@ -97,7 +97,7 @@ def test_every_view_fits_wide_and_narrow_in_light_and_dark(page, address):
             page.emulate_media(color_scheme=scheme)
             assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
             ground = page.evaluate("getComputedStyle(document.body).backgroundColor")
-            assert (ground == "rgb(15, 22, 32)") == (scheme == "dark")
+            assert (max(map(int, ground[4:-1].split(","))) < 64) == (scheme == "dark")
     assert page.locator("h1").count() == 1
 
 
