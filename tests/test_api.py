@@ -67,7 +67,7 @@ def test_a_campaign_compared_with_itself_has_no_differences(tmp_path):
     file = tmp_path / "one.toml"
     file.write_text(
         'name = "one"\ndescription = "One drive."\nscenario = "base.toml"\nseeds = [1]\n'
-        '[[monitors]]\nmonitor = "friction"\nvehicle = "midsize-eps"\nown_level = "none"\n'
+        '[[monitors]]\nmonitor = "friction"\nvehicle = "midsize-eps"\nbaseline = "none"\n'
     )
     found = tierod.campaign(file, tmp_path / "runs", 1)
     assert found.page.is_file()

@@ -119,8 +119,17 @@ BASES = {"GaussianFilter", "EachSignal", "SteeringTorqueObserver"}
 SET_UPS = {"AlarmWatch", "ClosedLoop", "SweptBench"}
 """A plant with what watches or drives it, of one campaign of a paper."""
 
-PARTS = {"AngleObserver", "ConditionJudge", "Decision", "FaultReaction", "Watching"}
-"""Steps with arguments of their own, used inside one block and exercised through it."""
+PARTS = {
+    "AngleObserver",
+    "BareFeedforward",
+    "BareLuenberger",
+    "BareReduced",
+    "ConditionJudge",
+    "Decision",
+    "FaultReaction",
+    "Watching",
+}
+"""Steps with arguments of their own, used inside one block and exercised through it, or equations that are counted."""
 
 
 def _rules():

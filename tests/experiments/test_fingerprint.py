@@ -109,6 +109,6 @@ def test_code_is_known_by_its_text(tmp_path, monkeypatch):
 
 
 def test_every_package_that_monitors_or_drives_need_is_known():
-    known = {*module.GROUND, *module.TOWER, "cli", "experiments", "export", "fleet", "live", "papers", "report"}
+    known = {*module.GROUND, *module.TOWER, "cli", "experiments", "export", "fleet", "live", "papers", "report", "web"}
     packages = {path.name for path in module.ROOT.iterdir() if path.is_dir() and list(path.glob("*.py"))}
     assert packages <= known | {"diagnosis"}

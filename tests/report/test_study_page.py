@@ -71,7 +71,7 @@ def test_claims_stand_with_their_figures_and_verdicts(text):
 
 
 def test_figures_without_a_goal_stand_apart_and_are_not_counted(text):
-    claims, described = text.split("<h2>Figures of description</h2>")
+    claims, described = text.split("<h3>Figures of description</h3>")
     assert "other.e" not in claims
     assert "7.25" in described.partition("</section>")[0]
 

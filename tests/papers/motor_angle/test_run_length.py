@@ -77,7 +77,7 @@ def test_without_an_alarm_only_a_bound_is_left():
 def test_what_was_not_counted_is_not_judged():
     claims = {item.id: item for item in items(Effort(quick=True, processes=1)) if isinstance(item, Claim)}
     assert claims["run-length.white"].met is None
-    assert claims["run-length.coloured-600"].met is None
+    assert not [name for name in claims if name.startswith("run-length.coloured")], "too few alarms to measure them"
     assert claims["faults.none-false"].met
 
 

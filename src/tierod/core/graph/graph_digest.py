@@ -6,8 +6,6 @@ import hashlib
 from collections.abc import Iterator
 from typing import Any
 
-import casadi
-
 from tierod.core.block import Block, tuning
 from tierod.core.graph.bank_graph import BankGraph
 from tierod.core.graph.trace import Graph, trace
@@ -37,6 +35,8 @@ def _of_graph(graph: Graph | BankGraph) -> Iterator[str]:
         yield from _of_graph(graph.lane)
         yield from _of_graph(graph.judge)
         return
+    import casadi
+
     yield from (f"{size}" for _, size in graph.rings)
     function: Any = graph.function
     for k in range(function.n_instructions()):

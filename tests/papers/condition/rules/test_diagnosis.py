@@ -31,7 +31,7 @@ larger = [["r2", "r1"]]
 fault = "gyro"
 abnormal = ["r3"]
 normal = ["r4"]
-fault-free = ["left", "right"]
+fault_free = ["left", "right"]
 weights = { r3 = 3.0 }
 
 [[rule]]
@@ -145,7 +145,7 @@ def test_nothing_abnormal_names_nobody():
         (('abnormal = ["r1"]', 'abnormal = "r1"'), r"expected a list of names"),
         (("weights = { r3 = 3.0 }", "weights = { r3 = 0 }"), r"weight of 'r3' is 0"),
         (
-            ('fault-free = ["left", "right"]', 'fault-free = ["angle"]'),
+            ('fault_free = ["left", "right"]', 'fault_free = ["angle"]'),
             r"requires 'angle' to be fault-free, but its rule does not come before",
         ),
         (('positive = ["r3"]\nabnormal = ["r4"]', 'normal = ["r3"]'), r"holds while all is well"),
