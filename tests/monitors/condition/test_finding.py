@@ -151,6 +151,14 @@ def test_doubt_at_the_end_stays_open():
     assert [change.status for change in courses[NOT_ISOLABLE]] == [Status.HEALTHY, Status.SUSPECT]
 
 
+def test_torques_of_one_balance_that_cannot_be_isolated_name_its_other_terms():
+    _, finding, _ = concluded(doubtful(("steering_shaft_torque", MOTOR), 18.0, 20.0))
+    assert finding.status is Status.SUSPECT
+    assert "so may a wrong tie rod force" in finding.cause
+    _, finding, _ = concluded(doubtful((YAW, ANGLE), 18.0, 20.0))
+    assert "balance" not in finding.cause
+
+
 def test_a_missing_sensor_is_named():
     states, finding, _ = concluded(missing=(YAW,))
     assert (states[YAW].status, states[YAW].cause) == (Status.NOT_AVAILABLE, "the recording has no yaw rate")

@@ -18,6 +18,7 @@ from tierod.monitors.condition.signals import (
     DRIVES,
     ELEMENTS,
     MOTORS,
+    STEERING_TORQUES,
     TARGETS,
 )
 from tierod.monitors.condition.statements import listed, shown
@@ -80,7 +81,9 @@ def judge(
     faulty = [each for each in states if each.status is Status.FAULT]
     doubtful = [each for each in states if each.status is Status.SUSPECT]
     if faulty or doubtful:
-        return _and_other_causes(_fault(name, faulty, doubtful, evidence, warnings), (*faulty, *doubtful), causes)
+        quiet = [each.name for each in states if each.status is Status.HEALTHY]
+        found = _fault(name, faulty, doubtful, quiet, evidence, warnings)
+        return _and_other_causes(found, (*faulty, *doubtful), causes)
     healthy = [each for each in states if each.status is Status.HEALTHY]
     open_ = [each for each in states if each.status is not Status.HEALTHY]
     if lost:
@@ -215,6 +218,7 @@ def _fault(
     name: str,
     faulty: Sequence[Element],
     doubtful: Sequence[Element],
+    quiet: Sequence[str],
     evidence: dict[str, float],
     warnings: tuple[str, ...],
 ) -> Finding:
@@ -228,6 +232,9 @@ def _fault(
         cause = "several explain the readings as well, and nothing in the drive isolates one of them"
         if targets := _targets(sorted(named)):
             cause += f"; so does a wrong recording of what is asked ({listed(targets)})"
+        # A small force of the tie rods that is read as half of it is within its own limit, and shows in the others.
+        if named <= {*STEERING_TORQUES} and (rest := [each for each in STEERING_TORQUES if each in quiet]):
+            cause += f"; so may a wrong {listed(rest)}, of the same balance of torques"
         action = "check them one by one, or drive with more steering and braking"
         return Finding(name, Status.SUSPECT, headline, first.start, None, evidence, cause, action, warnings)
     sentences = [_sentence(episode, each) for episode, each in singles]

@@ -113,6 +113,9 @@ MOTORS, DRIVES = ACTUATORS[:2], ACTUATORS[2:]
 """Actuators that turn the column together, and that push the vehicle together. Where what feeds or enables them fails,
 both lose the same share."""
 
+STEERING_TORQUES = ("steering_shaft_torque", "tie_rod_force", *MOTORS)
+"""What stands in the balance of torques about the steering axis."""
+
 ELEMENTS = SENSORS + ACTUATORS
 """Everything that is judged, in the order of all outputs."""
 
