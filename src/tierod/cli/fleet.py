@@ -165,7 +165,7 @@ def _show(found: Summary) -> None:
     if cells:
         console.print(rows(("monitor", "status", "findings"), cells, right=(2,)))
     missed = [
-        (name, row["outcome"], row["reason"])
+        (name, row["outcome"], _why(name, row["reason"]))
         for name in found.recordings
         if (row := found.rows[name])["outcome"] != JUDGED
     ]
@@ -177,6 +177,11 @@ def _show(found: Summary) -> None:
     console.print(f"\nresults: {found.results.root}", soft_wrap=True, markup=False)
     console.print(f"'tierod fleet report {shlex.quote(found.results.root)}' says which vehicle to inspect first",
                   soft_wrap=True, markup=False)  # fmt: skip
+
+
+def _why(name: str, reason: str) -> str:
+    """The reason without the name of the recording, which stands before it."""
+    return reason.removeprefix(name).lstrip(": ")
 
 
 @contextmanager
@@ -207,7 +212,8 @@ class _Shown:
         now = time.monotonic()
         self.progress = (progress.done, progress.total)
         if progress.outcome == "failed":
-            self.console.print(f"failed: {progress.name}: {progress.reason}", soft_wrap=True, markup=False)
+            reason = _why(progress.name, progress.reason)
+            self.console.print(f"failed: {progress.name}: {reason}", soft_wrap=True, markup=False)
         if self.bar is not None:
             self.bar(progress)
         elif now - self.last >= QUIET_SECONDS or progress.done == progress.total:
