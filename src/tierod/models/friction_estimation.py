@@ -154,9 +154,28 @@ def _transition(
     x: FrictionEstimation.State, u: FrictionEstimation.Input, p: FrictionParameters, friction: Scalar
 ) -> FrictionEstimation.State:
     net = driving_torque(u.driver_torque, u.motor_torque, x.self_aligning_torque, p) - friction
+    return state_after(x, net, u.lateral_acceleration, p)
+
+
+def state_after(
+    x: FrictionEstimation.State,
+    net: Annotated[Scalar, "N*m"],
+    lateral_acceleration: Annotated[Scalar, "m/s**2"],
+    p: FrictionParameters,
+) -> FrictionEstimation.State:
+    """The state one sample on, whatever makes up the torque at the column.
+
+    Args:
+        x: state
+        net: torque that accelerates the column, friction included
+        lateral_acceleration: measured
+        p: parameters
+
+    Source: Mohtat et al., eq (7); self-aligning torque and friction are random walks.
+    """
     yaw_acceleration = yaw_acceleration_from_aligning(
         x.self_aligning_torque,
-        u.lateral_acceleration,
+        lateral_acceleration,
         mass=p.mass,
         yaw_inertia=p.yaw_inertia,
         front_distance=p.front_distance,

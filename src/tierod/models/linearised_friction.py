@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.models.eps_column import column_after
-from tierod.models.friction_estimation import FrictionEstimation, SmoothFrictionParameters
-from tierod.physics.aligning import yaw_acceleration_from_aligning
+from tierod.models.friction_estimation import FrictionEstimation, SmoothFrictionParameters, state_after
 from tierod.physics.friction import smooth_sign_slope
 from tierod.physics.steering_ratio import (
     column_torque_of_motor,
@@ -69,21 +67,7 @@ class LinearisedFrictionEstimation:
         aligning = torque_at_steering_wheel(x.self_aligning_torque, ratio)
         aligning = aligning + p.with_ratio_slope * torque_at_steering_wheel(u.aligning_there, slope * turned)
         net = u.driver_torque + column_torque_of_motor(u.motor_torque, p.motor_ratio) - aligning - _friction(x, u, p)
-        yaw_acceleration = yaw_acceleration_from_aligning(
-            x.self_aligning_torque,
-            u.lateral_acceleration,
-            mass=p.mass,
-            yaw_inertia=p.yaw_inertia,
-            front_distance=p.front_distance,
-            rear_distance=p.rear_distance,
-            trail=p.trail,
-        )
-        return FrictionEstimation.State(
-            *column_after(x.steering_wheel_angle, x.steering_wheel_rate, net, p),
-            x.yaw_rate + p.sample_time * yaw_acceleration,
-            x.self_aligning_torque,
-            x.friction_torque,
-        )
+        return state_after(x, net, u.lateral_acceleration, p)
 
     @staticmethod
     def output(x: FrictionEstimation.State, u: Input, p: VariableRatioParameters) -> FrictionEstimation.Output:
