@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
@@ -101,7 +101,11 @@ def used() -> float:
     return time.process_time()
 
 
-def share(folder: Path, rate: float = 2000.0, seconds: float = 120.0) -> None:
+BEGUN = 75.0
+"""Time of a drive from which on every monitor has begun; that of the driver's torque waits for a minute [s]."""
+
+
+def share(folder: Path, rate: float = 2000.0, seconds: float = 150.0) -> None:
     """Processor time of four monitors per second of drive, decode and log included."""
     drive = padded(frames_of_drive(folder, 30.0), rate)
     making = generated(drive, seconds)
@@ -109,39 +113,40 @@ def share(folder: Path, rate: float = 2000.0, seconds: float = 120.0) -> None:
     for vehicle, names in [*cases, ("smartload", ("condition",))]:
         plan = Plan(load(vehicle), seconds)
         engine = Engine(messages(folder), None, names, plan, log=FrameLog(folder / "log.mf4", START))
-        begun, first = None, 0.0
-        part: list[Frame] = []
-        for frame in repeated(drive, seconds):
-            part.append(frame)
-            if len(part) == 40:
-                engine.take(part, frame.time, frame.time)
-                part = []
-                if engine.due:
-                    engine.judge()
-                if begun is None and frame.time > START + 45.0:
-                    begun, first = used(), frame.time
-        spent = (used() - (begun or 0.0)) / (frame.time - first) - making
+        spent = cost(engine, repeated(drive, seconds), 40) - making
         ran = [each.monitor for each in engine.shown() if not each.reason]
         print(f"{rate:.0f} frames/s, monitors {', '.join(ran) or 'none'}: {100 * spent:.2f} % of a core")
 
 
-def column(folder: Path, seconds: float = 60.0) -> None:
+def cost(engine: Engine, frames: Iterable[Frame], together: int) -> float:
+    """Processor time per second of drive that the engine takes once every monitor has begun.
+
+    Args:
+        engine: new
+        frames: of the drive
+        together: frames that are taken at a time
+    """
+    begun, first, last = None, 0.0, 0.0
+    part: list[Frame] = []
+    for frame in frames:
+        part.append(frame)
+        last = frame.time
+        if len(part) == together:
+            engine.take(part, last, last)
+            part = []
+            if engine.due:
+                engine.judge()
+            if begun is None and last > START + BEGUN:
+                begun, first = used(), last
+    return (used() - (begun or 0.0)) / (last - first)
+
+
+def column(folder: Path, seconds: float = 150.0) -> None:
     """Processor time of the monitor of the driver's torque whose signals come at 1 kHz."""
     frames = [each for each in frames_of_drive(folder, 30.0) if each.identifier == 0x100]
     fast = [each._replace(time=each.time + 0.001 * n) for each in frames for n in range(10)]
     engine = Engine(messages(folder), None, ("driver-torque",), Plan(load(VEHICLE), seconds))
-    begun, first = None, 0.0
-    part: list[Frame] = []
-    for frame in repeated(sorted(fast, key=lambda each: each.time), seconds):
-        part.append(frame)
-        if len(part) == 10:
-            engine.take(part, frame.time, frame.time)
-            part = []
-            if engine.due:
-                engine.judge()
-        if begun is None and frame.time > START + 30.0:
-            begun, first = used(), frame.time
-    spent = (used() - (begun or 0.0)) / (frame.time - first)
+    spent = cost(engine, repeated(sorted(fast, key=lambda each: each.time), seconds), 10)
     ticker = engine.ticks.tickers.get("driver-torque")
     rate = ticker.rate if ticker else 0.0
     print(f"column monitor at {rate:g} Hz: {100 * spent:.1f} % of a core")
