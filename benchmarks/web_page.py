@@ -182,15 +182,15 @@ def in_browser(server: Server, key: str) -> None:
     with sync_playwright() as started:
         browser = started.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1500, "height": 1000})
-        page.goto(f"{server.address}/recording?file=drives/long.parquet&signals={panels}")
-        drawn = "() => document.querySelectorAll('.panel .uplot').length === 5"
-        page.wait_for_function(drawn)
-        took = []
-        for _ in range(5):
-            page.reload(wait_until="commit")
-            page.wait_for_function(drawn)
-            took.append(page.evaluate("performance.now()"))
-        shown("browser: page and first picture of 20 signals", _spread(took), "300 ms")
+        address = f"{server.address}/recording?file=drives/long.parquet&signals={panels}"
+        first = []
+        for _ in range(7):
+            stranger = browser.new_context(viewport={"width": 1500, "height": 1000})
+            first.append(_pictured(stranger.new_page(), address))
+            stranger.close()
+        shown("browser: first picture of 20 signals, first visit", _spread(first), "300 ms")
+        again = [_pictured(page, address) for _ in range(10)][1:]
+        shown("browser: first picture of 20 signals, a later visit", _spread(again), "300 ms")
         page.evaluate(_MEASURE)
         shown("browser: zoom by a key until the new samples are drawn", _spread(page.evaluate("zooming()")), "80 ms")
         rates = page.evaluate("panning()")
@@ -198,7 +198,18 @@ def in_browser(server: Server, key: str) -> None:
         browser.close()
 
 
+def _pictured(page: Any, address: str) -> float:
+    """From the first byte of the server's answer until every chart is drawn [ms]."""
+    page.goto(address, wait_until="commit")
+    drawn = page.wait_for_function(
+        "() => document.querySelectorAll('.panel .uplot').length === 5 && performance.now()", polling="raf"
+    )
+    answered = page.evaluate("performance.getEntriesByType('navigation')[0].responseStart")
+    return float(drawn.json_value()) - float(answered)
+
+
 _MEASURE = """() => {
+  performance.setResourceTimingBufferSize(100000);
   const chart = document.querySelector('.panel .plot');
   const frame = () => new Promise(requestAnimationFrame);
   const key = (name) => chart.dispatchEvent(new KeyboardEvent('keydown', { key: name, bubbles: true }));

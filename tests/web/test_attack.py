@@ -24,8 +24,8 @@ FIELDS = ["file", "vehicle", "channel_map", "spread", "scenario", "car", "course
 
 def paths(analysed):
     return [
-        "/api/site", "/api/files", "/api/recording", "/api/analyses", "/api/proposals", "/api/inspections",
-        "/api/uploads", "/api/jobs", "/api/jobs/x", "/api/scenarios", "/api/vehicle", "/api/memory", "/api/fleets/x",
+        "/api/site", "/api/files", "/api/recording", "/api/opened", "/api/analyses", "/api/proposals",
+        "/api/inspections", "/api/uploads", "/api/jobs", "/api/jobs/x", "/api/scenarios", "/api/vehicle", "/api/memory", "/api/fleets/x",
         "/api/fleets/x/cars", "/api/fleets/x/car", "/api/results/x", f"/api/results/{analysed.result}",
         "/api/results/x/report/y", f"/api/results/{analysed.result}/report/friction", f"/api/series/{analysed.series}",
         "/api/series/x/window",

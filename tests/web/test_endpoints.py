@@ -2,6 +2,8 @@
 
 import io
 import json
+import re
+import shutil
 import struct
 
 import numpy as np
@@ -197,3 +199,43 @@ def test_the_interface_describes_itself(client):
     paths = client.get("/api/openapi.json").json()["paths"]
     assert "/api/series/{key}/window" in paths
     assert all(each.get("description") for methods in paths.values() for each in methods.values())
+
+
+def test_the_files_of_the_page_are_kept_under_their_content(client):
+    html = client.get("/").text
+    modules = re.findall(r'="(/static/[0-9a-f]{16}/[^"]+)"', html)
+    assert len(modules) > 20
+    for address in modules:
+        answer = client.get(address)
+        assert answer.status_code == 200
+        assert "immutable" in answer.headers["cache-control"]
+    plain = client.get("/static/main.js")
+    assert plain.content == client.get(next(each for each in modules if each.endswith("/main.js"))).content
+    assert plain.headers["cache-control"] == "no-cache"
+    tag = {"if-none-match": plain.headers["etag"]}
+    assert client.get("/static/main.js", headers=tag).status_code == 304
+    assert client.get("/static/0123456789abcdef/main.js").status_code == 404
+
+
+def test_the_page_begins_with_the_requests_of_its_view(client):
+    def early(address):
+        return re.findall(r'rel="preload" as="fetch" crossorigin href="([^"]+)"', client.get(address).text)
+
+    assert early("/fleet") == ["/api/site"]
+    assert early(f"/recording?file={FILE}") == ["/api/site", "/api/opened?file=drives%2Fweave.parquet"]
+    assert early("/recording?file=a~b*c%20%22%3E%3Cscript%3E")[1] == "/api/opened?file=a%7Eb*c+%22%3E%3Cscript%3E"
+    assert early(f"/recording?report=x/friction&file={FILE}") == ["/api/site"]
+
+
+def test_a_recording_opens_with_its_signals_and_findings(client, analysed):
+    found = client.get("/api/opened", params={"file": FILE}).json()
+    assert found["state"] == client.get("/api/recording", params={"file": FILE}).json()
+    assert found["series"] == client.get(f"/api/series/{analysed.series}").json()
+    assert found["result"] == client.get(f"/api/results/{analysed.result}").json()
+    assert client.get("/api/opened", params={"file": "drives/gone.parquet"}).status_code == 404
+
+
+def test_a_recording_whose_result_was_swept_opens_without_it(client, analysed, site):
+    shutil.rmtree(site.cache / "series" / analysed.series[:4] / analysed.series)
+    found = client.get("/api/opened", params={"file": FILE}).json()
+    assert (found["state"]["series"], found["series"]) == ("", None)

@@ -3,6 +3,7 @@
 import os
 import shutil
 import threading
+import urllib.parse
 from pathlib import Path
 
 import pytest
@@ -58,7 +59,7 @@ def browser():
 def page(browser, server):
     context = browser.new_context(viewport={"width": 1300, "height": 850}, base_url=server)
     made = context.new_page()
-    made.set_default_timeout(20_000)
+    made.set_default_timeout(60_000)  # a machine may be busy
     made.slips = []
     made.on("pageerror", lambda error: made.slips.append(str(error)))
     made.on("console", lambda said: made.slips.append(said.text) if said.type == "error" else None)
@@ -204,6 +205,17 @@ def test_the_fleet_is_filtered_and_leads_to_a_car(page):
     page.get_by_role("link", name="car-03").click()
     page.get_by_role("heading", name="Vehicle car-03").wait_for()
     page.locator(".uplot").first.wait_for()
+
+
+@pytest.mark.parametrize("name", ["weave.parquet", "a~b*c (1) é+.parquet"])
+def test_what_the_view_begins_with_is_asked_for_once(page, name):
+    asked = []
+    page.on("request", lambda request: asked.append(request.url) if "/api/opened" in request.url else None)
+    page.goto("/recording?" + urllib.parse.urlencode({"file": f"drives/{name}"}))
+    page.wait_for_selector(".problem, .plot")
+    page.wait_for_load_state("networkidle")
+    assert len(asked) == 1
+    page.slips.clear()  # the browser names the 404 itself
 
 
 def test_what_is_missing_is_a_sentence(page):

@@ -4,34 +4,24 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from pathlib import Path
 from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, Response
+from fastapi.responses import JSONResponse, Response
 from starlette.exceptions import HTTPException
 
 from tierod import __version__
 from tierod.core.errors import TierodError
-from tierod.report.html import TEMPLATES
 from tierod.web.errors import status_of
 from tierod.web.fleet_endpoints import fleet_endpoints
 from tierod.web.guard import BodyTooLong, Guard, Trust
 from tierod.web.live_endpoint import live_endpoint
+from tierod.web.page import page
 from tierod.web.recording_endpoints import recording_endpoints
 from tierod.web.relay import Relay
 from tierod.web.work_endpoints import work_endpoints
 from tierod.web.workbench import Workbench
-
-STATIC = Path(__file__).parent / "static"
-COLOURS = TEMPLATES / "tokens.css"
-"""Colours of all pages, those of reports as well."""
-
-VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "scenario", "jobs", "interface")
-"""Addresses of the page; which of them is shown the page itself decides."""
-
-KINDS = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".svg": "image/svg+xml"}
 
 
 def application(bench: Workbench, trust: Trust, relay: Relay | None = None) -> Guard:
@@ -65,32 +55,9 @@ def application(bench: Workbench, trust: Trust, relay: Relay | None = None) -> G
     app.include_router(recording_endpoints(bench))
     app.include_router(fleet_endpoints(bench))
     app.include_router(live_endpoint(relay))
-    _page(app)
+    page(app)
     _errors(app)
     return Guard(app, trust)
-
-
-def _page(app: FastAPI) -> None:
-    """The files of the page, which hold nothing of the user's."""
-    names = {path.relative_to(STATIC).as_posix(): path for path in STATIC.rglob("*") if path.suffix in KINDS}
-    names[COLOURS.name] = COLOURS
-    page = STATIC / "index.html"
-
-    @app.get("/static/{name:path}", include_in_schema=False)
-    def static(name: str, request: Request) -> Response:
-        if name not in names:
-            raise HTTPException(404, f"there is no '{name[:100]}'")
-        tag = f'"{__version__}-{names[name].stat().st_mtime_ns:x}"'
-        headers = {"cache-control": "no-cache", "etag": tag}
-        if request.headers.get("if-none-match") == tag:
-            return Response(status_code=304, headers=headers)
-        return FileResponse(names[name], media_type=KINDS[names[name].suffix], headers=headers)
-
-    def view() -> Response:
-        return HTMLResponse(page.read_bytes())
-
-    for name in VIEWS:
-        app.add_api_route(f"/{name}", view, methods=["GET", "HEAD"], include_in_schema=False)
 
 
 def _errors(app: FastAPI) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
+from functools import lru_cache, reduce
 from pathlib import Path
 from typing import IO, NamedTuple
 
@@ -23,6 +24,12 @@ FIRST, FACTOR = 16, 4
 
 LEAST_BINS = 256
 """Bins of a level that are few enough to need no coarser one."""
+
+FEW = 8
+"""Neighbours that are compared column by column."""
+
+MOST_MAPPED = 512
+"""Files of a recording that stay mapped."""
 
 INDEX = "index.json"
 
@@ -183,16 +190,21 @@ def _write_levels(folder: Path, kept: Kept) -> None:
 def _coarser(lower: np.ndarray, upper: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest of so many neighbours each; NaN where all are missing. The last bin may hold fewer."""
     whole = len(lower) - len(lower) % width
-    parts = [
-        (
-            np.fmin.reduce(lower[:whole].reshape(-1, width), axis=1),
-            np.fmax.reduce(upper[:whole].reshape(-1, width), axis=1),
-        )
-    ]
+    parts = [(_neighbours(np.fmin, lower[:whole], width), _neighbours(np.fmax, upper[:whole], width))]
     if whole < len(lower):
         parts.append((np.fmin.reduce(lower[whole:], keepdims=True), np.fmax.reduce(upper[whole:], keepdims=True)))
     low, high = zip(*parts, strict=True)
     return np.concatenate(low), np.concatenate(high)
+
+
+def _neighbours(of: np.ufunc, values: np.ndarray, width: int) -> np.ndarray:
+    """Lowest or highest of so many neighbours each."""
+    rows = values.reshape(-1, width)
+    if width > FEW:
+        found: np.ndarray = of.reduce(rows, axis=1)
+        return found
+    # Along short rows numpy is ten times as slow as over whole columns.
+    return reduce(of, [rows[:, place] for place in range(width)])
 
 
 @dataclass
@@ -218,6 +230,8 @@ class SeriesReader:
             raise Absent("the analysed recording is not kept any more; open it again from the list") from None
         self.span, self.facts = (content["span"][0], content["span"][1]), content["facts"]
         self.signals = {each["name"]: Kept(**each) for each in content["signals"]}
+        # A finished folder does not change; to map a file takes longer than to read a picture from it.
+        self._map = lru_cache(MOST_MAPPED)(lambda name, kind: _mapped(self.folder / name, kind))
 
     def of(self, name: str) -> Kept:
         """A signal by its name.
@@ -258,8 +272,8 @@ class SeriesReader:
         width = widths[level]
         begin, end = first // width, -(-last // width)
         if level:
-            bins = _mapped(self.folder / f"c{kept.file}.l{level}", np.float32).reshape(-1, 2)[begin:end]
-            edges = _mapped(self.folder / f"t{kept.stamps}.l{level}", np.float64)[begin:end]
+            bins = self._map(f"c{kept.file}.l{level}", np.float32).reshape(-1, 2)[begin:end]
+            edges = self._map(f"t{kept.stamps}.l{level}", np.float64)[begin:end]
             lower, upper = bins[:, 0], bins[:, 1]
         else:
             edges, lower = time[begin:end], values[begin:end]
@@ -278,8 +292,7 @@ class SeriesReader:
 
     def _files(self, kept: Kept) -> tuple[np.ndarray, np.ndarray]:
         try:
-            time = _mapped(self.folder / f"t{kept.stamps}.f8", np.float64)
-            values = _mapped(self.folder / f"c{kept.file}.f8", np.float64)
+            time, values = self._map(f"t{kept.stamps}.f8", np.float64), self._map(f"c{kept.file}.f8", np.float64)
         except OSError:
             raise Absent("the analysed recording is not kept any more; open it again from the list") from None
         return time[: kept.count], values[: kept.count]

@@ -109,6 +109,14 @@ class SeriesShape(BaseModel):
     facts: dict[str, Any]
 
 
+class Opened(BaseModel):
+    """A recording with what is kept of it, so that a picture needs one question less; None where nothing is."""
+
+    state: State
+    series: SeriesShape | None
+    result: dict[str, Any] | None
+
+
 class Curve(BaseModel):
     """A stretch of a signal: lowest and highest in bins, or every sample where `exact`."""
 

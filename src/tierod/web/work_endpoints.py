@@ -10,7 +10,7 @@ from starlette.requests import ClientDisconnect
 from tierod.core.errors import InputError
 from tierod.core.files import replacing
 from tierod.web.listing import Listing
-from tierod.web.shapes import Analysed, Asked, ChosenScenario, JobShape, Problem, SiteShape, State
+from tierod.web.shapes import Analysed, Asked, ChosenScenario, JobShape, Opened, Problem, SiteShape, State
 from tierod.web.workbench import Workbench
 
 Text = Annotated[str, Query(max_length=4096)]
@@ -30,7 +30,7 @@ def work_endpoints(bench: Workbench) -> APIRouter:
     @router.get("/site")
     def site() -> SiteShape:
         """What this server serves."""
-        return bench.about()
+        return bench.about
 
     @router.get("/files")
     def files(
@@ -47,6 +47,11 @@ def work_endpoints(bench: Workbench) -> APIRouter:
     def recording(file: Text) -> State:
         """What is known of a recording."""
         return bench.state(file)
+
+    @router.get("/opened")
+    def opened(file: Text) -> Opened:
+        """What is known of a recording, with its signals and findings where they are kept."""
+        return bench.opened(file)
 
     @router.post("/analyses", status_code=202)
     def analyses(asked: Analysed) -> JobShape:

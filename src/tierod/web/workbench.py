@@ -11,6 +11,8 @@ import os
 import shutil
 import threading
 from collections import OrderedDict
+from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +66,7 @@ class Workbench:
     def __exit__(self, *_: object) -> None:
         self.jobs.close()
 
+    @cached_property
     def about(self) -> shapes.SiteShape:
         """What is served."""
         from tierod.vehicles import VEHICLES
@@ -130,6 +133,15 @@ class Workbench:
             vehicle=known.get("vehicle", ""),
             why=known.get("why", ""),
         )
+
+    def opened(self, file: str) -> shapes.Opened:
+        """What is known of a recording, with its signals and findings where they are kept; errors as of `state`."""
+        state = self.state(file)
+        series, result = None, None
+        with suppress(Absent):  # swept away in between: it is worked out anew
+            series = self.series(state.series) if state.series else None
+            result = self.result(state.result) if state.result else None
+        return shapes.Opened(state=state, series=series, result=result)
 
     def analyse(self, asked: shapes.Analysed) -> Job:
         """Have a recording analysed; what is kept already is not worked out again.

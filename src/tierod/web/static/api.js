@@ -30,6 +30,13 @@ export function query(parameters) {
 
 export const get = async (path, parameters, signal) => (await answered(path + query(parameters), { signal })).json();
 
+let kept;
+/** What is served; it stays as it is while the server runs. */
+export const site = () => {
+  kept = kept || get("/api/site").catch((error) => { kept = undefined; throw error; });
+  return kept;
+};
+
 export const post = async (path, content) => (await answered(path, {
   method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(content),
 })).json();

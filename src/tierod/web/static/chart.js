@@ -1,5 +1,5 @@
 // Charts over time on uPlot: bands, limits, synchronised cursor and zoom, wheel, drag and keys.
-import { html, useEffect, useRef } from "./html.js";
+import { html, useLayoutEffect, useRef } from "./html.js";
 import { clock, figure } from "./parts.js";
 
 const root = () => getComputedStyle(document.documentElement);
@@ -13,7 +13,7 @@ const clear = (hex, share) => {
 /** Redraw where the looks change: theme and width. */
 export function useUplot(make, keys) {
   const place = useRef(null), made = useRef(null);
-  useEffect(() => {
+  useLayoutEffect(() => {
     const build = () => {
       if (made.current) made.current.destroy();
       made.current = place.current ? make(place.current, Math.max(place.current.clientWidth, 120)) : null;
@@ -240,7 +240,7 @@ export function TimeChart(given) {
     }, data, target);
     return u;
   }, [shape, height]);
-  useEffect(() => {
+  useLayoutEffect(() => {
     const u = made.current;
     if (!u) return;
     if (drawnCurves.current !== curves || drawnFor.current !== u) {

@@ -1,6 +1,6 @@
 // The page: navigation, theme, and the view that the address names.
 import { html, stack, render, useEffect, useErrorBoundary, useState } from "./html.js";
-import { get } from "./api.js";
+import { site as served } from "./api.js";
 import { follow, useAddress } from "./address.js";
 import { Trouble, useFetched } from "./parts.js";
 import { Files } from "./files.js";
@@ -29,7 +29,7 @@ function Theme() {
 
 function Shell() {
   const address = useAddress();
-  const site = useFetched(() => get("/api/site"), []);
+  const site = useFetched(served, []);
   const [View, title] = VIEWS[address.view] || VIEWS[""];
   useEffect(() => { document.title = `${address.file ? `${address.file.split("/").pop()} · ` : title ? `${title} · ` : ""}tierod`; }, [address.view, address.file]);
   const current = address.view === "recording" ? "" : address.view;

@@ -1,5 +1,5 @@
 // Small parts that views share: figures, badges, problems, jobs, tables.
-import { html, useEffect, useState } from "./html.js";
+import { html, useEffect, useLayoutEffect, useState } from "./html.js";
 import { cancel, get, Problem } from "./api.js";
 
 export function figure(value, digits = 4) {
@@ -38,9 +38,9 @@ export const sentence = (text) => { const plain = String(text || "").trim(); ret
 export function useFetched(load, keys) {
   const [state, put] = useState({ loading: true });
   const [turn, next] = useState(0);
-  useEffect(() => {
+  useLayoutEffect(() => {
     const stop = new AbortController();
-    put((before) => ({ ...before, loading: true, error: undefined }));
+    put((before) => (before.loading && !before.error ? before : { ...before, loading: true, error: undefined }));
     Promise.resolve(load(stop.signal)).then(
       (data) => stop.signal.aborted || put({ data, loading: false }),
       (error) => stop.signal.aborted || error.name === "AbortError" || put({ error, loading: false }),

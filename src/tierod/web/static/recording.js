@@ -1,6 +1,6 @@
 // A recording: findings over time, signals in panels, two recordings, measuring, pairs, export.
-import { html, stack, useCallback, useEffect, useMemo, useRef, useState } from "./html.js";
-import { get, post, query, windows } from "./api.js";
+import { html, stack, useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } from "./html.js";
+import { get, post, query, site as served, windows } from "./api.js";
 import { go, link, set } from "./address.js";
 import { colour, nearest, picture, TimeChart } from "./chart.js";
 import { clock, figure, Loading, sentence, Trouble, useFetched, useJob, Work } from "./parts.js";
@@ -12,9 +12,9 @@ import { PairChart } from "./pair.js";
 /** What is kept of a recording; what is not there yet is worked out by a job. */
 export function useAnalysed(file, vehicle) {
   const [job, begin] = useState(null);
-  const state = useFetched((signal) => (file ? get("/api/recording", { file }, signal) : null), [file]);
+  const state = useFetched((signal) => (file ? get("/api/opened", { file }, signal) : null), [file]);
   const followed = useJob(job);
-  const known = state.data;
+  const known = state.data && state.data.state, there = state.data || {};
   const fresh = known && known.series && (known.result || (known.vehicle === "none" && !vehicle)) && (!vehicle || vehicle === known.vehicle);
   const start = () => post("/api/analyses", { file, vehicle: vehicle || "" }).then(begin, (error) => begin({ id: "", state: "failed", text: error.message }));
   useEffect(() => { begin(null); }, [file, vehicle]);
@@ -23,8 +23,8 @@ export function useAnalysed(file, vehicle) {
   const done = followed && followed.state === "done";
   const seriesKey = found.series || (known && known.series) || "";
   const resultKey = done ? found.result : fresh ? known.result : "";
-  const series = useFetched((signal) => (seriesKey ? get(`/api/series/${seriesKey}`, {}, signal) : null), [seriesKey]);
-  const result = useFetched((signal) => (resultKey ? get(`/api/results/${resultKey}`, {}, signal) : null), [resultKey]);
+  const series = useFetched((signal) => (!seriesKey ? null : there.series && there.series.key === seriesKey ? there.series : get(`/api/series/${seriesKey}`, {}, signal)), [seriesKey]);
+  const result = useFetched((signal) => (!resultKey ? null : there.result && there.result.key === resultKey ? there.result : get(`/api/results/${resultKey}`, {}, signal)), [resultKey]);
   return { state, job: followed, start, series, result, seriesKey, resultKey, why: done ? found.why : fresh && !known.result ? known.why : "" };
 }
 
@@ -56,7 +56,7 @@ function Bench({ address }) {
 }
 
 function VehicleChoice({ address, now }) {
-  const site = useFetched(() => get("/api/site"), []).data;
+  const site = useFetched(served, []).data;
   if (!site) return null;
   const names = [...new Set([...(site.vehicle ? [site.vehicle] : []), ...site.vehicles])];
   return stack`<label class="tools"><span class="small">judged as</span><select onChange=${(e) => set({ vehicle: e.target.value }, true)} value=${address.vehicle || ""}>
@@ -142,20 +142,34 @@ function useWindows(key, result, wanted, byName, view, span) {
     }
     return [...set].slice(0, 60);
   }, [wanted.join("\n"), byName]);
-  const held = useRef({});
-  useEffect(() => {
+  const held = useRef({}), asked = useRef(-Infinity), flying = useRef(new Set()), shown = useRef(0);
+  const chosen = `${key}\n${result}\n${all.join("\n")}\n${turn}`;
+  useLayoutEffect(() => () => { flying.current.forEach((stop) => stop.abort()); flying.current.clear(); }, [chosen]);
+  useLayoutEffect(() => {
     if (!key || !all.length) { put({ found: new Map() }); return undefined; }
-    const width = view[1] - view[0], have = held.current;
-    const same = have.key === key && have.result === result && have.names === all.join("\n") && have.turn === turn;
+    const width = view[1] - view[0], have = held.current, same = have.chosen === chosen;
     if (same && have.from <= view[0] && have.to >= view[1] && have.width <= 1.3 * width) return undefined;
-    const stop = new AbortController(), margin = 0.5 * width;
-    const from = Math.max(view[0] - margin, span[0]), to = Math.min(view[1] + margin, span[1]);
+    const margin = 0.5 * width, from = Math.max(view[0] - margin, span[0]), to = Math.min(view[1] + margin, span[1]);
     const points = Math.round(Math.min(Math.max(0.5 * innerWidth, 300), 1300) * Math.min((to - from) / width, 2));
-    const timer = setTimeout(() => windows(key, { name: all, result, start: Math.min(from, to), stop: to, points: Math.min(points, 9000) }, stop.signal).then(
-      (found) => { held.current = { key, result, names: all.join("\n"), from: from <= span[0] ? -Infinity : from, to: to >= span[1] ? Infinity : to, width, turn }; put({ found }); },
-      (error) => { if (error.name !== "AbortError") put((before) => ({ ...before, error })); }), same ? 15 : 0);
-    return () => { clearTimeout(timer); stop.abort(); };
-  }, [key, result, all.join("\n"), view[0], view[1], turn]);
+    const ask = () => {
+      const begun = performance.now(), stop = new AbortController();
+      asked.current = begun;
+      flying.current.add(stop);
+      windows(key, { name: all, result, start: Math.min(from, to), stop: to, points: Math.min(points, 9000) }, stop.signal).then(
+        (found) => {
+          if (begun < shown.current) return; // a later question was answered before
+          shown.current = begun;
+          held.current = { chosen, from: from <= span[0] ? -Infinity : from, to: to >= span[1] ? Infinity : to, width };
+          put({ found });
+        },
+        (error) => { if (error.name !== "AbortError") put((before) => ({ ...before, error })); }).finally(() => flying.current.delete(stop));
+    };
+    // The first step of the hand is answered at once; while it goes on moving, questions keep a distance.
+    const wait = same ? asked.current + 60 - performance.now() : 0;
+    if (wait <= 0) { ask(); return undefined; }
+    const timer = setTimeout(ask, wait);
+    return () => clearTimeout(timer);
+  }, [chosen, view[0], view[1]]);
   return { ...state, again: () => again(turn + 1) };
 }
 

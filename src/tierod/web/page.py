@@ -1,0 +1,95 @@
+"""The files of the page, which hold nothing of the user's: kept by the browser under the digest of their content."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import urlencode
+
+from fastapi import FastAPI, Request
+from fastapi.responses import HTMLResponse, Response
+from starlette.exceptions import HTTPException
+
+from tierod.report.html import TEMPLATES
+
+STATIC = Path(__file__).parent / "static"
+COLOURS = TEMPLATES / "tokens.css"
+"""Colours of all pages, those of reports as well."""
+
+VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "scenario", "jobs", "interface")
+"""Addresses of the page; which of them is shown the page itself decides."""
+
+KINDS = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".svg": "image/svg+xml"}
+
+FOREVER = "public, max-age=31536000, immutable"
+
+
+class Files(NamedTuple):
+    """The files of the page.
+
+    Args:
+        content: of every file, by its name
+        digest: of all of them
+        html: the page itself, whose addresses name the digest
+    """
+
+    content: dict[str, bytes]
+    digest: str
+    html: str
+
+
+@cache
+def files() -> Files:
+    """The files as they are when the first of them is asked for."""
+    paths = {path.relative_to(STATIC).as_posix(): path for path in STATIC.rglob("*") if path.suffix in KINDS}
+    paths[COLOURS.name] = COLOURS
+    content = {name: path.read_bytes() for name, path in sorted(paths.items())}
+    index = (STATIC / "index.html").read_text(encoding="utf-8")
+    whole = hashlib.sha256(index.encode())
+    for name, each in content.items():
+        whole.update(f"\0{name}\0{len(each)}\0".encode() + each)
+    digest = whole.hexdigest()[:16]
+    return Files(content, digest, index.replace("/static/", f"/static/{digest}/"))
+
+
+def page(app: FastAPI) -> None:
+    """Serve the page.
+
+    Args:
+        app: that gets its addresses
+    """
+    found = files()
+
+    @app.get("/static/{name:path}", include_in_schema=False)
+    async def static(name: str, request: Request) -> Response:
+        lasting = name.startswith(f"{found.digest}/")
+        name = name.removeprefix(f"{found.digest}/")
+        if name not in found.content:
+            raise HTTPException(404, f"there is no '{name[:100]}'")
+        tag = f'"{found.digest}"'
+        headers = {"cache-control": FOREVER if lasting else "no-cache", "etag": tag}
+        if request.headers.get("if-none-match") == tag:
+            return Response(status_code=304, headers=headers)
+        return Response(found.content[name], media_type=KINDS[Path(name).suffix], headers=headers)
+
+    async def view(request: Request) -> Response:
+        return HTMLResponse(found.html.replace("</head>", f"{_early(request)}</head>"))
+
+    for name in VIEWS:
+        app.add_api_route(f"/{name}", view, methods=["GET", "HEAD"], include_in_schema=False)
+
+
+def _early(request: Request) -> str:
+    """Requests that the view begins with, for the browser to send while it still reads the modules.
+
+    They follow from the address alone, so that the page says nothing about what is served.
+    """
+    wanted = ["/api/site"]
+    file = request.query_params.get("file", "")
+    if request.url.path == "/recording" and 0 < len(file) <= 4096 and "report" not in request.query_params:
+        # As URLSearchParams writes it, for the browser compares addresses letter by letter.
+        asked = urlencode({"file": file}, safe="*").replace("~", "%7E")
+        wanted.append(f"/api/opened?{asked}")
+    return "".join(f'<link rel="preload" as="fetch" crossorigin href="{each}">\n' for each in wanted)
