@@ -23,15 +23,14 @@ FIELDS = ["file", "vehicle", "channel_map", "spread", "scenario", "car", "course
 
 
 def paths(analysed):
+    series, result = f"/api/series/{analysed.series}", f"/api/results/{analysed.result}"
     return [
-        "/api/site", "/api/files", "/api/recording", "/api/opened", "/api/analyses", "/api/proposals",
-        "/api/inspections", "/api/uploads", "/api/jobs", "/api/jobs/x", "/api/scenarios", "/api/vehicle", "/api/memory", "/api/fleets/x",
-        "/api/fleets/x/cars", "/api/fleets/x/car", "/api/results/x", f"/api/results/{analysed.result}",
-        "/api/results/x/report/y", f"/api/results/{analysed.result}/report/friction", f"/api/series/{analysed.series}",
-        "/api/series/x/window",
-        *(f"/api/series/{analysed.series}/{each}" for each in ("window", "curves", "pair", "export")), "/",
-        "/recording", "/static/main.js", "/static/../app.py", "/static/%2e%2e/app.py", "/static//etc/passwd",
-        "/nothing", "/api/live",
+        "/", "/recording", "/nothing", "/static/main.js", "/static/../app.py", "/static/%2e%2e/app.py",
+        "/static//etc/passwd", "/api/site", "/api/files", "/api/recording", "/api/opened", "/api/analyses",
+        "/api/proposals", "/api/inspections", "/api/uploads", "/api/jobs", "/api/jobs/x", "/api/scenarios",
+        "/api/vehicle", "/api/memory", "/api/fleets/x", "/api/fleets/x/cars", "/api/fleets/x/car", "/api/live",
+        "/api/results/x", "/api/results/x/report/y", result, f"{result}/report/friction", "/api/series/x/window",
+        series, *(f"{series}/{each}" for each in ("window", "curves", "pair", "export")),
     ]  # fmt: skip
 
 
