@@ -2,6 +2,8 @@
 .DEFAULT_GOAL := help
 SHELL := bash
 export PYTHON
+# Bytecode is kept: tests and campaigns start hundreds of processes, and each would compile the package anew.
+export PYTHONDONTWRITEBYTECODE :=
 # The stamp knows the folder: an environment that was moved with the project no longer works.
 ENVIRONMENT := .venv/.ready-$(shell pwd | cksum | cut -d ' ' -f 1)
 
@@ -17,7 +19,7 @@ demo: $(ENVIRONMENT)  ## simulate a drive whose friction rises, diagnose it, pri
 	@.venv/bin/tierod demo
 
 test: $(ENVIRONMENT)  ## run all tests
-	.venv/bin/python -m pytest -n 2 -m "not slow"
+	.venv/bin/python -m pytest -n 2 --dist worksteal -m "not slow"
 
 bench: $(ENVIRONMENT)  ## measure the speed, print the table, write bench.json
 	.venv/bin/python -m benchmarks
