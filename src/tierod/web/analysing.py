@@ -105,7 +105,7 @@ def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say
     car, why = _vehicle(reading, vehicle)
     dbc, used = reading.files(car)
     say(0.02, "reading the file")
-    content = _digest(reading.path)
+    content = digest(reading.path)
     files = [_file_digest(each) for each in dbc or ()]
     key = fingerprint(
         "tierod.web-series/1", content, files, None if used is None else (used.entries, used.time), code()
@@ -139,13 +139,18 @@ def _vehicle(reading: Reading, vehicle: str) -> tuple[Vehicle | None, str]:
         return None, str(error)
 
 
-def _digest(path: Path) -> str:
+def digest(path: Path) -> str:
+    """The SHA-256 of a recording, be it a file or a folder.
+
+    Raises:
+        InputError: it cannot be read
+    """
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except IsADirectoryError:
         parts = sorted(each for each in path.iterdir() if each.is_file())
-        return fingerprint([(each.name, _digest(each)) for each in parts])
+        return fingerprint([(each.name, digest(each)) for each in parts])
     except OSError as error:
         raise InputError(f"{path.name} cannot be read ({(error.strerror or '').lower()}); check the file") from None
 
@@ -153,7 +158,7 @@ def _digest(path: Path) -> str:
 def _file_digest(path: str | Path) -> str:
     from tierod.io.readers.opening import shipped
 
-    return _digest(shipped(path, ".dbc"))
+    return digest(shipped(path, ".dbc"))
 
 
 def _first_picture(store: Store, reading: Reading, dbc: Any, used: ChannelMap | None, key: str, say: Say) -> None:

@@ -1,8 +1,9 @@
 """What is kept of analysed recordings: folders named by the digest of what made them, whole or not there.
 
-series/KE/KEY/    the signals of a recording
-results/KE/KEY/   what monitors found in it: findings, estimates, reports
-known/STAMP.json  which of them belong to a file, known by its path, size and time of change
+series/KE/KEY/      the signals of a recording
+results/KE/KEY/     what monitors found in it: findings, estimates, reports
+identified/KE/KEY/  parameters that were found from recordings: document, page, vehicle file
+known/STAMP.json    which of them belong to a file, known by its path, size and time of change
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from tierod.core.errors import OutputError
 from tierod.core.files import write_text
 from tierod.web.errors import Absent
 
+KINDS = ("series", "results", "identified")
+
 KEY = re.compile(r"(?:p-)?[0-9a-f]{64}")
 """What names of folders look like; a first picture, before a file is read to its end, begins with "p-"."""
 
@@ -39,7 +42,7 @@ class Store:
     def __init__(self, folder: Path):
         self.folder = folder
         try:
-            for name in ("series", "results", "known", "uploads"):
+            for name in (*KINDS, "known", "uploads"):
                 (folder / name).mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise OutputError(
@@ -52,7 +55,7 @@ class Store:
         """Where a result lies, or would lie.
 
         Args:
-            kind: "series" or "results"
+            kind: one of `KINDS`
             key: digest
 
         Raises:
@@ -125,7 +128,7 @@ class Store:
             limit: of all [bytes]
         """
         found: list[tuple[float, int, Path]] = []
-        for kind in ("series", "results"):
+        for kind in KINDS:
             for left in (self.folder / kind).glob(".new-*"):
                 if not _runs(left.name.split("-")[1]):
                     shutil.rmtree(left, ignore_errors=True)

@@ -45,7 +45,7 @@ function Bench({ address }) {
   const one = useAnalysed(address.file, address.vehicle), other = useAnalysed(address.over || "", address.vehicle);
   const series = one.series.data, result = one.result.data;
   const title = address.file.split("/").pop();
-  return stack`<div class="row"><h1 class="grow">${title}</h1><${VehicleChoice} address=${address} now=${result && result.vehicle} /></div>
+  return stack`<div class="row"><h1 class="grow">${title}</h1><${VehicleChoice} address=${address} now=${result && result.vehicle} /><a class="button tools" href=${link("identify", { files: address.file, name: address.vehicle || (one.state.data && one.state.data.state.result && one.state.data.state.vehicle) })}>Identify from it</a></div>
     ${one.state.error && html`<${Trouble} error=${one.state.error} again=${one.state.again} />`}
     <${Work} job=${one.job} again=${one.start} />
     ${one.job && one.job.state === "failed" && html`<p>Signals under other names, or a bus log without database? <a href=${link("new", { file: address.file })}>Correct the channel map</a>.</p>`}
