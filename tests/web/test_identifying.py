@@ -1,5 +1,7 @@
 """Identification as a job: found once, kept with page and vehicle file, and the file judges recordings."""
 
+import re
+
 import pytest
 
 from tierod.core.errors import ParameterError
@@ -22,7 +24,9 @@ def test_a_drive_becomes_a_vehicle_file_once(working, analysed, site):
     assert "steering_ratio" in {each["name"] for each in found["judged"]}
     page = working.identified_text(key, "page.html")
     assert "tierod identify vehicle weave.parquet --vehicle midsize-eps" in page
-    assert str(analysed.folder) not in page
+    text = re.sub(r"<[^>]*>", "", page)
+    assert "midsize-eps.toml" in text
+    assert not {str(analysed.folder), str(load("midsize-eps").path.parent)} & set(re.findall(r"/[\w/.-]+(?=/)", text))
     assert found["written"] == (not found["doubt"])
     if found["written"]:
         learnt = {each["name"]: each["value"] for each in found["parameters"]}

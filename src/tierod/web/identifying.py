@@ -6,6 +6,7 @@ import json
 import shlex
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -62,12 +63,8 @@ def _keep(store: Store, found: Identification, key: str, paths: list[Path]) -> N
     names = [car.path.name if car.path.suffix == ".toml" else car.name, *(each.name for each in paths)]
     words = ["tierod", "identify", found.subject.title.lower(), *names[1:], "--vehicle", names[0]]
     origin = Origin.now(shlex.join(words))
-    found.write_html(folder / PAGE, origin)
-    text = (folder / PAGE).read_text(encoding="utf-8")
-    # Where files lie on this machine is nothing for the page.
-    for path in (car.path, *paths):
-        text = text.replace(str(path), path.name)
-    write_text(folder / PAGE, text, sweeps=False)
+    # Where the file lies on this machine is nothing for the page.
+    replace(found, vehicle=replace(car, path=Path(car.path.name))).write_html(folder / PAGE, origin)
     if not found.doubt:
         found.write_vehicle(folder / VEHICLE, origin)
     document = {**found.document(origin), "doubt": found.doubt, "files": [each.name for each in paths]}

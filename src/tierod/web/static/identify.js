@@ -48,7 +48,7 @@ function Found({ found, served, files }) {
   if (!state.data) return stack`<${Loading} />`;
   const d = state.data, page = `/api/identifications/${found}/page`, kept = (d.judged || []).filter((each) => each.why && !d.parameters.some((p) => p.name === each.name));
   const value = (p, v, s) => (v === null || v === undefined ? "–" : `${figure(shownIn(p.unit)[0] * v)}${s ? ` ± ${figure(shownIn(p.unit)[0] * s, 2)}` : ""}`);
-  return stack`<section class="card"><h2>${sentence(d.subject)} of ${d.vehicle}, from ${d.files.join(", ")}</h2>
+  return stack`<section class="card"><h2>${sentence(d.subject).slice(0, -1)} of ${d.vehicle}, from ${d.files.join(", ")}</h2>
       ${d.doubt && html`<p class="note">No vehicle file is written: ${sentence(d.doubt)}</p>`}
       ${!d.parameters.length && html`<p>The recordings taught no parameter.</p>`}
       ${d.parameters.length > 0 && html`<${Table} dense caption="Parameters found" rows=${d.parameters} columns=${[
