@@ -155,6 +155,7 @@ class SiteShape(BaseModel):
     vehicle: str
     vehicles: list[str]
     live: list[str]
+    dbc: list[str]
     demo: str
     upload_limit: int
     signals: dict[str, dict[str, str]]

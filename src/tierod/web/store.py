@@ -19,6 +19,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
+from tierod import __version__
 from tierod.core.errors import OutputError
 from tierod.core.files import write_text
 from tierod.web.errors import Absent
@@ -97,7 +98,7 @@ class Store:
         return target
 
     def known(self, stamp: str) -> dict[str, Any]:
-        """What belongs to a file; empty where nothing is kept of it."""
+        """What belongs to a file; empty where nothing is kept of it, or another version of tierod has kept it."""
         with self._lock:
             found = self._known.get(stamp)
         if found is None:
@@ -107,11 +108,11 @@ class Store:
                 return {}
             with self._lock:
                 self._known[stamp] = found
-        return dict(found)
+        return dict(found) if found.get("version") == __version__ else {}
 
     def remember(self, stamp: str, facts: dict[str, Any]) -> None:
         """Note what belongs to a file; what was noted before under other names stays."""
-        together = self.known(stamp) | facts
+        together = self.known(stamp) | facts | {"version": __version__}
         write_text(self.folder / "known" / f"{stamp}.json", json.dumps(together), sweeps=False)
         with self._lock:
             self._known[stamp] = together

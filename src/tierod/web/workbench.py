@@ -87,6 +87,7 @@ class Workbench:
             vehicle=self.site.vehicle,
             vehicles=list(VEHICLES.own),
             live=list(self.site.live.addresses),
+            dbc=[Path(each).name for each in self.site.dbc],
             demo=self._demo(),
             upload_limit=self.site.limits.upload,
             signals=known,
