@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import queue
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +21,7 @@ from tierod.live.judge import Plan
 from tierod.live.outputs import Logs, Outputs, guarded, numbered
 from tierod.live.receiving import ProcessReceiver
 from tierod.live.resuming import Checkpoints, databases_digest
+from tierod.live.traffic import Traffic
 
 if TYPE_CHECKING:
     from cantools.database.can import Message
@@ -50,8 +51,16 @@ class Health:
     """How the session itself does: ticks, how late they came [s], the worst of late, notices by kind."""
 
     ticks: int = 0
-    late: list[float] = field(default_factory=list)
+    late: deque[float] = field(default_factory=lambda: deque(maxlen=3000))
     notices: Counter[str] = field(default_factory=Counter)
+    traffic: Traffic = field(default_factory=Traffic)
+    _used: tuple[float, float] = (0.0, 0.0)
+
+    def load(self) -> float:
+        """Share of one core that this process took since the last call."""
+        (then, before), now = self._used, (time.monotonic(), time.process_time())
+        self._used = now
+        return max((now[1] - before) / (now[0] - then), 0.0) if now[0] > then > 0.0 else 0.0
 
 
 class Drive:
@@ -138,7 +147,6 @@ class Drive:
                 if pause > 0.0:
                     time.sleep(pause)
                     self.health.late.append(time.monotonic() - due)
-                    del self.health.late[:-3000]
                 self.tick(time.monotonic(), time.time())
                 for look in self.looking:
                     look(time.monotonic())
@@ -159,6 +167,7 @@ class Drive:
         self.prepare()
         self.health.ticks += 1
         frames = self._received()
+        self.health.traffic.add(frames, now)
         if frames:
             self._came = now
             if not self._running:
@@ -245,6 +254,13 @@ class Drive:
             "doubled": engine.clock.doubled,
             "clock_jumps": engine.clock.jumps,
             "bus": dict(self.health.notices),
+            "buses": {
+                f"CAN{bus}": {"frames_per_s": each.frames, "load": round(each.load, 3), "of": each.rate}
+                for bus, each in self.health.traffic.loads().items()
+            },
+            "processor": round(self.health.load(), 3),
+            "latest_tick_ms": round(1e3 * max(self.health.late, default=0.0), 2),
+            "missing": list(engine.missing),
             "ages": {name: round(age, 3) for name, age in engine.ages.items()},
             "monitors": [
                 {
