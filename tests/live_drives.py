@@ -79,6 +79,17 @@ def drive(seconds: float = 12.0) -> Recording:
     return Recording(made, {"origin": START})
 
 
+def simulated_frames(folder: Path, scenario: str, seconds: float, seed: int) -> list[Frame]:
+    """The frames of a drive of a virtual car, by the calendar."""
+    import tierod
+    from tierod.io.writers import write
+    from tierod.live.replay import encoded
+
+    write(tierod.simulate(scenario, seconds=seconds, seed=seed).recording, folder / "simulated.parquet")
+    found = encoded(folder / "simulated.parquet", messages(folder), None)
+    return [frame._replace(time=START + 0.25 + frame.time) for frame in found]
+
+
 def frames_of_drive(folder: Path, seconds: float = 12.0) -> list[Frame]:
     """The frames of that drive, by the calendar."""
     from tierod.io.writers import write
@@ -89,14 +100,14 @@ def frames_of_drive(folder: Path, seconds: float = 12.0) -> list[Frame]:
     return [frame._replace(time=START + 0.25 + frame.time) for frame in found]
 
 
-def started(folder, outputs, memory=None, car=None):
-    """A drive over that database with one monitor, its inbox, and the events that it says."""
+def started(folder, outputs, memory=None, car=None, monitors=("friction",)):
+    """A drive over that database with some monitors, its inbox, and the events that it says."""
     events = []
     hub = Hub()
     hub.add(lambda text: events.append(json.loads(text)))
     inbox = queue.SimpleQueue()
     plan = Plan(car or CAR, 12.0, memory)
-    return Drive([], inbox, messages(folder), None, ["friction"], plan, outputs, hub), inbox, events
+    return Drive([], inbox, messages(folder), None, list(monitors), plan, outputs, hub), inbox, events
 
 
 def driven(drive, inbox, frames):

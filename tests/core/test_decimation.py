@@ -1,9 +1,11 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.core.decimation import MEMORY, Decimator, bins_each, coarser, merged, pack, unpack
+from tierod.core.decimation import MEMORY, Decimator, bins_each, coarser, merged, outline, pack, unpack
 from tierod.core.findings import Trace
 
 
@@ -111,3 +113,35 @@ def test_merging_leaves_no_more_points_than_asked_for():
     assert len(merged(made(1001), 100).time) <= 100
     whole = made(100)
     assert merged(whole, 100) is whole
+
+
+@given(st.integers(0, 2000), st.integers(10, 300), st.integers(0, 40))
+def test_an_outline_keeps_peaks_ends_and_gaps(count, most, gaps):
+    chance = np.random.default_rng(count)
+    values = chance.normal(size=count)
+    for start in chance.integers(0, max(count, 1), gaps):
+        values[start : start + 5] = chance.choice([np.nan, np.inf])
+    kept = outline(values, most)
+    finite = np.where(np.isfinite(values), values, np.nan)
+    assert np.all(np.diff(kept) > 0)
+    if count <= most:
+        assert len(kept) == count
+        return
+    assert len(kept) <= most + gaps
+    assert {0, count - 1} <= set(kept.tolist())
+    if np.isfinite(finite).any():
+        assert np.nanmin(finite[kept]) == np.nanmin(finite)
+        assert np.nanmax(finite[kept]) == np.nanmax(finite)
+    # No line is drawn over a gap: between two kept samples on its sides one of it is kept.
+    for before, after in pairwise(kept):
+        if np.isfinite(finite[before]) and np.isfinite(finite[after]):
+            assert np.isfinite(finite[before : after + 1]).all()
+
+
+def test_a_single_peak_of_every_bin_is_kept():
+    values = np.zeros(10_000)
+    values[123::250] = 5.0
+    values[200::250] = -3.0
+    kept = outline(values, 1600)
+    assert np.count_nonzero(values[kept] == 5.0) == 40
+    assert np.count_nonzero(values[kept] == -3.0) == 40

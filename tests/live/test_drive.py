@@ -14,13 +14,11 @@ import pytest
 from live_drives import CAR, START, database_file, driven, frames_of_drive, started
 from tierod.core.errors import InputError, ParameterError
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.live import checkpoint
 from tierod.live.buses import Address, Receiver, open_bus
 from tierod.live.drive import Outputs
 from tierod.live.events import Socket, line
 from tierod.live.frame import Frame, Notice
 from tierod.live.receiving import ProcessReceiver
-from tierod.vehicles import load
 
 can = pytest.importorskip("can")
 pytest.importorskip("cantools")
@@ -64,47 +62,6 @@ def test_the_ignition_ends_a_drive(tmp_path):
         frames.append(frame._replace(data=frame.data[:6] + bytes([1]) + frame.data[7:]) if on else frame)
     driven(drive, inbox, frames)
     assert kinds(events).count("end") == 1
-
-
-def test_going_on_from_a_checkpoint(tmp_path):
-    frames = frames_of_drive(tmp_path, 12.0)
-    drive, inbox, _ = started(tmp_path, Outputs(None, None, tmp_path / "state.json", every=1.0))
-    driven(drive, inbox, [each for each in frames if each.time < START + 5.0])
-    known = drive.engine.judges[0].run.session.memory.count
-    drive.close()
-    drive, inbox, events = started(tmp_path, Outputs(None, None, tmp_path / "state.json", every=1.0))
-    driven(drive, inbox, [each for each in frames if each.time >= START + 5.0])
-    assert any("goes on from the checkpoint" in each["text"] for each in events if each["event"] == "checkpoint")
-    assert drive.engine.judges[0].run.session.memory.count > known
-
-
-def test_checkpoints_of_others_are_refused_with_the_reason(tmp_path):
-    path = tmp_path / "state.json"
-    checkpoint.stored([], CAR, path)
-    assert checkpoint.taken_up(path, CAR) == {}
-    with pytest.raises(InputError, match="of the vehicle 'midsize-eps', and this is 'compact"):
-        checkpoint.taken_up(path, load("compact-eps") if "compact-eps" in _names() else _renamed())
-    with pytest.raises(InputError, match="s old, and -1 s are the limit"):
-        checkpoint.taken_up(path, CAR, oldest=-1.0)
-    path.write_text(path.read_text().replace('"version": "', '"version": "0.0.'))
-    with pytest.raises(InputError, match="it is of version 0.0"):
-        checkpoint.taken_up(path, CAR)
-    for damaged in ('{"layout": 1}', "[]", "{", ""):
-        path.write_text(damaged)
-        with pytest.raises(InputError, match="damaged"):
-            checkpoint.taken_up(path, CAR)
-
-
-def _names():
-    from tierod.vehicles import VEHICLES
-
-    return tuple(VEHICLES.own)
-
-
-def _renamed():
-    from dataclasses import replace
-
-    return replace(CAR, name="compact")
 
 
 def test_what_happens_to_a_bus_is_said(tmp_path):

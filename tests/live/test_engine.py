@@ -89,6 +89,18 @@ def test_a_message_that_falls_silent_is_named(tmp_path):
     ) or any(kind == "silence" and "0x200 on CAN1 did not come for 3" in each["text"] for kind, each in events)
 
 
+def test_a_message_that_begins_later_than_others_is_waited_for(tmp_path):
+    frames = [
+        each for each in frames_of_drive(tmp_path, 14.0) if each.identifier != 0x200 or each.time - START > 6.3
+    ]
+    engine, found, events = run(tmp_path, frames, expected=14.0)
+    assert set(found) == set(MONITORS)
+    assert [each.reason for each in engine.shown()] == ["", ""]
+    assert engine.ticks.tickers["friction"].live
+    texts = [each.get("reason", "") for kind, each in events if kind == "verdict"]
+    assert any(text for text in texts), "before, it said what was missing"
+
+
 def test_a_monitor_that_cannot_run_says_why_and_the_others_go_on(tmp_path):
     frames = frames_of_drive(tmp_path, 6.0)
     engine, found, events = run(tmp_path, frames, ("friction", "motor-angle"), log=False)

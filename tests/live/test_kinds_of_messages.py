@@ -1,21 +1,15 @@
-"""Multiplexed and J1939 signals live, an interrupted bus, and drives that go on after a kill."""
+"""Multiplexed and J1939 signals live, an interrupted bus, and a full disk."""
 
-import os
-import random
-import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
 from live_drives import CAR, DBC, START, driven, frames_of_drive, started
 from tierod.io.readers.dbc import load_databases
-from tierod.live import checkpoint
 from tierod.live.drive import Outputs
 from tierod.live.engine import Engine
 from tierod.live.judge import Plan
-from tierod.live.log import is_unfinished
 
 pytest.importorskip("cantools")
 pytest.importorskip("asammdf")
@@ -81,85 +75,6 @@ def test_a_bus_that_was_off_is_taken_up_again(tmp_path):
     assert (ticker.live, ticker.corrected) == (True, 0)
     assert run.engine.missing == ()
     assert run.engine.clock.jumps == 0
-
-
-def estimates(run):
-    values = run.engine.judges[0].ticker.values()
-    return values["friction_torque"]
-
-
-@pytest.mark.slow
-def test_half_a_minute_after_a_checkpoint_the_estimate_is_that_of_an_undisturbed_drive(tmp_path):
-    frames = frames_of_drive(tmp_path, 90.0)
-    whole, inbox, _ = started(tmp_path, Outputs())
-    driven(whole, inbox, frames)
-    first, inbox, _ = started(tmp_path, Outputs(checkpoint=tmp_path / "state.json", every=5.0))
-    driven(first, inbox, [each for each in frames if each.time < START + 52.0])
-    second, inbox, events = started(tmp_path, Outputs(checkpoint=tmp_path / "state.json"))
-    driven(second, inbox, [each for each in frames if each.time >= START + 54.0])
-    assert any("goes on from the checkpoint" in each.get("text", "") for each in events)
-    assert estimates(second) == pytest.approx(estimates(whole), rel=0.01)
-
-
-WRITING = """
-import sys, time, pathlib
-sys.path[:0] = {path!r}
-from live_drives import CAR, START, driven, frames_of_drive, started
-from tierod.live.drive import Outputs
-folder = pathlib.Path({folder!r})
-outputs = Outputs(folder / "log.mf4", checkpoint=folder / "state.json", every=0.2)
-run, inbox, _ = started(folder, outputs, folder / "car.json")
-frames = frames_of_drive(folder, 60.0)
-print("begins", flush=True)
-for begin in range(0, len(frames), 40):
-    for frame in frames[begin : begin + 40]:
-        inbox.put(frame)
-    run.tick(frames[begin].time, time.time())
-    print(frames[begin + 39].time - START, flush=True)
-"""
-
-
-def killed(folder, pause):
-    """The time up to which frames were given when a drive was killed."""
-    code = WRITING.format(path=[p for p in sys.path if p], folder=str(folder))
-    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    process.stdout.readline()
-    time.sleep(pause)
-    os.kill(process.pid, signal.SIGKILL)
-    said = process.communicate(timeout=30)[0].split()
-    return float(said[-1]) if said else 0.0
-
-
-def survives(folder, pause):
-    from tierod.diagnosis.fault_memory import FaultMemory
-    from tierod.io.readers.log import InOrder
-    from tierod.io.readers.mdf import open_mdf
-
-    until = killed(folder, pause)
-    if (folder / "log.mf4").exists() and until > 0.0:
-        assert is_unfinished(folder / "log.mf4")
-        last = max(float(block.time[-1]) for block in InOrder(open_mdf(folder / "log.mf4")))
-        assert last > until - 1.0
-    if (folder / "state.json").exists():
-        checkpoint.taken_up(folder / "state.json", CAR)
-    FaultMemory.opened(folder / "car.json", CAR.name)
-
-
-def test_a_kill_leaves_what_was_written(tmp_path):
-    chance = random.Random(3)
-    for number in range(2):
-        folder = tmp_path / str(number)
-        folder.mkdir()
-        survives(folder, chance.uniform(0.05, 1.0))
-
-
-@pytest.mark.slow
-def test_a_hundred_kills_leave_what_was_written(tmp_path):
-    chance = random.Random(5)
-    for number in range(100):
-        folder = tmp_path / str(number)
-        folder.mkdir()
-        survives(folder, chance.uniform(0.0, 3.0))
 
 
 def test_a_disk_that_fills_up_leaves_whole_records(tmp_path):

@@ -27,7 +27,8 @@ def paths(analysed):
     return [
         "/", "/recording", "/nothing", "/static/main.js", "/static/../app.py", "/static/%2e%2e/app.py",
         "/static//etc/passwd", "/api/site", "/api/files", "/api/recording", "/api/opened", "/api/analyses",
-        "/api/proposals", "/api/inspections", "/api/uploads", "/api/jobs", "/api/jobs/x", "/api/scenarios",
+        "/api/proposals", "/api/inspections", "/api/identifications",
+        "/api/identifications/x/page", "/api/uploads", "/api/jobs", "/api/jobs/x", "/api/scenarios",
         "/api/vehicle", "/api/memory", "/api/fleets/x", "/api/fleets/x/cars", "/api/fleets/x/car", "/api/live",
         "/api/results/x", "/api/results/x/report/y", result, f"{result}/report/friction", "/api/series/x/window",
         series, *(f"{series}/{each}" for each in ("window", "curves", "pair", "export")),

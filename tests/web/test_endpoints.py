@@ -239,3 +239,9 @@ def test_a_recording_whose_result_was_swept_opens_without_it(client, analysed, s
     shutil.rmtree(site.cache / "series" / analysed.series[:4] / analysed.series)
     found = client.get("/api/opened", params={"file": FILE}).json()
     assert (found["state"]["series"], found["series"]) == ("", None)
+
+
+def test_what_another_version_has_kept_is_worked_out_anew(client, bench, monkeypatch):
+    assert client.get("/api/recording", params={"file": FILE}).json()["series"] != ""
+    monkeypatch.setattr("tierod.web.store.__version__", "0.0.1")
+    assert client.get("/api/recording", params={"file": FILE}).json()["series"] == ""

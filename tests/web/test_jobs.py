@@ -9,13 +9,7 @@ from tierod.web.errors import Absent, Busy
 from tierod.web.jobs import CANCELLED, DONE, FAILED, RUNNING, Jobs
 from tierod.web.shapes import Analysed, ChosenScenario
 from tierod.web.site import Limits
-
-
-def ended(jobs, job, seconds=90.0):
-    until = time.monotonic() + seconds
-    while not job.ended and time.monotonic() < until:
-        time.sleep(0.02)
-    return jobs.job(job.id)
+from web_jobs import ended
 
 
 def asked(file="drives/weave.parquet"):

@@ -74,6 +74,7 @@ VIEWS = {
     "/fleet": "Worst first",
     "/vehicle?results=fleet&car=car-01": "Drives (",
     "/new": "Upload a recording",
+    f"/identify?files={FILE}": "Identify parameters",
     "/scenario": "Drive a virtual car",
     "/live": "No bus is followed",
     "/jobs": "Work",

@@ -5,7 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tierod.core.recording import Channel
+from live_drives import drive
+from tierod.core.recording import Channel, Recording
+from tierod.io.derive import complete
+from tierod.web.analysing import Derived
 from tierod.web.errors import Absent
 from tierod.web.pyramid import SeriesReader, SeriesWriter
 
@@ -107,3 +110,22 @@ def test_what_is_gone_is_said_in_a_sentence(tmp_path, noise):
         reader.window("a", 0.0, 1.0, 10)
     with pytest.raises(Absent, match="open it again"):
         SeriesReader(tmp_path / "s")
+
+
+def test_derived_signals_are_the_same_in_slices_and_end_where_a_signal_is_recorded():
+    whole = drive(9.0)
+    whole = Recording({name: whole[name] for name in ("steering_wheel_angle", "yaw_rate")})
+    derived, found = Derived(), []
+    for start in (0.0, 3.0, 6.0):
+        made, recorded = derived.of(whole.slice(start, start + 3.0))
+        assert (len(made), recorded) == (1, [])
+        found.append(made[0])
+    expected = complete(whole)["steering_wheel_rate"]
+    np.testing.assert_array_equal(np.concatenate([each.time for each in found]), expected.time)
+    np.testing.assert_allclose(np.concatenate([each.values for each in found]), expected.values, rtol=1e-9)
+    assert found[0].note == expected.note
+    late = drive(12.0).slice(9.0, 12.0)
+    made, recorded = derived.of(
+        Recording({name: late[name] for name in ("steering_wheel_angle", "steering_wheel_rate")})
+    )
+    assert (made, recorded) == ([], ["steering_wheel_rate"])

@@ -55,6 +55,7 @@ def live(
     """Follow live buses until Ctrl-C: healthy (0), fault (1), could not judge (2), bad input (3)."""
     from tierod.core.errors import ParameterError
     from tierod.live.buses import Address
+    from tierod.live.quiet import quiet
     from tierod.vehicles import load
 
     for name, value in (("--period", period), ("--silence", silence), ("--expected", expected)):
@@ -67,7 +68,7 @@ def live(
     addresses = [Address(interface, each, bitrate, fd) for each in channel]
     drive, hub = _drive(
         addresses, vehicle, dbc, channel_map, monitor, (log, mcap, report, checkpoint, memory, baselines),
-        (period, silence, expected), ignition, fd,
+        (period, silence, expected), ignition, fd, bitrate,
     )  # fmt: skip
     with contextlib.ExitStack() as stack:
         if send and results_dbc:
@@ -75,6 +76,7 @@ def live(
         if websocket is not None:
             stack.callback(_socket(hub, websocket).close)
         _end_cleanly(drive)
+        stack.enter_context(quiet())
         return _followed(drive, drives, seconds, as_json or not sys.stdout.isatty())
 
 
@@ -116,6 +118,7 @@ def _drive(
     times: tuple[float, float, float],
     ignition: str,
     fd: bool,
+    bitrate: int | None = None,
 ) -> tuple[Drive, Any]:
     import queue
 
@@ -130,6 +133,7 @@ def _drive(
     from tierod.live.events import Hub
     from tierod.live.judge import Plan
     from tierod.live.receiving import receiver
+    from tierod.live.traffic import Traffic
     from tierod.monitors.registry import MONITORS
     from tierod.vehicles import load
 
@@ -150,6 +154,7 @@ def _drive(
     if len(paths) > 1 and (text := disagreements({path: load_databases([path]) for path in paths})):
         print(f"tierod: {text}", file=sys.stderr)
     drive = Drive(receivers, inbox, database, loaded_map(used), names, plan, outputs, hub, Pace(period=period), origin)
+    drive.health.traffic = Traffic(bitrate)
     mapped = ["--map", str(used)] if isinstance(used, str | Path) else []
     databases = [word for path in paths for word in ("--dbc", str(path))]
     drive.report_words = lambda path: [

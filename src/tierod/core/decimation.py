@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
@@ -175,6 +176,30 @@ class Packed:
     lowest: float
     step: float
     data: bytes
+
+
+def outline(values: np.ndarray, most: int) -> np.ndarray:
+    """Numbers of the samples that outline a curve: lowest and highest of every bin, first, last, and where gaps begin.
+
+    Args:
+        values: shape (n,); NaN breaks the curve
+        most: samples that are wanted at the most, but for gaps
+
+    Returns:
+        rising; all of them where there are not more
+    """
+    count, bins = len(values), max(most // 2 - 1, 1)
+    if count <= most:
+        return np.arange(count)
+    edges = np.linspace(0, count, bins + 1).astype(int)
+    missing = ~np.isfinite(values)
+    values = np.where(missing, np.nan, values)
+    chosen = [np.array([0, count - 1]), np.flatnonzero(missing & ~np.append(False, missing[:-1]))]
+    for begin, end in pairwise(edges):
+        part = values[begin:end]
+        if not missing[begin:end].all():
+            chosen.append(begin + np.array([np.nanargmin(part), np.nanargmax(part)]))
+    return np.unique(np.concatenate(chosen))
 
 
 def bin_width(trace: Trace) -> float:

@@ -55,11 +55,17 @@ class Rows:
     Args:
         columns: numbers of a row
         most: rows that are kept; further ones are left out; None keeps all
+
+    `reserving` lets all that are made from then on take the memory of `most` rows at once.
     """
+
+    reserving = False
+    """For programs that run for hours, whose size is then known after minutes."""
 
     def __init__(self, columns: int, most: int | None = None):
         self._most, self._count = most, 0
-        self._values = np.empty((0, columns))
+        # Zeros by `full`, not by `zeros`: the system gives a page only when something is written to it.
+        self._values = np.full((most if Rows.reserving and most is not None else 0, columns), 0.0)
 
     def __len__(self) -> int:
         return self._count

@@ -44,12 +44,13 @@ def _difference(first: Message, second: Message) -> str:
     for name in dict.fromkeys((*before, *after)):
         if name not in before or name not in after:
             return f"only one has {name}"
-        if _layout(before[name]) != _layout(after[name]):
+        if layout(before[name]) != layout(after[name]):
             return f"{name} differs in bits, sign, factor, offset or unit"
     return ""
 
 
-def _layout(item: Signal) -> tuple[object, ...]:
+def layout(item: Signal) -> tuple[object, ...]:
+    """How a signal lies in its message, and what its bits mean."""
     return (
         item.start, item.length, item.byte_order, item.is_signed, item.is_float, float(item.scale), float(item.offset),
         item.unit or "", tuple(item.multiplexer_ids or ()),

@@ -98,6 +98,23 @@ class DriveClock:
         made = self._buses[frame.bus] = _Bus(added, time + added, came)
         return made
 
+    def follow(self, frame: Frame) -> None:
+        """A frame that came after a checkpoint, at its time in the drive; it came as much later as it is newer."""
+        bus = self._buses.get(frame.bus)
+        if bus is not None and frame.time > bus.newest:
+            bus.came += frame.time - bus.newest
+            bus.newest = frame.time
+        self.latest = max(self.latest, frame.time)
+
+    def shift(self, seconds: float) -> None:
+        """Another computer's clock counts from now on, as after a start of the system.
+
+        Args:
+            seconds: that it leads the one before
+        """
+        for bus in self._buses.values():
+            bus.came += seconds
+
     def restart(self) -> None:
         """A new drive begins; counts go on."""
         self._buses, self._last, self._zero, self.latest = {}, {}, math.nan, -math.inf

@@ -2,35 +2,106 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from tierod.core.files import write_text
 from tierod.core.findings import Diagnosis
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.live.judge import Judge
+from tierod.live.engine import Engine
+from tierod.live.events import Hub
+from tierod.live.judge import Judge, Plan
+from tierod.live.outputs import guarded
+from tierod.monitors.harness.baseline import keep_first
 from tierod.monitors.several import Judged, NotRun
 
 if TYPE_CHECKING:
     from tierod.monitors.harness.into_memory import MemoryFeed
+    from tierod.report.html import Origin
 
 Results = tuple[np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray]]
 
 
-def remembered(finished: Sequence[tuple[Judge, Diagnosis, MemoryFeed]]) -> str:
+class Finished(NamedTuple):
+    """A monitor whose drive has ended: its judge, what it found, and what the fault memory takes of it."""
+
+    judge: Judge
+    diagnosis: Diagnosis
+    feed: MemoryFeed | None
+
+
+class Closing:
+    """What is written at the end of a drive: each part may fail, and the others are written.
+
+    Args:
+        plan: of the session
+        report: path of the page of this drive; None writes none
+        log: path of its log, or None
+        origin: of the page; None writes none
+        hub: takes what became of each part
+    """
+
+    def __init__(
+        self, plan: Plan, report: Path | None, log: Path | None, origin: Callable[[], Origin] | None, hub: Hub
+    ):
+        self._plan, self._path, self._log, self._origin, self._hub = plan, report, log, origin, hub
+
+    def write(self, engine: Engine, finished: Sequence[Finished]) -> None:
+        """Fault memory, baselines, page, and the event of the end.
+
+        Args:
+            engine: of the drive
+            finished: every monitor that ran
+        """
+        with_feed = [(each.judge, each.diagnosis, each.feed) for each in finished if each.feed is not None]
+        guarded(self._hub, lambda: self._remember(with_feed, engine.identity))
+        guarded(self._hub, lambda: self._baselines(finished))
+        diagnoses = {each.judge.name: each.diagnosis for each in finished}
+        guarded(self._hub, lambda: self._report(engine, diagnoses))
+        verdicts = {name: str(each.findings[0].status) for name, each in diagnoses.items()}
+        headlines = {name: each.findings[0].headline for name, each in diagnoses.items()}
+        missed = {judge.name: judge.reason for judge in engine.judges if judge.name not in diagnoses}
+        content = {"time": engine.clock.latest, "frames": engine.tally.frames, "lost": engine.gaps.lost}
+        self._hub.say("end", content | {"verdicts": verdicts, "headlines": headlines, "not_run": missed})
+
+    def _remember(self, finished: Sequence[tuple[Judge, Diagnosis, MemoryFeed]], identity: str) -> None:
+        if finished:
+            self._hub.say("memory", {"text": remembered(finished, identity)})
+
+    def _baselines(self, finished: Sequence[Finished]) -> None:
+        for judge, diagnosis, _ in finished:
+            path, learnt = judge.baseline_path, judge.run.learnt if judge.run else None
+            if path is not None and learnt is not None and not path.exists():
+                text = keep_first(dataclasses.replace(learnt, learnt=diagnosis.created), path)
+                self._hub.say("baseline", {"monitor": judge.name, "text": text})
+
+    def _report(self, engine: Engine, diagnoses: Mapping[str, Diagnosis]) -> None:
+        if self._path is None or self._origin is None or not diagnoses:
+            return
+        from tierod.report import several
+
+        judged = page(engine.judges, diagnoses, self._log or Path("live"), self._plan.vehicle.name)
+        write_text(self._path, several.render([judged], self._origin()))
+        self._hub.say("report", {"path": str(self._path)})
+
+
+def remembered(finished: Sequence[tuple[Judge, Diagnosis, MemoryFeed]], identity: str) -> str:
     """One operation cycle of the fault memory, of all monitors together.
 
     Args:
         finished: judge, diagnosis and what its memory takes, of every monitor that ran; at least one
+        identity: of the drive, which is counted once
 
     Returns:
         what became of it, in a sentence
 
     Raises:
-        InputError: the file of the memory was damaged meanwhile
+        InputError: the memory has taken the drive already, or its file was damaged meanwhile
         OutputError: it cannot be written
     """
     parts = []
@@ -40,7 +111,7 @@ def remembered(finished: Sequence[tuple[Judge, Diagnosis, MemoryFeed]]) -> str:
     time, results, signals = _together(parts)
     first = finished[0][2]
     with FaultMemory.changing(first.path, first.vehicle, load_trouble_codes()) as memory:
-        memory.begin_cycle(finished[0][1].created)
+        memory.begin_cycle(finished[0][1].created, identity)
         memory.absorb(time, results, signals)
         memory.end_cycle()
     return f"the drive is operation cycle {memory.cycles} of the fault memory {first.path}"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from tierod.core.recording import Channel
 from tierod.io.readers.dbc import Described, Rows, channel_of, described, silent_channels
@@ -54,6 +54,16 @@ class Decoder:
         if self.known is None or found.found.keys() != self.known.found.keys():
             self.known = found
             self.version += 1
+
+    @property
+    def heard(self) -> dict[str, object]:
+        """What came so far, as a checkpoint keeps it: frames by number of the bus and identifier, buses by name."""
+        return {"counts": self._counts, "buses": self._buses}
+
+    def resume(self, heard: Mapping[str, Any]) -> None:
+        """Go on from what came before a checkpoint, as of `heard`."""
+        self._counts, self._buses = dict(heard["counts"]), dict(heard["buses"])
+        self._look_up()
 
     @property
     def buses(self) -> dict[int, str]:

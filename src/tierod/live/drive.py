@@ -4,39 +4,40 @@ from __future__ import annotations
 
 import queue
 import time
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import TierodError
-from tierod.core.files import write_text
 from tierod.io.readers.channel_map import ChannelMap
-from tierod.live import checkpoint
 from tierod.live.buses import Inbox, Receiver
-from tierod.live.closing import page, remembered
+from tierod.live.closing import Closing, Finished
 from tierod.live.engine import PACE, Engine, Pace
 from tierod.live.events import Hub
-from tierod.live.findings import Findings
 from tierod.live.frame import Frame, Notice
 from tierod.live.judge import Plan
-from tierod.live.log import FrameLog, is_unfinished
-from tierod.live.mcap_log import McapLog
+from tierod.live.outputs import Logs, Outputs, guarded, numbered
 from tierod.live.receiving import ProcessReceiver
-from tierod.monitors.harness.baseline import keep_first
+from tierod.live.resuming import Checkpoints, databases_digest
+from tierod.live.traffic import Traffic
 
 if TYPE_CHECKING:
     from cantools.database.can import Message
 
-    from tierod.core.findings import Diagnosis
     from tierod.report.html import Origin
+
+__all__ = ["Drive", "Health", "Outputs"]
 
 TICK = 0.01
 """Time between two looks at what has come [s]."""
 
 STATED = 1.0
 """Time between two events with the state of the drive [s]."""
+
+LEEWAY = 0.5
+"""By which a piece may come later than its period [s]."""
 
 SILENT = 5.0
 """Time without a frame after which the bus is called silent [s]."""
@@ -45,38 +46,21 @@ _SEVERITY = (0, 2, 1)
 """Exit codes, the worst last: a fault is worse than what could not be judged."""
 
 
-@dataclass(frozen=True)
-class Outputs:
-    """Where the results of a session go.
-
-    Args:
-        log: MF4 file of all frames; the second drive gets "-2" behind its name
-        report: HTML page at the end of a drive
-        checkpoint: file of the states
-        every: time between two checkpoints
-        silence: time without a frame after which the drive has ended; infinite for one drive alone
-        ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" without
-        width: bytes of a payload in the log
-        mcap: MCAP file of signals, estimates and findings
-    """
-
-    log: Path | None = None
-    report: Path | None = None
-    checkpoint: Path | None = None
-    every: Annotated[float, "s"] = 5.0
-    silence: Annotated[float, "s"] = 30.0
-    ignition: str = ""
-    width: int = 8
-    mcap: Path | None = None
-
-
 @dataclass
 class Health:
     """How the session itself does: ticks, how late they came [s], the worst of late, notices by kind."""
 
     ticks: int = 0
-    late: list[float] = field(default_factory=list)
+    late: deque[float] = field(default_factory=lambda: deque(maxlen=3000))
     notices: Counter[str] = field(default_factory=Counter)
+    traffic: Traffic = field(default_factory=Traffic)
+    _used: tuple[float, float] = (0.0, 0.0)
+
+    def load(self) -> float:
+        """Share of one core that this process took since the last call."""
+        (then, before), now = self._used, (time.monotonic(), time.process_time())
+        self._used = now
+        return max((now[1] - before) / (now[0] - then), 0.0) if now[0] > then > 0.0 else 0.0
 
 
 class Drive:
@@ -126,21 +110,25 @@ class Drive:
         self.engine = self._made()
         self._came = self._checked = self._begun = self._stated = time.monotonic()
         self._said: set[str] = set()
-        self._running = False
-        self._log: Path | None = None
-        self._mcap: Findings | None = None
-        self._waiting = self._checkpoint()
+        self._running = self._goes_on = self._prepared = False
+        self.logs = Logs(outputs, plan, hub)
+        self._databases = databases_digest(database, channel_map)
+        self._checkpoints: Checkpoints | None = None
 
-    def _checkpoint(self) -> Mapping[str, tuple[str, Any]]:
-        path = self.outputs.checkpoint
-        if path is None or not path.exists():
-            return {}
-        try:
-            found = checkpoint.taken_up(path, self.plan.vehicle)
-        except TierodError as error:
-            self.hub.say("checkpoint", {"text": str(error)})
-            return {}
-        return found
+    def prepare(self) -> None:
+        """Take up the checkpoint, before the first frame comes; `run` and `tick` see to it."""
+        if self._prepared:
+            return
+        self._prepared = True
+        path, hub = self.outputs.checkpoint, self.hub
+        if path is None:
+            return
+
+        def say(monitor: str, text: str) -> None:
+            hub.say("checkpoint", ({"monitor": monitor} if monitor else {}) | {"text": text})
+
+        self._checkpoints = Checkpoints(path, self.plan.vehicle, self._databases, say)
+        self._goes_on = self._checkpoints.resume(self.engine)
 
     def run(self) -> int:
         """Receive and judge until the end.
@@ -148,6 +136,7 @@ class Drive:
         Returns:
             exit code of the worst verdict: 0 healthy, 1 fault, 2 could not judge
         """
+        self.prepare()
         for receiver in self.receivers:
             receiver.start()
         due = time.monotonic()
@@ -158,7 +147,6 @@ class Drive:
                 if pause > 0.0:
                     time.sleep(pause)
                     self.health.late.append(time.monotonic() - due)
-                    del self.health.late[:-3000]
                 self.tick(time.monotonic(), time.time())
                 for look in self.looking:
                     look(time.monotonic())
@@ -176,8 +164,10 @@ class Drive:
             now: by the computer's clock [s]
             calendar: time of the computer [s]
         """
+        self.prepare()
         self.health.ticks += 1
         frames = self._received()
+        self.health.traffic.add(frames, now)
         if frames:
             self._came = now
             if not self._running:
@@ -189,12 +179,12 @@ class Drive:
             self.once("silent", self._silent_sentence())
         if self._running and self.engine.due and not self.paused:
             self._judge()
+            # Just behind a piece nothing waits that was not judged, so that the checkpoint is as young as it can be.
+            if self._running and now - self._checked > self.outputs.every - self.engine.pace.period - LEEWAY:
+                self._store(now, calendar)
         if self._running and now - self._stated >= STATED:
             self._stated = now
             self.hub.say("state", self.state())
-        if self._running and self.outputs.checkpoint is not None and now - self._checked >= self.outputs.every:
-            self._checked = now
-            self._store()
 
     def _silent_sentence(self) -> str:
         if self.health.notices["error frame"] > 10 and not self._running:
@@ -231,58 +221,19 @@ class Drive:
     def _begin(self, first: Frame, now: float, calendar: float) -> None:
         self._running, self._begun, self._checked = True, now, now
         self._said.clear()
-        self.engine.clock.begin(first, now, calendar)
-        path = self._log = self._free(self.outputs.log)
-        if path is not None:
-            self._open_log(path)
-        if self.outputs.mcap is not None:
-            self._guarded(lambda: self._open_mcap(self._free(self.outputs.mcap)))
-        self.hub.say("begin", {"origin": self.engine.clock.origin, "log": str(path) if path else None})
-
-    def _open_log(self, path: Path) -> None:
-        vehicle = self.plan.vehicle.name
-        try:
-            self.engine.log = FrameLog(path, self.engine.clock.origin, self.outputs.width, f"tierod live, {vehicle}")
-        except TierodError as error:
-            self.hub.say("problem", {"text": f"{error}; monitoring goes on without a log"})
-
-    def _open_mcap(self, path: Path | None) -> None:
-        assert path is not None
-        self._mcap = Findings(McapLog(path, self.engine.clock.origin), self.engine, self.hub)
-
-    def _log_path(self) -> Path | None:
-        """Where this drive is logged: the next name that is free, since what is there may be all that a kill left."""
-        return self._log
-
-    def _free(self, path: Path | None) -> Path | None:
-        if path is None:
-            return None
-        number = self.drives
-        while (found := _numbered(path, number)) is not None and found.exists():
-            number += 1
-        if number > self.drives:
-            before = _numbered(path, number - 1)
-            assert before is not None
-            text = f"{before} is there already; this drive is {found}"
-            if is_unfinished(before) and self.plan.memory is not None:
-                words = f"tierod diagnose {before} --vehicle {self.plan.vehicle.name} --memory {self.plan.memory}"
-                text += f". Its drive was cut off and is not in the fault memory: {words} takes it there"
-            self.hub.say("problem", {"text": text})
-        return found
+        if not self._goes_on:
+            self.engine.clock.begin(first, now, calendar)
+        self.logs.begin(self.engine, self.drives, self._goes_on)
+        path = self.logs.path
+        self.hub.say(
+            "begin",
+            {"origin": self.engine.clock.origin, "log": str(path) if path else None, "goes_on": self._goes_on},
+        )
 
     def _judge(self) -> None:
         self.engine.judge()
-        for judge in self.engine.judges:
-            waiting = self._waiting.get(judge.name)
-            if waiting is not None and judge.run is not None:
-                digest, memory = waiting
-                self._waiting = {name: each for name, each in self._waiting.items() if name != judge.name}
-                if checkpoint.fits(judge, digest, memory):
-                    judge.go_on(memory)
-                    self.hub.say("checkpoint", {"monitor": judge.name, "text": "goes on from the checkpoint"})
-                else:
-                    text = "the checkpoint is of another calibration; it begins anew"
-                    self.hub.say("checkpoint", {"monitor": judge.name, "text": text})
+        if self._checkpoints is not None:
+            self._checkpoints.settle(self.engine.judges)
         for name in self.engine.missing:
             self.once(f"missing {name}", f"{name} does not come any more; what needs it is not judged")
         known = self.engine.decoder.known
@@ -303,6 +254,13 @@ class Drive:
             "doubled": engine.clock.doubled,
             "clock_jumps": engine.clock.jumps,
             "bus": dict(self.health.notices),
+            "buses": {
+                f"CAN{bus}": {"frames_per_s": each.frames, "load": round(each.load, 3), "of": each.rate}
+                for bus, each in self.health.traffic.loads().items()
+            },
+            "processor": round(self.health.load(), 3),
+            "latest_tick_ms": round(1e3 * max(self.health.late, default=0.0), 2),
+            "missing": list(engine.missing),
             "ages": {name: round(age, 3) for name, age in engine.ages.items()},
             "monitors": [
                 {
@@ -323,70 +281,28 @@ class Drive:
         self.marks.append(self.engine.clock.latest)
         self.hub.say("mark", {"time": self.engine.clock.latest, "text": text})
 
-    def _store(self) -> None:
-        assert self.outputs.checkpoint is not None
+    def _store(self, now: float, calendar: float) -> None:
+        if self._checkpoints is None:
+            return
+        self._checked = now
         try:
-            checkpoint.stored(self.engine.judges, self.plan.vehicle, self.outputs.checkpoint)
+            self._checkpoints.store(self.engine, now, calendar, self.logs.path)
         except TierodError as error:
             self.once("checkpoint", str(error))
 
     def close(self) -> None:
-        """End the drive: judge the rest, finish the log, write memory, report, checkpoint and baselines."""
+        """End the drive: judge the rest, finish the log, write memory, baselines, report and checkpoint."""
         if not self._running:
             return
-        self._running = False
-        if self.outputs.checkpoint is not None:
-            self._store()
-        engine, finished = self.engine, []
-        for judge, diagnosis, feed in engine.finish():
-            finished.append((judge, diagnosis, feed))
-            self.worst = max(self.worst, diagnosis.findings[0].status.exit_code, key=_SEVERITY.index)
-        self._guarded(lambda: self._remember([(a, b, c) for a, b, c in finished if c is not None]))
-        self._guarded(lambda: self._baselines([(judge, diagnosis) for judge, diagnosis, _ in finished]))
-        diagnoses = {judge.name: diagnosis for judge, diagnosis, _ in finished}
-        self._guarded(lambda: self._report(diagnoses))
-        verdicts = {name: str(each.findings[0].status) for name, each in diagnoses.items()}
-        headlines = {name: each.findings[0].headline for name, each in diagnoses.items()}
-        missed = {judge.name: judge.reason for judge in engine.judges if judge.name not in diagnoses}
-        content = {"time": engine.clock.latest, "frames": engine.tally.frames, "lost": engine.gaps.lost}
-        self.hub.say("end", content | {"verdicts": verdicts, "headlines": headlines, "not_run": missed})
-        if self._mcap is not None:
-            self._guarded(self._mcap.close)
-            self._mcap = None
+        self._running = self._goes_on = False
+        engine, checkpoints = self.engine, self._checkpoints
+        finished = [Finished(*each) for each in engine.finish()]
+        for each in finished:
+            self.worst = max(self.worst, each.diagnosis.findings[0].status.exit_code, key=_SEVERITY.index)
+        report = numbered(self.outputs.report, self.drives)
+        Closing(self.plan, report, self.logs.path, self._origin, self.hub).write(engine, finished)
+        if checkpoints is not None:
+            guarded(self.hub, lambda: checkpoints.store_end(engine.judges))
+        self.logs.end()
         self.drives += 1
         self.engine = self._made()
-
-    def _guarded(self, work: Callable[[], None]) -> None:
-        try:
-            work()
-        except TierodError as error:
-            self.hub.say("problem", {"text": str(error)})
-
-    def _remember(self, finished: list[Any]) -> None:
-        if finished:
-            self.hub.say("memory", {"text": remembered(finished)})
-
-    def _baselines(self, finished: list[Any]) -> None:
-        import dataclasses
-
-        for judge, diagnosis in finished:
-            path, learnt = judge.baseline_path, judge.run.learnt
-            if path is not None and learnt is not None and not path.exists():
-                text = keep_first(dataclasses.replace(learnt, learnt=diagnosis.created), path)
-                self.hub.say("baseline", {"monitor": judge.name, "text": text})
-
-    def _report(self, diagnoses: Mapping[str, Diagnosis]) -> None:
-        path = _numbered(self.outputs.report, self.drives)
-        if path is None or self._origin is None or not diagnoses:
-            return
-        from tierod.report import several
-
-        log = self._log_path() or Path("live")
-        judged = page(self.engine.judges, diagnoses, log, self.plan.vehicle.name)
-        write_text(path, several.render([judged], self._origin()))
-        self.hub.say("report", {"path": str(path)})
-
-
-def _numbered(path: Path | None, drives: int) -> Path | None:
-    """The path of this drive: as given for the first, with a number behind its name for the others."""
-    return path if path is None or not drives else path.with_name(f"{path.stem}-{drives + 1}{path.suffix}")

@@ -21,7 +21,7 @@ from tierod.io.readers.streaming import completed
 from tierod.live.clock import DriveClock
 from tierod.live.counting import Gaps
 from tierod.live.decoding import Decoder
-from tierod.live.frame import Frame, frames_of
+from tierod.live.frame import Frame, frames_of, packed, unpacked
 from tierod.live.judge import Judge, Plan, Shown
 from tierod.live.stepping import Ticks
 from tierod.monitors.harness.pieces import joined
@@ -258,6 +258,56 @@ class Engine:
                 time = max(each.since, self._until)
                 content = {"time": time, "monitor": each.monitor, "status": now[0], "since": each.since}
                 self.say("verdict", content | ({"reason": each.reason} if each.reason else {}))
+
+    def held(self) -> dict[str, Any]:
+        """What it holds of the drive beside the monitors, as a checkpoint keeps it; only when a piece was judged."""
+        return {
+            "clock": self.clock, "gaps": self.gaps, "tally": self.tally, "heard": self.decoder.heard,
+            "waiting": packed(self._waiting), "ignition": self._ignition_on,
+            "times": [float(self._until), float(self._first)], "newest": self._newest, "ages": self.ages,
+            "statuses": self._statuses,
+            "streams": {name: [each.past, each.rest, each.doubts] for name, each in self._streams.items()},
+        }  # fmt: skip
+
+    def resume(self, held: Mapping[str, Any]) -> None:
+        """Go on with what a checkpoint held; what is an object was filled in place.
+
+        Args:
+            held: as of `held`
+        """
+        self.decoder.resume(held["heard"])
+        self._waiting, self._ignition_on = unpacked(held["waiting"]), held["ignition"]
+        (self._until, self._first), self.ages = held["times"], held["ages"]
+        for name, (past, rest, doubts) in held["streams"].items():
+            stream = self._streams[name]
+            stream.past, stream.rest, stream.doubts = past, rest, doubts
+
+    @property
+    def judged_until(self) -> float:
+        """Time of the drive up to which frames were judged [s]."""
+        return float(self._until)
+
+    @property
+    def identity(self) -> str:
+        """What distinguishes this drive from all others: its first frame by the calendar."""
+        return f"live {self.clock.origin:.0f} {self._first:.6f}"
+
+    def again(self, frames: Sequence[Frame]) -> int:
+        """Frames that were logged after the checkpoint, and are judged now.
+
+        Args:
+            frames: at their times in the drive
+
+        Returns:
+            how many were not known yet
+        """
+        known = {(frame.time, frame.identifier, frame.bus) for frame in self._waiting}
+        new = [each for each in frames if each.time >= self._until and (each.time, *each[1:3]) not in known]
+        self._waiting += new
+        self.tally.frames += len(new)
+        for frame in new:
+            self.clock.follow(frame)
+        return len(new)
 
     def finish(self) -> list[tuple[Judge, Diagnosis, MemoryFeed | None]]:
         """Judge the rest, and give the diagnoses of the monitors that ran; the log is finished."""

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
 from tierod.monitors.harness.pieces import joined
 from tierod.monitors.harness.run import Run, fitting
-from tierod.monitors.harness.session import BlockSession
+from tierod.monitors.harness.session import BlockSession, Monitor, Variant
 from tierod.vehicles import Vehicle
 
 if TYPE_CHECKING:
@@ -162,12 +162,57 @@ class Judge:
                 self.run = None
 
     def _begin(self, piece: Recording) -> None:
-        definition, variant = fitting(self.definition, self.variant, piece, asked=False)
+        self._open(*fitting(self.definition, self.variant, piece, asked=False))
+
+    def _open(self, definition: Monitor, variant: Variant) -> Run:
         run = Run(definition, variant, self.plan.vehicle, self._baseline(), None, uncertain=True, bins=BINS)
         run.kept = self._newest  # type: ignore[assignment]  # takes the same two arguments
         if self.plan.memory is not None:
             run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
         self.run = run
+        return run
+
+    def reopen(self, variant: str, rate: float) -> dict[str, object]:
+        """Open the run of a checkpoint, to be filled with what it held.
+
+        Args:
+            variant: its name
+            rate: of its grid [Hz]
+
+        Returns:
+            what `held` gives
+
+        Raises:
+            KeyError: there is no such variant
+            InputError: the baseline is of another vehicle or variant
+            ParameterError: the variant cannot run with this vehicle
+        """
+        chosen = self.definition.variants[variant]
+        needing = self.definition if chosen is self.variant else self.definition.needing(chosen)
+        self._open(replace(needing, rate=rate), chosen)
+        return self.held()
+
+    def held(self) -> dict[str, object]:
+        """What it holds of the drive, as a checkpoint keeps it."""
+        parts = {"run": self.run, "newest": self._newest, "feed": self._feed}
+        return parts | {"first": self._first, "reason": self.reason, "start": self._start}
+
+    def resume(self, held: Mapping[str, Any]) -> None:
+        """Go on with what a checkpoint held; what is an object was filled in place.
+
+        Args:
+            held: as of `held`
+        """
+        self._first, self.reason, self._start = held["first"], held["reason"], held["start"]
+
+    def begin_anew(self) -> None:
+        """Forget the run that was opened for a checkpoint."""
+        self.run, self._newest, self._first, self._start, self._feed = None, _Newest(), None, None, None
+
+    @property
+    def calibration(self) -> object:
+        """What its session is opened for beside the vehicle: the baseline of earlier drives."""
+        return self._baseline()
 
     def _baseline(self) -> Baseline | None:
         path = self.baseline_path

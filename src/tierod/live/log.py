@@ -32,6 +32,12 @@ _LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 _CODES = {length: code for code, length in enumerate(_LENGTHS)}
 _PAYLOAD = 17
 
+HEAD = 1 << 14
+"""Bytes in which everything before the records lies."""
+
+MIXED = 5.0
+"""Frames of a log are not further out of order than this [s]."""
+
 
 class _Blocks:
     """Blocks of the file, each at its address, with links between them."""
@@ -96,6 +102,50 @@ def is_unfinished(path: Path) -> bool:
             return file.read(7) == b"UnFinMF"
     except OSError:
         return False
+
+
+def tail(path: Path, since: float) -> list[Frame]:
+    """The last frames of a log that was not finished; none where it is no log of tierod.
+
+    Args:
+        path: of the log
+        since: time of the first wanted frame [s]; frames of later stamps do not lie far before it
+    """
+    try:
+        with path.open("rb") as file:
+            head = file.read(HEAD)
+            found = _laid_out(head)
+            if found is None:
+                return []
+            begin, width = found
+            size = _PAYLOAD + width
+            count = (file.seek(0, os.SEEK_END) - begin) // size
+            at, step = count, 1000
+            while at > 0:
+                at = max(at - step, 0)
+                file.seek(begin + at * size)
+                (time,) = struct.unpack("<d", file.read(8))
+                if time < since - MIXED:
+                    break
+            file.seek(begin + at * size)
+            data = file.read((count - at) * size)
+    except (OSError, struct.error):
+        return []
+    rows = struct.Struct(f"<dBIBBBB{width}s").iter_unpack(data)
+    return [
+        Frame(time, identifier | (EXTENDED if extended else 0), bus, payload[:length])
+        for time, bus, identifier, extended, _, _, length, payload in rows
+        if time >= since
+    ]
+
+
+def _laid_out(head: bytes) -> tuple[int, int] | None:
+    """(address of the first record, bytes of a payload) of a log of ours; None of another file."""
+    data, group = head.rfind(b"##DT"), head.find(b"##CG")
+    if not head.startswith(b"UnFinMF ") or head[16:24] != b"tierod  " or min(data, group) < 0:
+        return None
+    (size,) = struct.unpack_from("<I", head, group + _LINKS + 48 + 24)
+    return data + _LINKS, size - _PAYLOAD
 
 
 class FrameLog:

@@ -16,8 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from tierod.core.findings import Status
 from tierod.core.graph import Memory, Scanner, Stream
 from tierod.core.recording import Channel
+from tierod.core.statement import STATUSES
 from tierod.io.derive import RECIPES, Recipe
 from tierod.live.newest import Newest
 from tierod.monitors.harness.run import ROUNDING, Run
@@ -25,6 +27,9 @@ from tierod.monitors.harness.session import BlockSession, StatusChange
 
 DERIVED = ("vehicle_speed", "steering_wheel_rate")
 """Signals that a tick can make from others."""
+
+STATED = "statement.status"
+"""Output of a block that states the status of its estimate."""
 
 LEAP = 10.0
 """Time without a frame after which ticks wait for the next piece [s]."""
@@ -153,8 +158,15 @@ class Ticker:
         removed = self._run.removed
         return [column for column, name in enumerate(self._names) if name in removed] if removed else []
 
+    @property
+    def _running(self) -> tuple[str, Sequence[Status]] | None:
+        """Output that holds the code of the running verdict: the session's own, else the statement of the block."""
+        if self._session.running is not None:
+            return self._session.running
+        return (STATED, STATUSES) if STATED in self._scanner.outputs else None
+
     def _follow(self, time: float) -> None:
-        running = self._session.running
+        running = self._running
         if running is None or self._stream is None:
             return
         status = running[1][round(self._stream.outputs[self._code])]
@@ -180,7 +192,7 @@ class Ticker:
         self.corrected += self.live
         self._stream, self.live = Stream(self._block, expected), True
         names = self._scanner.outputs
-        running = self._session.running
+        running = self._running
         self._code = names.index(running[0]) if running is not None else 0
         self._places = {name: names.index(output) for name, output in self._session.shown_outputs.items()}
         if self._session.course:

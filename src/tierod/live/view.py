@@ -6,7 +6,6 @@ import contextlib
 import math
 import os
 import sys
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -20,6 +19,9 @@ if TYPE_CHECKING:
     from tierod.live.judge import Shown
 
 KEYS = "m mark   p pause   r report now   q end"
+
+OLDEST_SHOWN = 4
+"""Signals whose age is shown, the oldest first."""
 
 _BARS = "▁▂▃▄▅▆▇█"
 
@@ -55,17 +57,34 @@ def picture(drive: Drive) -> Group:
         for place, (estimate, bars) in enumerate(rows[:3]):
             first = (each.monitor, verdict, f"{each.since:.1f}", learning) if not place else ("", "", "", "")
             table.add_row(*first, Text(estimate), Text(bars))
-        if each.reason:
-            table.add_row("", "", "", "", Text(each.reason[:120], style="dim"), "")
-    late = sorted(drive.health.late)[-1] if drive.health.late else 0.0
-    lines = [
+    return Group(table, *(Text(line) for line in _lines(drive)))
+
+
+def _lines(drive: Drive) -> list[str]:
+    """Time, what the buses brought, loads, what is missing, ages, and keys."""
+    engine = drive.engine
+    late = max(drive.health.late, default=0.0)
+    happened = "".join(f"   {what} {count}" for what, count in sorted(drive.health.notices.items()))
+    missing = f"missing: {', '.join(engine.missing[:6])}" if engine.missing else "all signals are there"
+    oldest = sorted(engine.ages.items(), key=lambda each: -each[1])[:OLDEST_SHOWN]
+    # Ages are taken when a piece is judged, and frames are waited for that come late.
+    ages = ", ".join(f"{name} {max(age - engine.pace.order, 0.0):.2f} s" for name, age in oldest)
+    return [
         f"time {max(engine.clock.latest, 0.0):.1f} s   frames {engine.tally.frames}   lost {engine.gaps.lost}"
-        f"   late {engine.clock.late}   jumps {engine.clock.jumps}   latest tick {1e3 * late:.1f} ms late"
-        f"   processor {_load():.0%}",
-        f"missing: {', '.join(engine.missing[:6])}" if engine.missing else "all signals are there",
+        f"   late {engine.clock.late}   doubled {engine.clock.doubled}   jumps {engine.clock.jumps}{happened}",
+        f"{_bus_loads(drive)}   latest tick {1e3 * late:.1f} ms late   processor {drive.health.load():.0%}",
+        missing + (f"   oldest: {ages}" if ages else ""),
+        *(f"not run: {each.monitor}: {each.reason[:100]}" for each in engine.shown() if each.reason),
         ("PAUSED   " if drive.paused else "") + KEYS,
     ]
-    return Group(table, *(Text(line) for line in lines))
+
+
+def _bus_loads(drive: Drive) -> str:
+    loads = drive.health.traffic.loads()
+    if not loads:
+        return "no traffic"
+    texts = [f"CAN{bus} {each.frames:.0f} frames/s, {each.load:.0%} of {each.rate}" for bus, each in loads.items()]
+    return "   ".join(texts)
 
 
 def _estimates(each: Shown) -> list[tuple[str, str]]:
@@ -78,17 +97,6 @@ def _estimates(each: Shown) -> list[tuple[str, str]]:
         text = f"{name} {factor * value:.4g} ± {factor * 1.96 * deviation:.2g} {unit}"
         found.append((text, sparkline(each.history.get(name, ()))))
     return found
-
-
-_USED = [0.0, 0.0]
-
-
-def _load() -> float:
-    """Share of one core that this process took since the last call."""
-    now, used = time.monotonic(), time.process_time()
-    share = (used - _USED[1]) / (now - _USED[0]) if now > _USED[0] > 0.0 else 0.0
-    _USED[:] = [now, used]
-    return max(share, 0.0)
 
 
 @contextmanager

@@ -15,15 +15,15 @@ import numpy as np
 from tierod.core.errors import InputError, ParameterError, TierodError
 from tierod.core.files import write_text
 from tierod.core.findings import Decided, Diagnosis
-from tierod.core.recording import Recording
+from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.experiments.fingerprint import fingerprint
 from tierod.fleet.judging import Asked
 from tierod.fleet.stamps import code, vehicle_digest
-from tierod.io.derive import ingredients
+from tierod.io.derive import RECIPES, ingredients
 from tierod.io.layout import plain
 from tierod.io.readers import SHARE_READ, ChannelMap, open_chunks, open_source, parse_channel_map
-from tierod.io.readers.streaming import loaded_map, planned
+from tierod.io.readers.streaming import completed, loaded_map, planned
 from tierod.monitors.harness.pieces import CHUNK
 from tierod.monitors.together import Concluded, usual
 from tierod.vehicles import Vehicle, load
@@ -32,6 +32,9 @@ from tierod.web.store import Store, stamp_of
 from tierod.web.watching import Watched
 
 SCHEMA = "tierod.web-result/1"
+
+DERIVED = "derived:"
+"""How the note of a signal begins that was made from others."""
 
 NONE = "none"
 """Stands for the vehicle of a recording of which none is known."""
@@ -105,10 +108,10 @@ def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say
     car, why = _vehicle(reading, vehicle)
     dbc, used = reading.files(car)
     say(0.02, "reading the file")
-    content = _digest(reading.path)
+    content = digest(reading.path)
     files = [_file_digest(each) for each in dbc or ()]
     key = fingerprint(
-        "tierod.web-series/1", content, files, None if used is None else (used.entries, used.time), code()
+        "tierod.web-series/2", content, files, None if used is None else (used.entries, used.time), code()
     )
     if not store.holds("series", key):
         _keep_series(store, reading, dbc, used, key, say)
@@ -139,13 +142,18 @@ def _vehicle(reading: Reading, vehicle: str) -> tuple[Vehicle | None, str]:
         return None, str(error)
 
 
-def _digest(path: Path) -> str:
+def digest(path: Path) -> str:
+    """The SHA-256 of a recording, be it a file or a folder.
+
+    Raises:
+        InputError: it cannot be read
+    """
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except IsADirectoryError:
         parts = sorted(each for each in path.iterdir() if each.is_file())
-        return fingerprint([(each.name, _digest(each)) for each in parts])
+        return fingerprint([(each.name, digest(each)) for each in parts])
     except OSError as error:
         raise InputError(f"{path.name} cannot be read ({(error.strerror or '').lower()}); check the file") from None
 
@@ -153,7 +161,7 @@ def _digest(path: Path) -> str:
 def _file_digest(path: str | Path) -> str:
     from tierod.io.readers.opening import shipped
 
-    return _digest(shipped(path, ".dbc"))
+    return digest(shipped(path, ".dbc"))
 
 
 def _first_picture(store: Store, reading: Reading, dbc: Any, used: ChannelMap | None, key: str, say: Say) -> None:
@@ -173,12 +181,15 @@ def _first_picture(store: Store, reading: Reading, dbc: Any, used: ChannelMap | 
 
 def _keep_series(store: Store, reading: Reading, dbc: Any, used: ChannelMap | None, key: str, say: Say) -> None:
     folder = store.begun("series")
-    writer = SeriesWriter(folder)
+    writer, derived = SeriesWriter(folder), Derived()
     metadata: Mapping[str, Any] = {}
     for piece in open_chunks(reading.path, seconds=SLICE, dbc=dbc, channel_map=used):
         known = [each for name, each in piece.channels.items() if name in SIGNALS]
         others = [each for name, each in piece.channels.items() if name not in SIGNALS]
-        writer.add([*known, *others[: MOST_SIGNALS - len(known)]])
+        made, recorded = derived.of(piece)
+        for name in recorded:
+            del writer.signals[name]
+        writer.add([*known, *others[: MOST_SIGNALS - len(known)], *made])
         metadata = piece.metadata
         say(0.02 + 0.35 * float(metadata.get(SHARE_READ, 1.0)), "reading the file")
     facts = {name: value for name, value in plain(dict(metadata)).items() if name != SHARE_READ}
@@ -186,6 +197,36 @@ def _keep_series(store: Store, reading: Reading, dbc: Any, used: ChannelMap | No
         facts["left_out"] = f"more than {MOST_SIGNALS} signals; a channel map chooses those that are wanted"
     writer.finish(facts)
     store.settled(folder, "series", key)
+
+
+class Derived:
+    """Signals that are made from others, slice by slice; one that is recorded later on is made no more."""
+
+    def __init__(self) -> None:
+        self._open = dict.fromkeys(RECIPES)
+        self._made: set[str] = set()
+        self._past: Recording | None = None
+
+    def of(self, piece: Recording) -> tuple[list[Channel], list[str]]:
+        """(what is made from a slice, names that were made so far and are recorded in it).
+
+        Args:
+            piece: consecutive
+        """
+        recorded = [name for name in self._open if name in piece]
+        for name in recorded:
+            del self._open[name]
+        dropped = [name for name in recorded if name in self._made]
+        needed = ingredients(self._open)
+        part = Recording({name: each for name, each in piece.channels.items() if name in needed and len(each.time)})
+        if not part.channels:
+            return [], dropped
+        past = self._past if self._past is not None and set(part.channels) <= set(self._past.channels) else None
+        whole = completed(part, past, tuple(self._open))
+        self._past = part
+        made = [each for name, each in whole.channels.items() if name not in part]
+        self._made |= {each.name for each in made}
+        return made, dropped
 
 
 def _keep_result(
@@ -197,7 +238,8 @@ def _keep_result(
     watched = Watched(car, asked.monitors, asked.spread, writer)
     # What no monitor reads must not move the begin of what is judged.
     needed = {*watched.needs, *ingredients(watched.needs)}
-    wanted = [name for name in series.signals if name in needed]
+    # A monitor derives what it needs by itself, and says so.
+    wanted = [name for name, each in series.signals.items() if name in needed and not each.note.startswith(DERIVED)]
     begin, end = series.span
     for piece in pieces(series, wanted, CHUNK):
         watched.add(piece)

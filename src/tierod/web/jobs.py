@@ -10,7 +10,7 @@ import threading
 import time
 import uuid
 from collections import OrderedDict, deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import get_context
@@ -224,7 +224,7 @@ class Jobs:
                 job.share, job.state, job.text = 1.0, DONE, ""
             else:
                 reason = answer.reason if isinstance(answer, Failure) else " ".join(str(answer).split())
-                job.state, job.text = FAILED, _named(reason, job.given.get("path"))
+                job.state, job.text = FAILED, _named(reason, job.given)
 
     def _how_it_ended(self, code: int | None) -> str:
         memory = self.limits.job_memory >> 20
@@ -234,9 +234,11 @@ class Jobs:
         )
 
 
-def _named(reason: str, path: str | None) -> str:
-    """A reason in which a file goes by its name: where it lies on this machine is nothing for the page."""
-    return reason.replace(path, Path(path).name) if path else reason
+def _named(reason: str, given: Mapping[str, Any]) -> str:
+    """A reason in which files go by their names: where they lie on this machine is nothing for the page."""
+    for path in filter(None, (given.get("path"), *given.get("paths", ()))):
+        reason = reason.replace(path, Path(path).name)
+    return reason
 
 
 def workers_of(given: int | None) -> int:

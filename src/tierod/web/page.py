@@ -18,7 +18,7 @@ STATIC = Path(__file__).parent / "static"
 COLOURS = TEMPLATES / "tokens.css"
 """Colours of all pages, those of reports as well."""
 
-VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "scenario", "jobs", "interface")
+VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "identify", "scenario", "jobs", "interface")
 """Addresses of the page; which of them is shown the page itself decides."""
 
 KINDS = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".svg": "image/svg+xml"}

@@ -98,6 +98,23 @@ def _results(router: APIRouter, bench: Workbench) -> None:
         """What monitors found in a recording."""
         return bench.result(key)
 
+    @router.get("/identifications/{key}")
+    def identified(key: str) -> dict[str, Any]:
+        """Parameters that were found from recordings."""
+        return bench.identified(key)
+
+    @router.get("/identifications/{key}/page", response_class=HTMLResponse)
+    def page(key: str) -> Response:
+        """The page of an identification; it runs apart from the page, and reaches nothing of it."""
+        text = bench.identified_text(key, "page.html")
+        return HTMLResponse(text, headers={"content-security-policy": REPORT_POLICY})
+
+    @router.get("/identifications/{key}/vehicle", response_class=Response)
+    def vehicle(key: str) -> Response:
+        """The vehicle file with the parameters that were found."""
+        attached = {"content-disposition": 'attachment; filename="vehicle.toml"'}
+        return Response(bench.identified_text(key, "vehicle.toml"), media_type="application/toml", headers=attached)
+
     @router.get("/results/{key}/report/{monitor}", response_class=HTMLResponse)
     def report(key: str, monitor: str) -> Response:
         """The report of a monitor; it runs apart from the page, and reaches nothing of it."""

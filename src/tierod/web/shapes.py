@@ -34,6 +34,16 @@ class Asked(Given):
     channel_map: dict[str, Any] | None = None
 
 
+class Identified(Given):
+    """Recordings from which parameters of a vehicle are found; `free` names them, the usual ones where empty."""
+
+    subject: str = Field("vehicle", pattern="^(vehicle|column|motor|inverter|thresholds)$")
+    files: list[str] = Field(min_length=1, max_length=50)
+    vehicle: str = Field("", max_length=4096)
+    free: list[str] = Field(default_factory=list, max_length=30)
+    channel_map: dict[str, Any] | None = None
+
+
 class ChosenFault(Given):
     """A fault of a scenario: its size as text with unit, its begin [s]; those of its file where not given."""
 
@@ -145,6 +155,7 @@ class SiteShape(BaseModel):
     vehicle: str
     vehicles: list[str]
     live: list[str]
+    dbc: list[str]
     demo: str
     upload_limit: int
     signals: dict[str, dict[str, str]]

@@ -1,8 +1,9 @@
 """What is kept of analysed recordings: folders named by the digest of what made them, whole or not there.
 
-series/KE/KEY/    the signals of a recording
-results/KE/KEY/   what monitors found in it: findings, estimates, reports
-known/STAMP.json  which of them belong to a file, known by its path, size and time of change
+series/KE/KEY/      the signals of a recording
+results/KE/KEY/     what monitors found in it: findings, estimates, reports
+identified/KE/KEY/  parameters that were found from recordings: document, page, vehicle file
+known/STAMP.json    which of them belong to a file, known by its path, size and time of change
 """
 
 from __future__ import annotations
@@ -18,9 +19,12 @@ import threading
 from pathlib import Path
 from typing import Any
 
+from tierod import __version__
 from tierod.core.errors import OutputError
 from tierod.core.files import write_text
 from tierod.web.errors import Absent
+
+KINDS = ("series", "results", "identified")
 
 KEY = re.compile(r"(?:p-)?[0-9a-f]{64}")
 """What names of folders look like; a first picture, before a file is read to its end, begins with "p-"."""
@@ -39,7 +43,7 @@ class Store:
     def __init__(self, folder: Path):
         self.folder = folder
         try:
-            for name in ("series", "results", "known", "uploads"):
+            for name in (*KINDS, "known", "uploads"):
                 (folder / name).mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise OutputError(
@@ -52,7 +56,7 @@ class Store:
         """Where a result lies, or would lie.
 
         Args:
-            kind: "series" or "results"
+            kind: one of `KINDS`
             key: digest
 
         Raises:
@@ -94,7 +98,7 @@ class Store:
         return target
 
     def known(self, stamp: str) -> dict[str, Any]:
-        """What belongs to a file; empty where nothing is kept of it."""
+        """What belongs to a file; empty where nothing is kept of it, or another version of tierod has kept it."""
         with self._lock:
             found = self._known.get(stamp)
         if found is None:
@@ -104,11 +108,11 @@ class Store:
                 return {}
             with self._lock:
                 self._known[stamp] = found
-        return dict(found)
+        return dict(found) if found.get("version") == __version__ else {}
 
     def remember(self, stamp: str, facts: dict[str, Any]) -> None:
         """Note what belongs to a file; what was noted before under other names stays."""
-        together = self.known(stamp) | facts
+        together = self.known(stamp) | facts | {"version": __version__}
         write_text(self.folder / "known" / f"{stamp}.json", json.dumps(together), sweeps=False)
         with self._lock:
             self._known[stamp] = together
@@ -125,7 +129,7 @@ class Store:
             limit: of all [bytes]
         """
         found: list[tuple[float, int, Path]] = []
-        for kind in ("series", "results"):
+        for kind in KINDS:
             for left in (self.folder / kind).glob(".new-*"):
                 if not _runs(left.name.split("-")[1]):
                     shutil.rmtree(left, ignore_errors=True)

@@ -57,6 +57,12 @@ def _inspect(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     return document
 
 
+def _identify(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
+    from tierod.web.identifying import identify
+
+    return identify(Store(Path(given["cache"])), given, say)
+
+
 def _simulate(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
     """Drive a scenario into a recording of the uploads, and judge it."""
     from tierod.web.scenarios import drive
@@ -86,6 +92,7 @@ WORKS: dict[str, Callable[[Mapping[str, Any], Say], dict[str, Any]]] = {
     "analyse": _analyse,
     "propose": _propose,
     "inspect": _inspect,
+    "identify": _identify,
     "simulate": _simulate,
     "fleet": _fleet,
     "demo": _demo,

@@ -10,7 +10,7 @@ from starlette.requests import ClientDisconnect
 from tierod.core.errors import InputError
 from tierod.core.files import replacing
 from tierod.web.listing import Listing
-from tierod.web.shapes import Analysed, Asked, ChosenScenario, JobShape, Opened, Problem, SiteShape, State
+from tierod.web.shapes import Analysed, Asked, ChosenScenario, Identified, JobShape, Opened, Problem, SiteShape, State
 from tierod.web.workbench import Workbench
 
 Text = Annotated[str, Query(max_length=4096)]
@@ -67,6 +67,11 @@ def work_endpoints(bench: Workbench) -> APIRouter:
     def inspections(asked: Asked) -> JobShape:
         """Look at what a recording holds, and what each monitor lacks."""
         return JobShape.of(bench.inspect(asked))
+
+    @router.post("/identifications", status_code=202)
+    def identifications(asked: Identified) -> JobShape:
+        """Find parameters of a vehicle from recordings."""
+        return JobShape.of(bench.identify(asked))
 
     _uploads(router, bench)
     _jobs(router, bench)

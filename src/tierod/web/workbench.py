@@ -87,6 +87,7 @@ class Workbench:
             vehicle=self.site.vehicle,
             vehicles=list(VEHICLES.own),
             live=list(self.site.live.addresses),
+            dbc=[Path(each).name for each in self.site.dbc],
             demo=self._demo(),
             upload_limit=self.site.limits.upload,
             signals=known,
@@ -162,6 +163,43 @@ class Workbench:
         """Have it looked at what a recording holds, and what each monitor lacks; errors as of `analyse`."""
         given = self._given(asked)
         return self.jobs.submit("inspect", given, f"looking into {Path(given['path']).name}")
+
+    def identify(self, asked: shapes.Identified) -> Job:
+        """Have parameters of a vehicle found from recordings; what is kept already is not worked out again.
+
+        Raises:
+            Absent: there is no such file
+            ParameterError: no vehicle, or none of this name
+            Busy: too much waits
+        """
+        paths = [str(self.site.file(each[:4096])) for each in asked.files]
+        vehicle = self.vehicle(asked.vehicle)
+        if not vehicle:
+            raise ParameterError("no vehicle is given; choose the one whose file is known before the drives")
+        given = {"subject": asked.subject, "paths": paths, "vehicle": vehicle, "free": asked.free,
+                 "channel_map": asked.channel_map or self.site.channel_map or None, "cache": str(self.site.cache),
+                 "folder": str(self.uploads / "identified")}  # fmt: skip
+        count = f"{len(paths)} recordings" if len(paths) > 1 else Path(paths[0]).name
+        return self.jobs.submit("identify", given, f"identifying the {asked.subject} from {count}")
+
+    def identified(self, key: str) -> dict[str, Any]:
+        """What an identification found.
+
+        Raises:
+            Absent: nothing is kept under this key
+        """
+        found: dict[str, Any] = json.loads(self._kept_text("identified", key, "identification.json"))
+        return {**found, "key": key, "written": (self.store.path("identified", key) / "vehicle.toml").is_file()}
+
+    def identified_text(self, key: str, name: str) -> str:
+        """The file "page.html" or "vehicle.toml" of an identification; errors as of `identified`."""
+        return self._kept_text("identified", key, name)
+
+    def _kept_text(self, kind: str, key: str, name: str) -> str:
+        try:
+            return (self.store.path(kind, key) / name).read_text(encoding="utf-8")
+        except OSError:
+            raise Absent("this is not kept, or not any more; run it again") from None
 
     def _given(self, asked: shapes.Analysed | shapes.Asked) -> dict[str, Any]:
         path = self.site.file(asked.file)

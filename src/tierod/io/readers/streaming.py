@@ -165,6 +165,9 @@ def completed(recording: Recording, past: Recording | None, names: tuple[str, ..
     begin = recording.span[0]
     joined = []
     for name, channel in recording.channels.items():
+        if name not in past.channels:  # on a live bus a message may begin later than others
+            joined.append(channel)
+            continue
         before = past.channels[name].sliced(begin - max(recipe.memory for recipe in RECIPES.values()), begin)
         time, values = (np.concatenate(pair) for pair in ((before.time, channel.time), (before.values, channel.values)))
         joined.append(Channel(name, time, values, channel.unit, channel.source, channel.note))

@@ -87,7 +87,7 @@ class DriverTorqueSession(BlockSession):
         """Take in one more piece and give the traces over it, (n,) each; the first one shows what is measured."""
         columns = dict(zip(aligned.names, aligned.values.T, strict=True))
         if not self._figures.seen:
-            self.block = self._suited(columns)
+            self.refit(self._suited(columns))
         truth = np.concatenate([self._truth, columns[TRUTH]])
         kept = len(truth) - len(self._truth)
         late, self._truth = truth[:kept], truth[kept:]
@@ -97,12 +97,16 @@ class DriverTorqueSession(BlockSession):
         shown = {**super().absorb(replace(aligned, values=values)), "true_hand_torque": late}
         return {name: self._nis if name == "nis" else trace for name, trace in shown.items()}
 
-    def _suited(self, columns: Mapping[str, np.ndarray]) -> DriverTorqueMonitor:
-        """The block for the sensors of a recording, from its first piece."""
+    def refit(self, fitted: tuple[SensorNoise, bool]) -> None:
+        """Make the block for the noise of a recording's sensors, with the motor's angle or without it."""
+        self.fitted, self.block = fitted, self._build(*fitted)
+
+    def _suited(self, columns: Mapping[str, np.ndarray]) -> tuple[SensorNoise, bool]:
+        """Noise of the sensors of a recording, and whether it brings the motor's angle, from its first piece."""
         first = slice(round(MEASURED * self.rate))
         pair = columns["steering_wheel_angle"][first], columns["driver_torque"][first]
         noise = measured_noise(*pair, self.rate, self._usual)
-        return self._build(noise, bool(np.isfinite(columns["motor_angle_mechanical"]).any()))
+        return noise, bool(np.isfinite(columns["motor_angle_mechanical"]).any())
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Torques, states of the hands and innovations of one piece."""

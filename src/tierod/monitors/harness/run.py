@@ -166,12 +166,20 @@ class Run:
         if self._start is None:
             refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
             self._start = begin
-            if self._uncertain is not None:
-                self._spread = self._uncertain.spread((last - begin) / max(share_read(piece), 1e-3))
+            self.open_spread((last - begin) / max(share_read(piece), 1e-3))
         self._inputs.refuse_slow()
         self._before = piece.slice(last - OVERLAP)
         # The step at the last sample and those behind it wait: the next piece may hold samples that belong to them.
         self._judge(whole, begin, last - ROUNDING)
+
+    def open_spread(self, duration: float) -> None:
+        """Open the vehicles that are moved within the spread of the parameters; with the first piece, or a checkpoint.
+
+        Args:
+            duration: of the recording, as far as it is known [s]
+        """
+        if self._uncertain is not None:
+            self._spread = self._uncertain.spread(duration)
 
     def _judge(self, whole: Recording, begin: float, stop: float) -> None:
         """Judge what follows on what was judged already, up to a time."""

@@ -107,6 +107,8 @@ class BlockSession(ABC):
         self.traces: Mapping[str, str] = dict(traces.values())
         self._outputs = {name: output for output, (name, _) in traces.items()}
         self._running = running
+        self.fitted: object = None
+        """To what of a recording its block was fitted; None where it follows from the vehicle alone."""
         self.memory: Memory | None = None
         """The state of the block after the last piece, to be stored or to go on from; None before the first."""
         self._scanner: Scanner[Any, Any, Any] | None = None
@@ -120,6 +122,9 @@ class BlockSession(ABC):
     def shown_outputs(self) -> Mapping[str, str]:
         """Output of the block by the name under which a report shows it."""
         return self._outputs
+
+    def refit(self, fitted: Any) -> None:  # noqa: B027  # the blocks of most follow from the vehicle alone
+        """Fit the block as an earlier session did, of which `fitted` is kept."""
 
     def refuse(self, aligned: Aligned) -> None:  # noqa: B027  # most blocks judge whatever has their signals
         """Refuse a recording that it cannot judge, from its first piece."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.content import Band, Bars, Boxes, Cells, Chart, Lines, Mark, Panel, Points
+from tierod.core.decimation import outline
 from tierod.report.charts.figure import (
     AMBER,
     BLUE,
@@ -30,6 +31,8 @@ _COLOURS = (BLUE, RED, GREEN, AMBER, "var(--violet)", "var(--cyan)", GREY, "var(
 _PANEL, _ALONE = 240, 330
 _BESIDE = 0.65
 """Room above and below the outermost named rows, each of which is one high."""
+_MOST = 1600
+"""Points of a curve: lowest and highest for every column of pixels of the widest chart."""
 _DIGITS, _SMALL = 5, 10
 """Of the largest value of a curve, that are kept; on a logarithmic axis small ones show too."""
 
@@ -110,12 +113,21 @@ def _turned(mark: dict[str, Any]) -> dict[str, Any]:
     return turned | {"error_x": turned.pop("error_y")} if "error_y" in turned else turned
 
 
+def _outlined(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A long curve with no more points than its picture shows; a loop, whose places do not rise, as it is."""
+    if len(y) <= _MOST or not np.all(np.diff(x) >= 0.0):
+        return x, y
+    kept = outline(y, _MOST)
+    return x[kept], y[kept]
+
+
 def _drawn(mark: Mark, colour: str, panel: Panel) -> dict[str, Any]:
     match mark:
         case Lines():
             line = {"color": colour, "width": 1.5, "dash": "dash" if mark.dashed else "solid"}
             along, up = _SMALL if panel.logarithmic_along else 6, _SMALL if panel.logarithmic else _DIGITS
-            points = {"x": rounded(mark.x, along), "y": rounded(mark.y, up), "connectgaps": False}
+            x, y = _outlined(np.asarray(mark.x, float), np.asarray(mark.y, float))
+            points = {"x": rounded(x, along), "y": rounded(y, up), "connectgaps": False}
             return {"type": "scatter", "mode": "lines", "name": mark.name, "line": line} | points
         case Bars():
             edges = np.asarray(mark.edges, float)

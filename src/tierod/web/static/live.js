@@ -104,7 +104,15 @@ export function Live({ address, site }) {
     <p class="small" role="status">${status === "connected" ? "" : sentence(status)}</p>
     <${State} bus=${bus} />
     <${LivePanels} address=${address} bus=${bus} view=${view} tick=${held ? 0 : tick} onView=${(a, b) => hold(Number.isFinite(a) ? [a, b] : null)} />
-    <${Events} bus=${bus} />`;
+    <${Events} bus=${bus} />
+    <p class="small">This view keeps nothing. For a log of every frame, a fault memory and a report run beside it: <code>${logging(site)}</code></p>`;
+}
+
+/** The command that follows the same bus, or those of the first interface, and writes a log. */
+function logging(site) {
+  const all = site.live.map((each) => each.split(/:(.*)/s)), first = all[0][0];
+  const channels = all.filter(([name]) => name === first).map(([, channel]) => ` --channel ${channel}`).join("");
+  return `tierod live --interface ${first}${channels}${site.dbc.map((each) => ` --dbc ${each}`).join("")} --vehicle ${site.vehicle.split("/").pop()} --log drive.mf4`;
 }
 
 function State({ bus }) {

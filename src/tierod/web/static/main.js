@@ -6,13 +6,14 @@ import { Trouble, useFetched } from "./parts.js";
 import { Files } from "./files.js";
 import { Recording } from "./recording.js";
 import { New } from "./new.js";
+import { Identify } from "./identify.js";
 import { Fleet } from "./fleet.js";
 import { Vehicle } from "./vehicle.js";
 import { Scenario } from "./scenario.js";
 import { Live } from "./live.js";
 import { Interface, JobList } from "./jobs.js";
 
-const VIEWS = { "": [Files, "Recordings"], new: [New, "New recording"], fleet: [Fleet, "Fleet"], vehicle: [Vehicle, "Vehicle"], scenario: [Scenario, "Scenario"], live: [Live, "Live"], jobs: [JobList, "Work"], interface: [Interface, ""], recording: [Recording, ""] };
+const VIEWS = { "": [Files, "Recordings"], new: [New, "New recording"], identify: [Identify, "Identify"], fleet: [Fleet, "Fleet"], vehicle: [Vehicle, "Vehicle"], scenario: [Scenario, "Scenario"], live: [Live, "Live"], jobs: [JobList, "Work"], interface: [Interface, ""], recording: [Recording, ""] };
 
 function Theme() {
   const dark = () => (document.documentElement.dataset.theme || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")) === "dark";

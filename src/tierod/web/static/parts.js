@@ -32,7 +32,7 @@ export const Badge = ({ status }) => html`<span class=${`badge ${kind(status)}`}
 
 export const Trouble = ({ error, again }) => html`<div class="problem" role="alert"><p>${sentence(error.message || String(error))}</p>${again && html`<button onClick=${again}>Try again</button>`}</div>`;
 export const Loading = ({ what }) => html`<p class="loading" role="status">${what || "Loading"} …</p>`;
-export const sentence = (text) => { const plain = String(text || "").trim(); return plain ? plain[0].toUpperCase() + plain.slice(1) + (/[.!?…]$/.test(plain) ? "" : ".") : ""; };
+export const sentence = (text) => { const plain = String(text || "").trim(); const name = /^[^ ]*_/.test(plain); return plain ? (name ? plain[0] : plain[0].toUpperCase()) + plain.slice(1) + (/[.!?…]$/.test(plain) ? "" : ".") : ""; };
 
 /** {data, error, loading, again} of something that is fetched when one of the keys changes. */
 export function useFetched(load, keys) {

@@ -45,11 +45,11 @@ function Bench({ address }) {
   const one = useAnalysed(address.file, address.vehicle), other = useAnalysed(address.over || "", address.vehicle);
   const series = one.series.data, result = one.result.data;
   const title = address.file.split("/").pop();
-  return stack`<div class="row"><h1 class="grow">${title}</h1><${VehicleChoice} address=${address} now=${result && result.vehicle} /></div>
+  return stack`<div class="row"><h1 class="grow">${title}</h1><${VehicleChoice} address=${address} now=${result && result.vehicle} /><a class="button tools" href=${link("identify", { files: address.file, name: address.vehicle || (one.state.data && one.state.data.state.result && one.state.data.state.vehicle) })}>Identify from it</a></div>
     ${one.state.error && html`<${Trouble} error=${one.state.error} again=${one.state.again} />`}
     <${Work} job=${one.job} again=${one.start} />
     ${one.job && one.job.state === "failed" && html`<p>Signals under other names, or a bus log without database? <a href=${link("new", { file: address.file })}>Correct the channel map</a>.</p>`}
-    ${one.why && html`<p class="note">No verdict: ${sentence(one.why)} Choose a vehicle above.</p>`}
+    ${one.why && html`<p class="note">No verdict: ${one.why}. Choose a vehicle above.</p>`}
     ${address.over && html`<${Work} job=${other.job} again=${other.start} />`}
     ${series ? html`<${Charts} address=${address} series=${series} result=${result} over=${other.series.data} overResult=${other.result.data} />` : !one.job || one.job.state !== "failed" ? html`<${Loading} what="Reading the recording" />` : ""}
     ${result && html`<${Verdicts} result=${result} />`}`;
@@ -247,7 +247,7 @@ function Panel({ at, panel, panels, byName, result, data, overData, shift, view,
   const move = (by) => { const next = [...panels]; const [out] = next.splice(at, 1); next.splice(at + by, 0, out); change(next); };
   return stack`<section class="card panel" data-title=${titles} onDragOver=${(e) => e.preventDefault()} onDrop=${drop}>
     <div class="chips">${curves.map((c) => html`<span class="chip" key=${c.name} title=${`${c.name}: ${(byName.get(c.name) || {}).meaning || ""}`}><i style=${{ background: c.colour }}></i>${c.title}${c.label ? ` [${c.label}]` : ""}<output ref=${(el) => { outputs.current[c.name] = el; }}></output>
-        ${byName.has(c.name) && html`<button class="plain" aria-label=${`Remove ${c.title}`} onClick=${() => change(without(panels, c.name))}>×</button>`}</span>`)}
+        ${c.lower.every((v) => v === null) && html`<span class="small">no value in this stretch</span>`}${byName.has(c.name) && html`<button class="plain" aria-label=${`Remove ${c.title}`} onClick=${() => change(without(panels, c.name))}>×</button>`}</span>`)}
       <span class="end tools">${at > 0 && html`<button class="plain" aria-label="Panel up" title="Panel up" onClick=${() => move(-1)}>↑</button><button class="plain" title="Overlay on the panel above" aria-label="Overlay on the panel above" onClick=${() => change(panels.flatMap((p, i) => (i === at - 1 ? [[...p, ...panel]] : i === at ? [] : [p])))}>⤒</button>`}
         ${at < panels.length - 1 && html`<button class="plain" aria-label="Panel down" title="Panel down" onClick=${() => move(1)}>↓</button>`}
         ${panel.length > 1 && html`<button class="plain" title="Stack: a panel each" aria-label="Stack: a panel each" onClick=${() => change(panels.flatMap((p, i) => (i === at ? p.map((n) => [n]) : [p])))}>≡</button>`}</span></div>

@@ -43,7 +43,7 @@ function Outcome({ found }) {
   const onView = (a, b) => put(clipped(a, b, series.span));
   const windows = found.windows.map((w) => ({ time: w.start, label: w.name || w.element }));
   return stack`${found.diverged_at !== null && html`<p class="note">The run diverged at ${found.diverged_at} s: the fault is larger than the car survives.</p>`}
-    ${found.why && html`<p class="note">No verdict: ${sentence(found.why)}</p>`}
+    ${found.why && html`<p class="note">No verdict: ${found.why}.</p>`}
     <p class="row"><a class="button main" href=${link("recording", { file })}>Open as a recording</a> <span class="small">${found.faults.map(sentence).join(" ")}</span></p>
     ${result && html`<${TimeAxis} result=${result} span=${series.span} view=${view} onView=${onView} />`}
     <${Beside} series=${series} result=${result} view=${view} onView=${onView} moments=${windows} />

@@ -18,9 +18,9 @@ export function Tree({ signals, shown, onToggle }) {
     <p class="small">Click adds a panel, with Shift over the last one; or drag.</p>
     ${groups.length ? groups.map(([group, list], at) => html`<details key=${group} open=${!!search || at < 2 || group.startsWith("Estimates")}><summary>${group} (${list.length})</summary>
       <ul>${list.slice(0, 300).map((each) => html`<li key=${each.name}><button class="signal" draggable="true" aria-pressed=${shown.has(each.name)}
-        title=${`${each.name}${each.meaning ? `: ${each.meaning}` : ""}${each.positive ? ` Positive: ${each.positive}.` : ""}${each.source ? ` From ${each.source}.` : ""} ${each.count} samples.`}
+        title=${`${each.name}${each.meaning ? `: ${each.meaning}` : ""}${each.positive ? ` Positive: ${each.positive}.` : ""}${each.source ? ` From ${each.source}.` : ""}${(each.note || "").startsWith("derived:") ? ` ${each.note[0].toUpperCase()}${each.note.slice(1)}.` : ""} ${each.count} samples.`}
         onDragStart=${(e) => e.dataTransfer.setData("text/plain", each.name)}
-        onClick=${(e) => onToggle(each.name, e.shiftKey)}><span>${each.title}</span><span class="unit">${each.label}</span></button></li>`)}</ul>
+        onClick=${(e) => onToggle(each.name, e.shiftKey)}><span>${each.title}${(each.note || "").startsWith("derived:") && html` <small>derived</small>`}</span><span class="unit">${each.label}</span></button></li>`)}</ul>
       ${list.length > 300 && html`<p class="small">${list.length - 300} more: search for them.</p>`}</details>`)
       : html`<p class="small">No signal has “${search}” in its name or meaning.</p>`}
   </div>`;

@@ -133,6 +133,16 @@ class ParameterSpread:
         self._compare(wide, variances)
         return wide
 
+    def reopen(self, alone: bool, along: Sequence[Mapping[str, float]]) -> None:
+        """Open the vehicles of a checkpoint, to be filled with what they collected.
+
+        Args:
+            alone: whether the stretch lasts in which every parameter is moved alone
+            along: standard deviations by parameter, of every vehicle that is moved along a direction
+        """
+        self._alone = self._alone if alone else None
+        self._along = Points(self._open, self.vehicle, along) if along else None
+
     @property
     def _enough(self) -> bool:
         """Whether the stretch has been long enough; it has no end where there is no result to be moved on the way."""

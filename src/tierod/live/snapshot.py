@@ -1,0 +1,200 @@
+"""What the sessions of a drive hold, as numbers and names: the part of a checkpoint that no block keeps.
+
+A session collects over a drive in ordinary objects: arrays, counters, lists, small classes. They are walked from their
+roots and written as a tree of plain values beside the arrays; `restoring` puts them back into sessions that were opened
+anew. What follows from the program or the user's files alone (functions, compiled blocks, vehicles, monitors) is not
+written, and stays as it was opened. Reading runs nothing that a file could name, as unpickling would.
+"""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import functools
+import hashlib
+import types
+from collections import Counter, deque
+from collections.abc import Iterator, Mapping
+from enum import Enum
+from pathlib import PurePath
+from typing import Any
+
+import numpy as np
+
+from tierod.core.block import tuning
+from tierod.core.errors import TierodError
+from tierod.core.graph import Scanner, Stream
+from tierod.io.readers.mapping import Plan as Mapping_
+from tierod.live.ticking import Ticker
+from tierod.monitors.harness.session import Monitor, Variant
+from tierod.vehicles import Vehicle
+
+Node = None | bool | int | float | str | list["Node"]
+"""A plain value, or a list that begins with the letter of its kind."""
+
+KEPT = (
+    types.FunctionType, types.BuiltinFunctionType, types.MethodType, types.ModuleType, functools.partial, type,
+    Scanner, Stream, Ticker, Mapping_, Monitor, Variant, Vehicle,
+)  # fmt: skip
+"""What follows from the program and the user's files."""
+
+PLAIN = frozenset({list, dict, tuple, deque, set, frozenset, Counter})
+
+MOST_DIGESTS = 1000
+
+ARRAYS = "biufcU"
+"""Kinds of arrays that are written: numbers, truth values and text."""
+
+
+class NotStorable(TierodError):
+    """An object that a checkpoint cannot hold."""
+
+
+@dataclasses.dataclass
+class Snapshot:
+    """Values as a tree, and the arrays that it numbers."""
+
+    tree: Node
+    arrays: list[np.ndarray]
+
+
+class Walk:
+    """Writes one value after the other; what is met twice is written once.
+
+    Args:
+        packages: whose classes are written
+    """
+
+    def __init__(self, packages: frozenset[str]):
+        self.arrays: list[np.ndarray] = []
+        self._packages = packages
+        self._numbers: dict[int, int] = {}
+        self._met: list[object] = []
+
+    def node(self, value: object) -> Node:
+        """The value as a tree.
+
+        Raises:
+            NotStorable: it holds something that is neither written nor kept
+        """
+        kind = type(value)
+        if value is None or kind in (bool, int, str):
+            return value  # type: ignore[return-value]  # narrowed by its type
+        if kind is float:
+            return value if np.isfinite(value) else ["f", repr(value)]  # type: ignore[call-overload, return-value]
+        if kind is not np.ndarray and kind not in PLAIN and (special := self._special(kind, value)) is not None:
+            return special
+        if isinstance(value, tuple | frozenset):
+            return self._fixed(value)
+        if id(value) in self._numbers:
+            return ["r", self._numbers[id(value)]]
+        number = self._numbers[id(value)] = len(self._met)
+        self._met.append(value)
+        return self._numbered(value, number)
+
+    def _special(self, kind: type, value: object) -> Node:
+        """What is no container and no object with attributes; None where it is one."""
+        if isinstance(value, Enum):
+            return ["e", name_of(kind), value.name]
+        if isinstance(value, KEPT):
+            return ["k"]
+        if is_frozen(kind) and hasattr(kind, "step") and hasattr(kind, "init"):
+            return ["B", digest_of_block(value)]
+        if isinstance(value, np.generic):
+            return ["n", self._array(np.asarray(value))]
+        if isinstance(value, bytes):
+            return ["b", base64.b64encode(value).decode()]
+        return ["p", str(value)] if isinstance(value, PurePath) else None
+
+    def _fixed(self, value: tuple[object, ...] | frozenset[object]) -> Node:
+        parts: list[Node] = [self.node(each) for each in value]
+        if isinstance(value, frozenset):
+            return ["s", parts]
+        return ["t", parts] if type(value) is tuple else ["N", self._class(value), parts]
+
+    def _numbered(self, value: object, number: int) -> Node:
+        if isinstance(value, np.ndarray):
+            return ["a", number, self._array(value)]
+        if isinstance(value, list):
+            return ["l", number, [self.node(each) for each in value]]
+        if isinstance(value, deque):
+            return ["q", number, value.maxlen, [self.node(each) for each in value]]
+        if isinstance(value, set):
+            return ["S", number, [self.node(each) for each in value]]
+        if isinstance(value, Counter | dict):
+            pairs: list[Node] = [[self.node(key), self.node(each)] for key, each in value.items()]
+            return ["d", number, isinstance(value, Counter), pairs]
+        if isinstance(value, Mapping):
+            return ["d", number, False, [[self.node(key), self.node(each)] for key, each in value.items()]]
+        attributes: list[Node] = [[name, self.node(each)] for name, each in held_by(value)]
+        return ["o", number, self._class(value), attributes]
+
+    def _class(self, value: object) -> str:
+        if type(value).__module__.partition(".")[0] not in self._packages:
+            raise NotStorable(f"a checkpoint cannot hold a {type(value).__qualname__} of {type(value).__module__}")
+        return name_of(type(value))
+
+    def _array(self, value: np.ndarray) -> int:
+        if value.dtype.kind not in ARRAYS:
+            raise NotStorable(f"a checkpoint cannot hold an array of {value.dtype}")
+        # A copy: the session goes on while a thread writes the file.
+        self.arrays.append(np.array(value, order="C"))
+        return len(self.arrays) - 1
+
+
+def digest_of(*parts: object) -> str:
+    """Digest of what is written out the same in every run."""
+    return hashlib.sha256("\n".join(map(repr, parts)).encode()).hexdigest()[:32]
+
+
+_DIGESTS: dict[int, tuple[object, str]] = {}
+
+
+def digest_of_block(block: Any) -> str:
+    """Digest of a block's type and tuning: a state belongs to one calibration. Blocks never change, so it is kept."""
+    if id(block) not in _DIGESTS:
+        if len(_DIGESTS) > MOST_DIGESTS:
+            _DIGESTS.clear()
+        name = f"{type(block).__module__}.{type(block).__qualname__}"
+        _DIGESTS[id(block)] = block, digest_of(name, list(tuning(block)))
+    return _DIGESTS[id(block)][1]
+
+
+def name_of(kind: type) -> str:
+    """Module and name of a class."""
+    return f"{kind.__module__}:{kind.__qualname__}"
+
+
+def held_by(value: object) -> Iterator[tuple[str, object]]:
+    """Attributes of an object by name: the fields of a frozen dataclass, else all that it has.
+
+    Raises:
+        NotStorable: it has none that can be read, as what is written in C
+    """
+    if is_frozen(type(value)):
+        yield from ((each.name, getattr(value, each.name)) for each in dataclasses.fields(value))  # type: ignore[arg-type]
+        return
+    slots = [name for kind in type(value).__mro__ for name in getattr(kind, "__slots__", ())]
+    if not hasattr(value, "__dict__") and not slots:
+        raise NotStorable(f"a checkpoint cannot hold a {type(value).__qualname__}")
+    yield from ((name, getattr(value, name)) for name in slots if hasattr(value, name) and name != "__dict__")
+    yield from list(getattr(value, "__dict__", {}).items())
+
+
+def is_frozen(kind: type) -> bool:
+    """Whether a class is a frozen dataclass, whose objects never change."""
+    return dataclasses.is_dataclass(kind) and bool(kind.__dataclass_params__.frozen)  # type: ignore[attr-defined]
+
+
+def snapshot(value: object, packages: frozenset[str] = frozenset({"tierod"})) -> Snapshot:
+    """A value with all that it leads to.
+
+    Args:
+        value: any
+        packages: top names of those whose classes may be written
+
+    Raises:
+        NotStorable: it leads to something that is neither written nor kept
+    """
+    walk = Walk(packages)
+    return Snapshot(walk.node(value), walk.arrays)

@@ -1,0 +1,71 @@
+"""How busy a bus is: frames and bits of the last second, against its bit rate."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+from tierod.io.readers.frames import EXTENDED
+from tierod.live.frame import Frame
+
+USUAL: Annotated[int, "bit/s"] = 500_000
+"""Bit rate of most vehicle buses, taken where none was given."""
+
+STANDARD, LONG = 47, 67
+"""Bits of a frame beside its payload, the pause behind it included, with 11 and 29 bits of identifier."""
+
+STUFFED = 1.1
+"""Bits that a sender puts in, on average: after five equal ones; a fifth at the most."""
+
+SPAN: Annotated[float, "s"] = 1.0
+
+
+@dataclass(frozen=True)
+class Load:
+    """Of one bus.
+
+    Args:
+        frames: per second
+        load: share of the bit rate
+        rate: that share is of, in words
+    """
+
+    frames: Annotated[float, "1/s"]
+    load: float
+    rate: str
+
+
+class Traffic:
+    """Counts what comes.
+
+    Args:
+        bitrate: of the buses; the usual one where None
+    """
+
+    def __init__(self, bitrate: int | None = None):
+        self._bitrate = bitrate
+        self._seen: deque[tuple[float, Mapping[int, tuple[int, float]]]] = deque()
+
+    def add(self, frames: Sequence[Frame], now: float) -> None:
+        """Frames that came by the computer's clock [s]; those of CAN FD count by the rate of their arbitration."""
+        found: dict[int, tuple[int, float]] = {}
+        for frame in frames:
+            count, bits = found.get(frame.bus, (0, 0.0))
+            own = STUFFED * (8 * len(frame.data) + (LONG if frame.identifier & EXTENDED else STANDARD))
+            found[frame.bus] = count + 1, bits + own
+        self._seen.append((now, found))
+        while self._seen and self._seen[0][0] <= now - SPAN:
+            self._seen.popleft()
+
+    def loads(self) -> dict[int, Load]:
+        """Of every bus, by its number, over the last second."""
+        rate = self._bitrate or USUAL
+        words = f"{rate / 1000:.0f} kbit/s" + ("" if self._bitrate else " (assumed)")
+        sums: dict[int, tuple[int, float]] = {}
+        for _, found in self._seen:
+            for bus, (count, bits) in found.items():
+                before = sums.get(bus, (0, 0.0))
+                sums[bus] = before[0] + count, before[1] + bits
+        return {bus: Load(count / SPAN, bits / SPAN / rate, words) for bus, (count, bits) in sorted(sums.items())}
