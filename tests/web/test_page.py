@@ -223,6 +223,7 @@ def test_what_is_missing_is_a_sentence(page):
     page.goto("/recording?file=drives/gone.parquet")
     page.get_by_role("alert").wait_for()
     assert "reload" in page.get_by_role("alert").inner_text()
+    assert page.locator(".loading").count() == 0
     page.slips.clear()  # the browser names the 404 itself
 
 
