@@ -134,6 +134,9 @@ def test_a_scenario_names_its_plant(folder):
     (folder / "s.toml").write_text(text.replace("PLANT", "none.toml"))
     with pytest.raises(ParameterError, match=r"s.toml, line 6: .*none.toml"):
         load(folder / "s.toml")
+    (folder / "s.toml").write_text(text.replace("PLANT", "trolley.fmu"))
+    with pytest.raises(ParameterError, match=r"line 6: 'trolley.fmu' is a unit itself"):
+        load(folder / "s.toml")
 
 
 def test_a_plant_file_is_proposed_from_names_and_units(folder):

@@ -80,7 +80,7 @@ def _show(found: PlantProposal, target: Path | None) -> None:
         messages().print("as a plant: tierod simulate SCENARIO --plant", shlex.quote(str(unit.path)), "-o DRIVE.mf4")
         return
     console.print(f"plant file: {target}: edit it where it is wrong, signs above all", markup=False, soft_wrap=True)
-    words = ["tierod", "simulate", "mixed-drive", "--plant", str(target), "-o", "drive.mf4"]
+    words = ["tierod", "simulate", "mixed-drive-healthy", "--plant", str(target), "-o", "drive.mf4"]
     console.print(f"go on with: {shlex.join(words)}", markup=False, soft_wrap=True)
 
 

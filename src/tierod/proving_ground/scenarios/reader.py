@@ -37,10 +37,17 @@ def _collect(content: object, folder: Path, found: dict[str, str]) -> None:
         path = folder / text
         if text in found or path.suffix.lower() not in (".toml", ".csv", ".fmu") or not path.is_file():
             continue
-        whole = read_bytes(path, "the file", ParameterError, most=MOST_DATA_BYTES)
-        found[text] = hashlib.sha256(whole).hexdigest()
+        found[text] = _digest(path)
         if path.suffix.lower() == ".toml":
             _collect(toml(read_text(path, "the file", ParameterError), path, ParameterError), path.parent, found)
+
+
+def _digest(path: Path) -> str:
+    """SHA-256 of a file; a unit of another tool may have any size."""
+    if path.suffix.lower() == ".fmu":
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    return hashlib.sha256(read_bytes(path, "the file", ParameterError, most=MOST_DATA_BYTES)).hexdigest()
 
 
 def _texts(content: object) -> Iterator[str]:
@@ -192,6 +199,12 @@ def _car(given: CarTable | str, document: Document) -> tuple[Plant, str]:
 
 def _plant(name: str, own: Plant, document: Document) -> Plant:
     """The unit of a plant file in the place of the car."""
+    if name.lower().endswith(".fmu"):
+        raise document.error(
+            ("plant",),
+            f"'{name}' is a unit itself, and 'plant' names the file that says what of it is what; write one with "
+            f"'tierod inspect {name} --write-map car.plant.toml'",
+        )
     try:
         return plant_car(document.beside(name, "plant"), own)
     except TierodError as error:
