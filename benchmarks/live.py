@@ -30,6 +30,7 @@ from tierod.live.events import Hub
 from tierod.live.frame import Frame
 from tierod.live.judge import Plan
 from tierod.live.log import FrameLog
+from tierod.live.quiet import quiet
 from tierod.vehicles import load
 
 MONITORS = ("friction", "sideslip", "driver-torque", "condition")
@@ -177,7 +178,8 @@ def ticks(folder: Path, rate: float = 5000.0, seconds: float = 20.0) -> None:
     drive.looking.append(lambda now: setattr(drive, "ended", sender.poll() is not None and drive.inbox.empty()))
     begun = used()
     wall = time.monotonic()
-    drive.run()
+    with quiet():
+        drive.run()
     wall = time.monotonic() - wall
     sent = int(sender.communicate()[0])
     spent = used() - begun
@@ -251,7 +253,8 @@ def main() -> None:
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         if chosen.soak:
-            soak(Path(name), chosen.soak)
+            with quiet():
+                soak(Path(name), chosen.soak)
         else:
             share(Path(name))
             column(Path(name))

@@ -107,6 +107,7 @@ def looked(address: str, seconds: float, server: int) -> None:
         page = browser.new_page(viewport={"width": 1500, "height": 1000})
         page.goto(f"{address}/live?signals={panels}")
         page.wait_for_function("() => document.querySelectorAll('.panel .uplot').length === 4", timeout=240_000)
+        page.wait_for_timeout(10_000)  # what came before the page was there is shown at once
         page.evaluate(_WATCH, TURN)
         session = page.context.new_cdp_session(page)
         session.send("Performance.enable")
@@ -139,7 +140,8 @@ _WATCH = """(turn) => {
   const look = () => {
     if (output.isConnected && output.textContent !== before) {
       before = output.textContent;
-      delays.push(1000 * ((Date.now() / 1000 - +before % turn + turn) % turn));
+      const delay = 1000 * ((Date.now() / 1000 - +before % turn + turn) % turn);
+      if (Number.isFinite(delay)) delays.push(delay);
     }
     requestAnimationFrame(look);
   };

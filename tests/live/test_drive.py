@@ -120,6 +120,40 @@ def test_a_bus_that_cannot_be_opened(address, error, sentence):
         open_bus(address)
 
 
+def test_judging_in_a_thread_gives_the_same(tmp_path, monkeypatch):
+    """`run` judges beside its ticks, here while each of them takes frames; the states are those of `driven`."""
+    from tierod.live.judging import Judging
+
+    frames = frames_of_drive(tmp_path, 10.0)
+    straight, inbox, _ = started(tmp_path, Outputs(), None, None, ["friction", "sideslip"])
+    driven(straight, inbox, frames)
+    beside, inbox, _ = started(tmp_path, Outputs(), None, None, ["friction", "sideslip"])
+    beside._judging = Judging(threaded=True)
+    work, overlapped = beside.engine.work, []
+
+    def slow(piece):
+        before = beside.engine.tally.frames
+        time.sleep(0.15)
+        work(piece)
+        overlapped.append(beside.engine.tally.frames - before)
+
+    monkeypatch.setattr(beside.engine, "work", slow)
+    for begin in range(0, len(frames), 10):
+        driven(beside, inbox, frames[begin : begin + 10])
+        time.sleep(0.01)
+    assert max(overlapped) > 50, "ticks took frames while a piece was judged"
+    for name in ("friction", "sideslip"):
+        assert beside.engine.ticks.tickers[name].live
+        assert beside.engine.ticks.tickers[name].corrected == 0
+    first, second = straight.engine.finish(), None
+    beside._judging.ended(beside.engine, wait=True)
+    second = beside.engine.finish()
+    for (judge, one, _), (other, two, _) in zip(first, second, strict=True):
+        assert one.findings[0].headline == two.findings[0].headline
+        np.testing.assert_array_equal(judge.run.session.memory.values, other.run.session.memory.values)
+    beside._judging.close()
+
+
 def test_a_process_says_that_its_bus_cannot_be_opened():
     with pytest.raises(ParameterError, match="did you mean 'socketcan'"):
         ProcessReceiver(1, Address("socketcam", "can0"), queue.SimpleQueue())

@@ -90,9 +90,7 @@ def test_a_message_that_falls_silent_is_named(tmp_path):
 
 
 def test_a_message_that_begins_later_than_others_is_waited_for(tmp_path):
-    frames = [
-        each for each in frames_of_drive(tmp_path, 14.0) if each.identifier != 0x200 or each.time - START > 6.3
-    ]
+    frames = [each for each in frames_of_drive(tmp_path, 14.0) if each.identifier != 0x200 or each.time - START > 6.3]
     engine, found, events = run(tmp_path, frames, expected=14.0)
     assert set(found) == set(MONITORS)
     assert [each.reason for each in engine.shown()] == ["", ""]

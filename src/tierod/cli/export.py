@@ -28,6 +28,9 @@ DRIVES = {
 }
 """Shipped scenario whose drive a monitor is compared by where no other is named."""
 
+FAULT_MEMORY = "fault-memory"
+"""What is exported beside monitors as C: the memory of their trouble codes."""
+
 DRIVEN_STEPS, RANDOM_STEPS = 100_000, 100_000
 """At the most, of the comparison of the evidence."""
 
@@ -36,7 +39,9 @@ def export(
     kind: Annotated[str, typer.Argument(help="c: C99 for a control unit; fmu: a functional mock-up unit.")],
     monitor: Annotated[
         str,
-        typer.Argument(help="Name of the monitor, see 'tierod monitors'; as fmu also plant, driver or assist."),
+        typer.Argument(
+            help="Name of the monitor, see 'tierod monitors'; as fmu also plant, driver or assist, as c fault-memory."
+        ),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder that takes the C, or file of the unit.")],
     vehicle: Annotated[
@@ -66,6 +71,9 @@ def export(
     """Write a monitor as C with test vectors and what compares them, or a functional mock-up unit."""
     if kind not in KINDS:
         raise ParameterError(f"there is no export '{kind}'{nearest(kind, KINDS)}")
+    if kind == "c" and monitor == FAULT_MEMORY:
+        _write_fault_memory(output)
+        return
     if kind == "fmu":
         _unit(monitor, vehicle, scenario, variant, fmi, output)
         return
@@ -101,6 +109,24 @@ def _unit(name: str, vehicle: str | None, scenario: str | None, variant: str | N
     if fmi not in (2, 3):
         raise ParameterError(f"--fmi is {fmi}; the versions are 2 and 3")
     export_fmu(name, vehicle, scenario, variant, 2 if fmi == 2 else 3, output)
+
+
+def _write_fault_memory(output: Path) -> None:
+    """Write the fault memory of the shipped trouble codes."""
+    from tierod.cli.terminal import output as console
+    from tierod.core.files import require_folder
+    from tierod.diagnosis.trouble_codes import load_trouble_codes
+    from tierod.export.c_export import write_folder
+    from tierod.export.fault_memory.texts import fault_memory_files
+
+    require_folder(output)
+    codes = load_trouble_codes()
+    texts = fault_memory_files(codes)
+    write_folder(texts, output)
+    console().print(
+        f"fault memory of {len(codes.codes)} trouble codes: {', '.join(texts)} in {output}",
+        soft_wrap=True, markup=False, highlight=False,
+    )  # fmt: skip
 
 
 def _write_c(face: Interface, car: Vehicle, drive: str | None, output: Path) -> list[str]:

@@ -22,6 +22,10 @@ def simulate(
     ],
     seed: Annotated[int | None, typer.Option(min=0, help="Of all chance, in place of the scenario's.")] = None,
     seconds: Annotated[float | None, typer.Option(help="Duration in seconds, in place of the scenario's.")] = None,
+    plant: Annotated[
+        Path | None,
+        typer.Option(help="Unit (.fmu) that computes the vehicle in place of ours, or the plant file of one (.toml)."),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
     estimates: Annotated[
         bool,
@@ -35,6 +39,7 @@ def simulate(
     from tierod.fleet.virtual import describes_fleet
 
     if describes_fleet(scenario):
+        _refuse_plant(plant)
         from tierod.cli.simulate_fleet import simulate_fleet
 
         return simulate_fleet(scenario, output, seed, seconds, estimates, workers, json)
@@ -46,6 +51,8 @@ def simulate(
     whole = load(scenario)
     chosen = whole.with_run(seconds, seed)
     require_writable(output)
+    if plant is not None:
+        chosen = _with_plant(chosen, plant)
     for fault in (each for each in whole.faults if each not in chosen.faults):
         messages().print(f"left out, since it would begin later: {fault.label}", soft_wrap=True, markup=False)
     began = time.perf_counter()
@@ -57,13 +64,55 @@ def simulate(
         print_json(_document(chosen, outcome, output))
     else:
         _show(chosen, outcome, output, took)
+    if plant is not None and (astray := _astray(outcome)):
+        messages().print(astray, soft_wrap=True, markup=False, highlight=False)
     if outcome.diverged_at is None:
         return HEALTHY
     messages().print(_diverged(chosen, outcome, output), soft_wrap=True, markup=False)
     return NOT_JUDGED
 
 
+def _refuse_plant(plant: Path | None) -> None:
+    from tierod.core.errors import ParameterError
+
+    if plant is not None:
+        raise ParameterError("--plant takes the place of one scenario's car, and a fleet has many; name a scenario")
+
+
+def _with_plant(scenario: Scenario, plant: Path) -> Scenario:
+    """The scenario with a unit in the place of its car; what is assumed of the unit goes to the terminal."""
+    from tierod.cli.terminal import messages
+    from tierod.experiments.plant_proposal import plant_document
+    from tierod.proving_ground.scenarios.plants import with_plant
+
+    document, assumed = plant_document(plant)
+    driven, found = with_plant(scenario, document)
+    for each in [*assumed, *found]:
+        messages().print(each, soft_wrap=True, markup=False, highlight=False)
+    return driven
+
+
+OFF_PATH = 10.0
+"""Distance from its path [m] at which a driver has lost the car."""
+
+
+def _astray(outcome: Outcome) -> str:
+    """What it most often means that a driver has lost a car that a unit computes; "" where he has not."""
+    import numpy as np
+
+    offset = outcome.recording.channels.get("truth_lateral_offset")
+    if offset is None or not (np.abs(offset.values) > OFF_PATH).any():
+        return ""
+    first = offset.time[int(np.argmax(np.abs(offset.values) > OFF_PATH))]
+    return (
+        f"the car leaves its path by more than {OFF_PATH:g} m from {first:.4g} s on: look at signs and "
+        "units of what steers the unit and of its yaw rate and speed (left is positive; sign = -1 turns one over)"
+    )
+
+
 def _diverged(scenario: Scenario, outcome: Outcome, path: Path) -> str:
+    if outcome.reason:
+        return f"{outcome.reason}; {path} holds the drive up to {outcome.diverged_at:g} s of {scenario.duration:g} s"
     return (
         f"the run diverged: its last good time is {outcome.diverged_at:g} s of {scenario.duration:g} s, up to which "
         f"{path} holds it; look for a parameter or fault beyond what a car survives"
@@ -83,6 +132,7 @@ def _document(scenario: Scenario, outcome: Outcome, path: Path) -> dict[str, Any
         "recording": str(path),
         **scenario.provenance,
         "diverged_at": outcome.diverged_at,
+        **({"reason": outcome.reason} if outcome.reason else {}),
         "faults": [dict(window) for window in outcome.windows],
         "measured_channels": measured,
         "truth_channels": truth,

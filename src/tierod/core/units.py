@@ -176,7 +176,7 @@ def _by_pint(bare: str) -> str:
         try:
             _registry().parse_units(candidate)
             return candidate
-        except Exception:
+        except Exception:  # at text that is no unit pint lets through what its tokenizer and evaluator raise
             continue
     known = [word for words in _SPELLINGS.values() for word in words.split()]
     raise InputError(f"the unit '{bare}' is not known; {_WRITTEN}{nearest(bare, known)}")

@@ -88,6 +88,7 @@ def open_bus(address: Address) -> can.BusABC:
 
 def _enlarge(bus: can.BusABC) -> None:
     """Let the system keep more frames while nothing receives, as far as it allows; without a socket do nothing."""
+    # Drivers without a socket raise what they like when they are asked for one.
     with contextlib.suppress(Exception), socket.socket(fileno=os.dup(bus.fileno())) as twin:
         for option in (_FORCED, socket.SO_RCVBUF):
             with contextlib.suppress(OSError):
@@ -155,7 +156,7 @@ class Receiver(threading.Thread):
     def _close(self) -> None:
         bus, self._bus = self._bus, None
         if bus is not None:
-            with contextlib.suppress(Exception):
+            with contextlib.suppress(Exception):  # the bus is lost already, and its driver may fail at anything
                 bus.shutdown()
 
     def end(self) -> None:

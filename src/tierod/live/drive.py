@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Any
 from tierod.core.errors import TierodError
 from tierod.io.readers.channel_map import ChannelMap
 from tierod.live.buses import Inbox, Receiver
+from tierod.live.checkpoint import State
 from tierod.live.closing import Closing, Finished
 from tierod.live.engine import PACE, Engine, Pace
 from tierod.live.events import Hub
 from tierod.live.frame import Frame, Notice
 from tierod.live.judge import Plan
+from tierod.live.judging import Judging
 from tierod.live.outputs import Logs, Outputs, guarded, numbered
 from tierod.live.receiving import ProcessReceiver
 from tierod.live.resuming import Checkpoints, databases_digest
@@ -114,6 +116,7 @@ class Drive:
         self.logs = Logs(outputs, plan, hub)
         self._databases = databases_digest(database, channel_map)
         self._checkpoints: Checkpoints | None = None
+        self._judging = Judging(threaded=False)
 
     def prepare(self) -> None:
         """Take up the checkpoint, before the first frame comes; `run` and `tick` see to it."""
@@ -137,6 +140,7 @@ class Drive:
             exit code of the worst verdict: 0 healthy, 1 fault, 2 could not judge
         """
         self.prepare()
+        self._judging = Judging(threaded=True)
         for receiver in self.receivers:
             receiver.start()
         due = time.monotonic()
@@ -155,6 +159,9 @@ class Drive:
                 receiver.end()
             self.tick(time.monotonic(), time.time())
             self.close()
+            self._judging.close()
+            if self._checkpoints is not None:
+                self._checkpoints.close()
         return self.worst if self.drives else 2
 
     def tick(self, now: float, calendar: float) -> None:
@@ -177,11 +184,8 @@ class Drive:
             self.close()
         elif now - self._came > SILENT:
             self.once("silent", self._silent_sentence())
-        if self._running and self.engine.due and not self.paused:
-            self._judge()
-            # Just behind a piece nothing waits that was not judged, so that the checkpoint is as young as it can be.
-            if self._running and now - self._checked > self.outputs.every - self.engine.pace.period - LEEWAY:
-                self._store(now, calendar)
+        if self._running:
+            self._judge(now, calendar)
         if self._running and now - self._stated >= STATED:
             self._stated = now
             self.hub.say("state", self.state())
@@ -230,8 +234,23 @@ class Drive:
             {"origin": self.engine.clock.origin, "log": str(path) if path else None, "goes_on": self._goes_on},
         )
 
-    def _judge(self) -> None:
-        self.engine.judge()
+    def _judge(self, now: float, calendar: float) -> None:
+        """Begin to judge a piece where one is complete, and follow one that was judged."""
+        if self.engine.due and not self.paused and not self._judging.busy:
+            # Just behind a piece nothing waits that was not judged, so that the checkpoint is as young as it can be.
+            due = now - self._checked > self.outputs.every - self.engine.pace.period - LEEWAY
+            checkpoints, judges = self._checkpoints, self.engine.judges
+            self._judging.begin(
+                self.engine, lambda: checkpoints.collected(judges) if checkpoints is not None and due else None
+            )
+        judged, states = self._judging.ended(self.engine)
+        if judged:
+            if states is not None:
+                self._store(states, now, calendar)
+            self._look()
+
+    def _look(self) -> None:
+        """What follows on a piece that was judged."""
         if self._checkpoints is not None:
             self._checkpoints.settle(self.engine.judges)
         for name in self.engine.missing:
@@ -281,12 +300,12 @@ class Drive:
         self.marks.append(self.engine.clock.latest)
         self.hub.say("mark", {"time": self.engine.clock.latest, "text": text})
 
-    def _store(self, now: float, calendar: float) -> None:
+    def _store(self, states: Mapping[str, State], now: float, calendar: float) -> None:
         if self._checkpoints is None:
             return
         self._checked = now
         try:
-            self._checkpoints.store(self.engine, now, calendar, self.logs.path)
+            self._checkpoints.store(self.engine, states, now, calendar, self.logs.path)
         except TierodError as error:
             self.once("checkpoint", str(error))
 
@@ -295,6 +314,7 @@ class Drive:
         if not self._running:
             return
         self._running = self._goes_on = False
+        self._judging.ended(self.engine, wait=True)
         engine, checkpoints = self.engine, self._checkpoints
         finished = [Finished(*each) for each in engine.finish()]
         for each in finished:

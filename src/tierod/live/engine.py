@@ -70,6 +70,23 @@ class _Stream:
     rest: Recording | None = None
 
 
+@dataclass(frozen=True)
+class Piece:
+    """Frames that are judged together.
+
+    Args:
+        frames: in the order in which they came
+        until: time up to which they reach [s]
+        rest: whether they end the drive
+        log: path of the log, or what stands for it
+    """
+
+    frames: Sequence[Frame]
+    until: float
+    rest: bool
+    log: str
+
+
 @dataclass
 class Tally:
     """What was counted over the drive."""
@@ -159,7 +176,20 @@ class Engine:
         return self.clock.latest - self.pace.order >= begin
 
     def judge(self, rest: bool = False) -> None:
-        """Judge what has come.
+        """Judge what has come, at once.
+
+        Args:
+            rest: to the last frame, at the end of a drive
+        """
+        piece = self.cut(rest)
+        if piece is not None:
+            self.work(piece)
+            self.settle(piece)
+
+    def cut(self, rest: bool = False) -> Piece | None:
+        """What has come, as a piece to be judged; None where there is nothing.
+
+        `work` judges it, in any thread; `settle` ends that, in the thread that takes frames, before the next is cut.
 
         Args:
             rest: to the last frame, at the end of a drive
@@ -172,25 +202,34 @@ class Engine:
             self.tally.too_late += late
             parts = [frame for frame in parts if frame.time >= self._until]
         self._until = self.clock.latest if rest else until
-        if not parts:
-            return
-        frames = frames_of(parts, self.clock.origin)
+        return (
+            Piece(parts, self._until, rest, str(self.log.path) if self.log is not None else "live") if parts else None
+        )
+
+    def work(self, piece: Piece) -> None:
+        """Judge a piece; nothing of this is used by `take`."""
+        frames = frames_of(piece.frames, self.clock.origin)
         frames = taken(frames, np.argsort(frames.time, kind="stable"))
         self.decoder.hear(frames)
         for gap in self.gaps.add(frames):
             text = f"{identifier_text(gap.identifier)} on {gap.bus} did not come for {gap.seconds:.2g} s"
-            self.say("silence", {"time": self._until, "text": text})
+            self.say("silence", {"time": piece.until, "text": text})
         if self.decoder.known is None:
             return
         self._look_at_ignition(frames)
         for judge in self.judges:
             if not judge.broken:
-                self._feed(judge, self._streams[judge.name], frames, rest)
+                self._feed(judge, self._streams[judge.name], frames, piece)
+
+    def settle(self, piece: Piece) -> None:
+        """A piece was judged: ticks go on from it, and what changed is said."""
+        if self.decoder.known is None:
+            return
         picks = [pick for stream in self._streams.values() if stream.plan is not None for pick in stream.plan.picks]
-        self.ticks.settle(self.judges, self.decoder, picks, [*parts, *self._waiting])
+        self.ticks.settle(self.judges, self.decoder, picks, [*piece.frames, *self._waiting])
         self._note_changes()
 
-    def _feed(self, judge: Judge, stream: _Stream, frames: Frames, rest: bool) -> None:
+    def _feed(self, judge: Judge, stream: _Stream, frames: Frames, cut: Piece) -> None:
         known = self.decoder.known
         assert known is not None
         if stream.plan is None or stream.version != self.decoder.version:
@@ -214,11 +253,11 @@ class Engine:
         whole = joined(stream.rest, Recording({channel.name: channel for channel in channels}))
         if not any(len(channel.time) for channel in whole.channels.values()):
             return
-        until = np.inf if rest else judge.cut(whole, self._until)
+        until = np.inf if cut.rest else judge.cut(whole, cut.until)
         stream.rest, part = whole.slice(until), whole.slice(stop=until)
         if not any(len(channel.time) for channel in part.channels.values()):
             return
-        metadata = {"format": "live", "origin": self.clock.origin, "path": str(self.log.path) if self.log else "live"}
+        metadata = {"format": "live", "origin": self.clock.origin, "path": cut.log}
         piece = Recording(part.channels, metadata)
         piece = completed(piece.warned(*stream.plan.warnings), stream.past, stream.names)
         stream.past = piece

@@ -45,10 +45,11 @@ def _plain(value: Any) -> Any:
 class Hub:
     """Gives every event to all who listen; one who fails is left out.
 
-    `say` may be called from one thread only.
+    `say` may be called from any thread; one event is given after the other, while `lock` is held.
     """
 
     def __init__(self) -> None:
+        self.lock = threading.RLock()
         self._listeners: list[Callable[[str], None]] = []
 
     def add(self, listener: Callable[[str], None]) -> None:
@@ -63,11 +64,12 @@ class Hub:
     def say(self, kind: str, content: Mapping[str, Any]) -> None:
         """Give an event to all listeners."""
         text = line(kind, content)
-        for listener in list(self._listeners):
-            try:
-                listener(text)
-            except BrokenPipeError:
-                self._listeners.remove(listener)
+        with self.lock:
+            for listener in list(self._listeners):
+                try:
+                    listener(text)
+                except BrokenPipeError:
+                    self._listeners.remove(listener)
 
 
 class Events:

@@ -52,13 +52,15 @@ class Findings:
         self._guarded(lambda: log.finding(time, level, event.get("monitor", kind), _words(event)))
 
     def _guarded(self, work: Callable[[], None]) -> None:
-        if self._log is None:
-            return
-        try:
-            work()
-        except OutputError as error:
-            self._log = None
-            self._hub.say("problem", {"text": f"{error}; monitoring goes on without it"})
+        # Samples come from the thread that judges, events from any: the log takes one after the other.
+        with self._hub.lock:
+            if self._log is None:
+                return
+            try:
+                work()
+            except OutputError as error:
+                self._log = None
+                self._hub.say("problem", {"text": f"{error}; monitoring goes on without it"})
 
     def close(self) -> None:
         """End the log.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -92,16 +91,19 @@ class _Newest:
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
-        self.history: dict[str, deque[float]] = {}
+        self.history: dict[str, tuple[float, ...]] = {}
         self.enabled = math.nan
         self.tap: Callable[[np.ndarray, Mapping[str, np.ndarray]], None] | None = None
 
     def add(self, time: np.ndarray, shown: Mapping[str, np.ndarray]) -> None:
         if not len(time):
             return
-        for name, values in shown.items():
-            self.values[name] = float(values[-1])
-            self.history.setdefault(name, deque(maxlen=HISTORY)).append(float(values[-1]))
+        last = {name: float(values[-1]) for name, values in shown.items()}
+        # Made anew, since another thread may be reading them.
+        self.values = self.values | last
+        self.history = self.history | {
+            name: (*self.history.get(name, ()), value)[-HISTORY:] for name, value in last.items()
+        }
         if "enabled" in shown:
             self.enabled = float(np.mean(shown["enabled"]))
         if self.tap is not None:
@@ -225,15 +227,16 @@ class Judge:
 
     def shown(self) -> Shown:
         """What is shown of it now."""
-        if self.run is None or self.broken:
+        run = self.run  # another thread may set it
+        if run is None or self.broken:
             return Shown(self.name, Status.NOT_AVAILABLE, 0.0, self.reason)
         if self._first is not None:
             return Shown(self.name, Status.NOT_READY, 0.0, self.reason)
-        course = getattr(self.run.session, "course", ())
+        course = getattr(run.session, "course", ())
         status, since = (course[-1].status, course[-1].time) if course else (Status.NOT_READY, 0.0)
-        own = self.run.session.traces
+        own = run.session.traces
         values = {name: value for name, value in self._newest.values.items() if name in own}
-        history = {name: tuple(each) for name, each in self._newest.history.items() if name in own}
+        history = {name: each for name, each in self._newest.history.items() if name in own}
         ticking = self.ticker is not None and self.ticker.live
         if self.ticker is not None and ticking:
             values |= self.ticker.values()

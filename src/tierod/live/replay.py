@@ -166,6 +166,7 @@ def _inverse(
 
 def _sent(message: Message, wiring: Wiring, piece: Any) -> Iterator[Frame]:
     import numpy as np
+    from cantools.database import EncodeError
 
     channels = {name: piece.channels[column] for name, (column, _) in wiring.items() if column in piece.channels}
     if not channels:
@@ -183,7 +184,7 @@ def _sent(message: Message, wiring: Wiring, piece: Any) -> Iterator[Frame]:
             item = message.get_signal_by_name(name)
             value = wiring[name][1](float(column[place]))
             values[name] = _within(item, value) if value == value else _idle(item)
-        with contextlib.suppress(Exception):  # what the message cannot carry is not sent
+        with contextlib.suppress(EncodeError, OverflowError, ValueError):  # what the message cannot carry is not sent
             yield Frame(stamp, identifier, 1, message.encode(values, scaling=True, strict=False))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -204,11 +204,20 @@ class Checkpoints:
             else:
                 self._say(judge.name, "the checkpoint is of another calibration; it begins anew")
 
-    def store(self, engine: Engine, now: float, calendar: float, log: Path | None) -> None:
-        """Write what the drive holds now; a thread does, and one that has not ended is waited for by the next.
+    def collected(self, judges: Sequence[Judge]) -> dict[str, State]:
+        """What is kept of all monitors, when a piece was judged; some milliseconds each.
 
         Args:
-            engine: of the drive, when a piece was judged
+            judges: of the drive
+        """
+        return {judge.name: each for judge in judges if (each := state_of(judge)) is not None}
+
+    def store(self, engine: Engine, states: Mapping[str, State], now: float, calendar: float, log: Path | None) -> None:
+        """Write what the drive holds now; a thread does, and what comes before it has ended is left out.
+
+        Args:
+            engine: of the drive, before the next piece is judged
+            states: of its monitors, as of `collected`
             now: by the computer's clock [s]
             calendar: time of the computer [s]
             log: of the drive
@@ -220,7 +229,7 @@ class Checkpoints:
             return
         self._raise_late()
         drive, self.judged_until = snapshot(engine.held()), engine.judged_until
-        content = self._content(engine.judges, calendar - now, drive, str(log.absolute()) if log else "")
+        content = self._content(states, calendar - now, drive, str(log.absolute()) if log else "")
         self._writing = self._pool.submit(checkpoint.written, content, self.path)
 
     def store_end(self, judges: Sequence[Judge]) -> None:
@@ -235,15 +244,19 @@ class Checkpoints:
         if self._writing is not None:
             self._writing.exception()
         self._writing = None
-        checkpoint.written(self._content(judges, 0.0, None, ""), self.path)
+        states = {judge.name: each for judge in judges if (each := state_of(judge, collected=False)) is not None}
+        checkpoint.written(self._content(states, 0.0, None, ""), self.path)
 
-    def _content(self, judges: Sequence[Judge], clock: float, drive: Snapshot | None, log: str) -> Checkpoint:
-        """What is written: of a drive that has ended only the states of the blocks."""
-        states = {judge.name: each for judge in judges if (each := state_of(judge, drive is not None)) is not None}
+    def _content(self, states: Mapping[str, State], clock: float, drive: Snapshot | None, log: str) -> Checkpoint:
+        """What is written; without what the drive holds it has ended."""
         written = datetime.datetime.now(datetime.UTC).timestamp()
         own = checkpoint.of_vehicle(self._vehicle)
         ended = drive is None
         return Checkpoint(self._vehicle.name, own, self._databases, written, clock, ended, states, drive, log)
+
+    def close(self) -> None:
+        """End the thread that writes, when the file is whole."""
+        self._pool.shutdown()
 
     def _raise_late(self) -> None:
         if self._writing is not None:

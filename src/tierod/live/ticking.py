@@ -64,6 +64,7 @@ class Ticker:
         self.live = False
         self.steps = self.corrected = 0
         self._index = -1
+        self._stuck: list[int] = []
         self._rows: deque[tuple[float, ...]] = deque(maxlen=MOST)
         self._stream: Stream[Any, Any, Any] | None = None
         self._limit = run.monitor.maximum_age + min(0.5 / run.monitor.rate, ROUNDING)
@@ -145,7 +146,7 @@ class Ticker:
         row = [values[place] if place >= 0 and time - times[place] <= limit else math.nan for place in self._sources]
         for column, recipe, past in self._derived:
             row[column] = _derived(recipe, past, time, limit)
-        for column in self._stuck():
+        for column in self._stuck:
             row[column] = math.nan
         self._rows.append(tuple(row))
         if self.live and self._stream is not None:
@@ -153,10 +154,6 @@ class Ticker:
             self._stream.advance()
             self.steps += 1
             self._follow(time)
-
-    def _stuck(self) -> list[int]:
-        removed = self._run.removed
-        return [column for column, name in enumerate(self._names) if name in removed] if removed else []
 
     @property
     def _running(self) -> tuple[str, Sequence[Status]] | None:
@@ -177,6 +174,8 @@ class Ticker:
         """A piece was judged: compare, and go on from its state where a late frame made a difference."""
         if self._session.block is not self._block:
             self._arrange()
+        removed = self._run.removed
+        self._stuck = [column for column, name in enumerate(self._names) if name in removed]
         memory = self._session.memory
         if memory is None or self._index < 0:
             return

@@ -111,7 +111,7 @@ def keys() -> Iterator[None]:
     except (ImportError, OSError, ValueError):
         yield
         return
-    except Exception:  # termios.error has no other base
+    except termios.error:
         yield
         return
     try:

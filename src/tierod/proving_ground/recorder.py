@@ -17,14 +17,21 @@ from tierod.proving_ground.sensors import Sensor
 TRUTH_RATE = 100.0
 """Rate of the channels prefixed `truth_` [Hz]."""
 TRUTH = "truth_"
+COMMANDS = "commands."
+"""Branch of the outputs of a block that go to a unit of another tool."""
 SAME_INSTANT = 1e-6
 """Share of a sample below which two instants are one: the clock of a run is a product of rounded numbers."""
 
 
 def channel_names(block: Block) -> dict[str, list[int]]:
-    """Channel -> its columns among a block's outputs: the last part of the dotted name; several where sub-sampled."""
+    """Channel -> its columns among a block's outputs: the last part of the dotted name; several where sub-sampled.
+
+    What a block gives a unit that computes the vehicle is no channel.
+    """
     found: dict[str, list[int]] = {}
     for column, path in enumerate(trace(block).output):
+        if path.startswith(COMMANDS):
+            continue
         parts = path.split(".")
         name = parts[-2] if parts[-1].isdigit() and len(parts) > 1 else parts[-1]
         found.setdefault(name, []).append(column)

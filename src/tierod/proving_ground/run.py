@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -91,11 +92,13 @@ class Outcome:
         diverged_at: last good time of a run that did not stay finite [s], zero where no instant was good; None where
             all went well
         windows: every fault as it came: name, element, behaviour, start and end [s]
+        reason: why it ended early, where more is known than that it diverged
     """
 
     recording: Recording
     diverged_at: float | None = None
     windows: tuple[dict[str, Any], ...] = ()
+    reason: str = ""
 
 
 def run(
@@ -138,7 +141,8 @@ def run(
     columns = channel_names(drive.block)
     readings = Readings({name: sensor for name, sensor in sensors.items() if name in columns}, seconds, seed)
     recorder = Recorder(columns, readings.instants, car.step_time, seconds)
-    diverged_at = drive.to_the_end(seconds, recorder, progress)
+    with drive.begun(seconds):
+        diverged_at = drive.to_the_end(seconds, recorder, progress)
     truths = recorder.truths()
     described = declared_units(drive.kernel.graph.output_tree)
     channels = readings.channels(truths, schedule.on_channel, described)
@@ -148,7 +152,7 @@ def run(
     provenance = _provenance(car, readings.sensors, schedule)
     provenance |= {"course": course.name, "seed": seed, "seconds": seconds, "diverged_at": diverged_at}
     recording = Recording(channels, provenance | dict(metadata or {}))
-    return Outcome(recording, diverged_at, schedule.windows)
+    return Outcome(recording, diverged_at, schedule.windows, drive.reason)
 
 
 def started(car: Plant, course: Course) -> Plant:
@@ -202,6 +206,31 @@ class _Run:
         self.samples = np.empty((self.longest, len(self.index)))
         self.outputs = {name: columns[0] for name, columns in channel_names(self.block).items()}
         self.limits = [(self.outputs[name], limit) for name, limit in LIMITS.items() if name in self.outputs]
+        # A unit of another tool may know the speed of its wheels alone.
+        self.speed = self.outputs.get("truth_speed", self.outputs.get("vehicle_speed", 0))
+        self.car, self.reason = car, ""
+        self.advance: Callable[[np.ndarray, np.ndarray, np.ndarray, int], int | None]
+        self.advance = self.kernel.scan
+
+    @contextmanager
+    def begun(self, seconds: float) -> Iterator[None]:
+        """With the unit that computes the vehicle, where it is one of another tool; closed behind it.
+
+        Args:
+            seconds: duration [s]
+        """
+        make = getattr(self.car, "coupled", None)
+        if make is None:
+            yield
+            return
+        usual, graph = dict(zip(self.index, self.usual, strict=True)), self.kernel.graph
+        shape = (self.longest, len(graph.sample), len(graph.output))
+        with closing(make(self.block, usual, seconds, shape)) as unit:
+            self.advance = unit.scan
+            try:
+                yield
+            finally:
+                self.reason = unit.failure
 
     def to_the_end(self, seconds: float, recorder: Recorder, progress: Callable[[float], None]) -> float | None:
         """All pieces; the last good time if the run diverged."""
@@ -212,7 +241,7 @@ class _Run:
             size = min(look, count - done)
             time = np.arange(done, done + size) * self.step_time
             outputs = self._piece(time, *foresight.over(time - time[0], look * self.step_time), done)
-            good = self._good(outputs)
+            good = self._good(outputs) if len(outputs) else 0
             recorder.add(outputs[:good])
             if good < size:
                 return float(max(done + good - 1, 0) * self.step_time)
@@ -221,7 +250,7 @@ class _Run:
                 self.schedule.observe(time, seen)
             if "truth_distance" in self.outputs:
                 distance = float(outputs[-1, self.outputs["truth_distance"]])
-                speed = float(outputs[-1, self.outputs["truth_speed"]])
+                speed = float(outputs[-1, self.speed])
                 foresight.look(distance + speed * self.step_time, speed, size * self.step_time)
             done += size
             progress(done / count)
@@ -234,8 +263,8 @@ class _Run:
         said = partial(self._said, samples)
         self._set(samples, self.schedule.inputs(time, said), "a fault")
         outputs = np.empty((len(time), len(self.kernel.graph.output)))
-        self.kernel.scan(self.memory, samples, outputs, done)
-        return outputs
+        rows = self.advance(self.memory, samples, outputs, done)
+        return outputs[:rows]
 
     def _set(self, samples: np.ndarray, columns: Mapping[str, np.ndarray], whose: str) -> None:
         for name, values in columns.items():

@@ -7,6 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
+from tierod.core.errors import InputError
 from tierod.io.readers import read
 
 asammdf = pytest.importorskip("asammdf")
@@ -33,3 +34,35 @@ def test_a_local_start_without_its_zone_means_the_same_everywhere(tmp_path, monk
         time.tzset()
     assert recording.metadata["origin"] == datetime.datetime(2024, 1, 1, 12, tzinfo=datetime.UTC).timestamp()
     assert recording.metadata["start_time"] == "2024-01-01T12:00:00"
+
+
+def with_other_bus(path, frame, beside=None):
+    """A file whose frames are of another bus than CAN, made by asammdf, and a signal beside them if wanted."""
+    stamps = np.arange(20) / 100.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        file = asammdf.MDF(version="4.10")
+        file.append(asammdf.Signal(np.array([b"\1\2\3\4"] * 20), stamps, name=frame, encoding="latin-1"))
+        file.groups[0].channel_group.flags |= 2
+        if beside:
+            file.append(asammdf.Signal(np.sin(stamps), stamps, name=beside, unit="rad/s"))
+        file.save(path)
+        file.close()
+    return path
+
+
+@pytest.mark.parametrize(("frame", "kind"), [("ETH_Frame", "Ethernet"), ("LIN_Frame", "LIN"), ("FLX_Pdu", "FlexRay")])
+def test_frames_of_other_buses_are_refused_in_a_sentence(tmp_path, frame, kind):
+    path = with_other_bus(tmp_path / "drive.mf4", frame)
+    with pytest.raises(
+        InputError, match=rf"holds 20 frames of {kind}.*neither asammdf nor cantools.*export the signals"
+    ):
+        read(path)
+
+
+def test_signals_beside_frames_of_other_buses_are_read_with_a_remark(tmp_path):
+    found = read(with_other_bus(tmp_path / "drive.mf4", "ETH_Frame", "yaw_rate"))
+    assert len(found["yaw_rate"].time) == 20
+    assert any(
+        "20 frames of Ethernet (SOME/IP and PDUs within), which were left out" in each for each in found.warnings
+    )

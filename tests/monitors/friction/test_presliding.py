@@ -17,7 +17,8 @@ from tierod.monitors.friction.presliding import PreslidingFrictionFilter
 from tierod.monitors.friction.signals import SteeringSample
 from tierod.physics.kingpin import weight_lever
 from tierod.physics.tyre import parking_torque
-from tierod.proving_ground import EpsCar
+from tierod.proving_ground import EpsCar, run
+from tierod.proving_ground.courses.natural import NaturalDrive
 from tierod.vehicles import load
 
 VEHICLE = load("midsize-eps")
@@ -206,3 +207,30 @@ def test_the_first_innovation_is_as_uncertain_as_priors_and_noise_make_it():
     start = FILTER.init()
     place = start.mean._fields.index("offset")
     assert spread[first] >= unpack(start.covariance)[place][place] > 0.0
+
+
+def test_friction_is_stated_for_a_load_that_the_car_sees():
+    """4 N*m of a mid-size car; a light one with a short front axle load sees less, and its friction is known there."""
+    light = dataclasses.replace(VEHICLE.parameters["mass"], value=0.25 * VEHICLE["mass"])
+    car = dataclasses.replace(VEHICLE, parameters={**VEHICLE.parameters, "mass": light})
+    samples = signals(Case(SEED))[:3000]
+    usual = scan(FILTER, samples)["reference_load"][-1]
+    assert usual == pytest.approx(4.0, rel=0.01)
+    few = scan(PreslidingFrictionFilter.of_vehicle(car), samples)
+    assert few["reference_load"][-1] == pytest.approx(0.25 * usual)
+    monitor = FrictionMonitor.of_vehicle(VEHICLE)
+    evidence = monitor.finding(scan(monitor, signals(Case(SEED)))).evidence
+    assert evidence["reference_load_Nm"] == pytest.approx(usual)
+    assert abs(evidence["load_share"]) < 0.2
+
+
+def test_friction_of_a_loaded_gear_is_read_at_the_load_it_is_stated_for():
+    """Two fifths of 4 N*m grow with the load of the gear, whose level is given for 8 N*m: 3.2 at 4 N*m."""
+    steering = dataclasses.replace(EpsCar().steering, reference_load=8.0)
+    steering = dataclasses.replace(steering, friction=dataclasses.replace(steering.friction, load_share=0.4))
+    car = dataclasses.replace(EpsCar(), steering=steering)
+    drive = run(car, NaturalDrive(name="loaded", seed=SEED, time=240.0), seed=SEED).recording
+    samples = drive.align(SteeringSample._fields, 100.0).values
+    result = scan(FILTER, samples)
+    assert result["friction_torque"][-1] == pytest.approx(3.2, abs=0.3)
+    assert result["load_share"][-1] == pytest.approx(0.4 * 4.0 / 8.0, abs=0.12)

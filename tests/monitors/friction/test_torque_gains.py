@@ -71,3 +71,12 @@ def test_a_signal_that_is_zero_while_driving_says_nothing(signals, name):
     gains = GainsOverDrive(load("midsize-eps"), 100.0)
     gains.add(signals | {name: np.zeros(len(signals[name]))})
     assert gains.found() is None
+
+
+def test_a_guessed_assist_map_accuses_no_sensor(signals):
+    known = load("midsize-eps")
+    wide = dataclasses.replace(known.parameters["assist_linear_gain"], standard_deviation=0.6)
+    guessed = dataclasses.replace(known, parameters={**known.parameters, "assist_linear_gain": wide})
+    scaled = signals | {"driver_torque": 2.0 * signals["driver_torque"]}
+    assert after(scaled).defects() != ()
+    assert after(scaled, guessed).defects() == ()

@@ -11,8 +11,9 @@ from scipy.signal import lfilter
 
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
+from tierod.methods.estimators.linear_algebra import diagonal, from_diagonal
 from tierod.models.lateral_parameters import LateralParameters
-from tierod.monitors.sideslip.combined import FARTHEST_SHOWN, SMOOTHING, CombinedSideslip
+from tierod.monitors.sideslip.combined import FARTHEST_SHOWN, SMOOTHING, USUAL_SLIP, CombinedSideslip
 from tierod.monitors.sideslip.combined_estimate import CombinedSample
 from tierod.monitors.sideslip.combined_identifiability import identifiability
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning, Wandering
@@ -213,3 +214,22 @@ def test_far_from_the_limit_its_distance_is_below_zero(drive):
     distance = scan(estimator(), drive[0])["limit_distance"][2000:]
     assert np.median(distance) < 0.0
     assert distance.min() >= -FARTHEST_SHOWN
+
+
+def test_raised_noises_bound_the_slip_of_the_rear_axle():
+    """A second of readings of no slip, of six degrees together: Gaussian prior and reading, joined by hand."""
+    block = CombinedSideslip.of_vehicle(load("midsize-eps"), STEP)
+    start = block.init().belief
+    names, speed, deviation = start.mean._fields, 10.0, 3.0
+    place = names.index("lateral_speed")
+    alone = [deviation**2 if name == "lateral_speed" else 0.0 for name in names]
+    belief = start._replace(mean=start.mean._replace(lateral_speed=-3.0), covariance=from_diagonal(alone))
+    after = belief
+    for _ in range(round(1.0 / STEP)):
+        after = block._within_usual_slip(after, speed, 1.0)
+    left = USUAL_SLIP**2 / (USUAL_SLIP**2 + (deviation / speed) ** 2)
+    assert after.mean.lateral_speed == pytest.approx(-3.0 * left)
+    assert diagonal(after.covariance)[place] == pytest.approx(deviation**2 * left)
+    unraised = block._within_usual_slip(belief, speed, 0.0)
+    assert unraised.mean == belief.mean
+    assert unraised.covariance == belief.covariance

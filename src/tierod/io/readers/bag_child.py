@@ -96,7 +96,7 @@ class Reader:
             first = message.stamp if first is None else min(first, message.stamp)
             try:
                 numbers = self._decoded(message)
-            except Exception as error:
+            except Exception as error:  # definitions and decoders of foreign messages fail in ways of their own
                 reason = " ".join(str(error).split())[:80] or type(error).__name__
                 self._notes.append(f"the topic {message.topic.name} ({message.topic.kind}) cannot be decoded: {reason}")
                 continue
@@ -162,7 +162,7 @@ class Reader:
         for message in self._messages(set(wanted)):
             try:
                 numbers = self._decoded(message)
-            except Exception:
+            except Exception:  # as above; what cannot be decoded is counted and said
                 lost += 1
                 continue
             logged = (message.stamp - self._origin) / 1e9
@@ -371,7 +371,7 @@ def _topics_in_summary(path: str) -> set[str]:
                 return set()
             counts = summary.statistics.channel_message_counts
             return {each.topic for number, each in summary.channels.items() if counts.get(number)}
-    except Exception:
+    except Exception:  # a summary that is damaged in any way is none: the messages themselves are read then
         return set()
 
 

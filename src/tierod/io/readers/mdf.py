@@ -33,16 +33,36 @@ def open_mdf(path: Path) -> Source | Log:
     frames = sum(content["records"][group] for group in content["frames"])
     if content["channels"]:
         notes = (f"the file holds {frames} CAN frames too, which were left out",) if frames else ()
-        return _source(process, content, notes)
+        return _source(process, content, (*notes, *_left_out(content)))
+    if not frames and content["others"]:
+        raise InputError(f"{path}: {_others(content)} and no CAN frames nor channels; {_CURE}")
     if not frames:
         raise InputError(
             f"{path}: the MDF file holds neither channels nor CAN frames; export it again with the channels chosen"
         )
     origin = _origin(content["start"])
     records = {group: content["records"][group] for group in content["frames"]}
+    notes = _left_out(content)
     return Log(
-        path.name, lambda: [_frames(process.lane(group, None), origin, count) for group, count in records.items()]
+        path.name,
+        lambda: [_frames(process.lane(group, None), origin, count, notes) for group, count in records.items()],
     )
+
+
+_CURE = (
+    "tierod decodes CAN alone, since neither asammdf nor cantools decodes the others: have the tool that knows their "
+    "ARXML or FIBEX export the signals as channels of an MF4"
+)
+
+
+def _others(content: dict[str, Any]) -> str:
+    counts = ", ".join(f"{count} frames of {kind}" for kind, count in content["others"].items())
+    return f"the MDF file holds {counts}"
+
+
+def _left_out(content: dict[str, Any]) -> tuple[str, ...]:
+    """A remark on frames of other buses."""
+    return (f"{_others(content)}, which were left out; {_CURE}",) if content["others"] else ()
 
 
 def _source(process: MdfProcess, content: dict[str, Any], notes: tuple[str, ...]) -> Source:
@@ -97,8 +117,10 @@ def _origin(start: str) -> float:
     return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
 
 
-def _frames(blocks: Iterator[dict[str, np.ndarray]], origin: float, records: int) -> Iterator[Frames]:
-    """The frames of one group; where some of its records are lost, the last says so."""
+def _frames(
+    blocks: Iterator[dict[str, np.ndarray]], origin: float, records: int, notes: tuple[str, ...]
+) -> Iterator[Frames]:
+    """The frames of one group; the last says what was left out, and where some of its records are lost."""
     done, frames = 0, None
     for arrays in blocks:
         done += len(arrays["time"])
@@ -116,9 +138,10 @@ def _frames(blocks: Iterator[dict[str, np.ndarray]], origin: float, records: int
             origin,
         )
         yield frames
-    if frames is not None and done < records:
-        lost = f"the file is damaged: {records - done} of {records} frames are lost"
-        yield replace(taken(frames, slice(0, 0)), notes=(lost,))
+    if done < records:
+        notes = (*notes, f"the file is damaged: {records - done} of {records} frames are lost")
+    if frames is not None and notes:
+        yield replace(taken(frames, slice(0, 0)), notes=notes)
 
 
 FORMAT = Format(

@@ -27,11 +27,17 @@ def import_asammdf() -> None:
         sys.modules.setdefault(name, _StandIn(name))
     try:
         import asammdf
-    except Exception:
+    except Exception:  # a stand-in may lack anything that another version of the library asks for
         for name in [name for name in sys.modules if name in _NOT_NEEDED[1:] or name.startswith("asammdf")]:
             del sys.modules[name]
         import asammdf  # noqa: F401
 
+
+OTHERS = {
+    "ETH_Frame": "Ethernet (SOME/IP and PDUs within)", "LIN_Frame": "LIN", "FLX_Frame": "FlexRay",
+    "FLX_Pdu": "FlexRay PDU", "MOST_Message": "MOST",
+}  # fmt: skip
+"""Frames of other buses by their name in the bus logging standard of ASAM."""
 
 _NOT_NEEDED = ("sympy", "pandas", "canmatrix", "canmatrix.canmatrix", "canmatrix.formats")
 
@@ -114,8 +120,19 @@ class Reader:
             "comment": str(getattr(self._file.header, "comment", "")),
             "channels": self._channels(),
             "frames": frames,
+            "others": self._other_buses(),
             "records": [int(group.channel_group.cycles_nr) for group in self._file.groups],
         }
+
+    def _other_buses(self) -> dict[str, int]:
+        """Recorded frames of buses that are no CAN, by their kind."""
+        counts: Counter[str] = Counter()
+        for group in self._file.groups:
+            names = {item.name for item in group.channels}
+            counts.update(
+                {kind: int(group.channel_group.cycles_nr) for frame, kind in OTHERS.items() if frame in names}
+            )
+        return {kind: count for kind, count in counts.items() if count}
 
     def _channels(self) -> list[dict[str, Any]]:
         """Every recorded channel, by a name that is unique in the file."""

@@ -52,7 +52,7 @@ class FrictionEstimator(Protocol):
     """A block that estimates friction, and what the verdict reads of it."""
 
     learnt: ClassVar[Mapping[str, str]]
-    """Evidence that it has learnt: name with unit -> field of its output."""
+    """Its evidence: name with unit -> field of its output."""
 
     @property
     def Sample(self) -> type:

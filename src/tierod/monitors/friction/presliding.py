@@ -24,6 +24,7 @@ from tierod.monitors.friction.torque_balance import (
     Regressors,
     column_motion,
     expected_torque,
+    reference_load,
     regressors,
     row_of,
 )
@@ -92,8 +93,10 @@ class PreslidingFrictionFilter:
         "torque_offset_Nm": "offset",
         "damping_Nms_per_rad": "damping",
         "inertia_kgm2": "inertia",
+        "load_share": "load_share",
+        "reference_load_Nm": "reference_load",
     }
-    """Evidence that the estimator has learnt: name with unit -> field of the estimate."""
+    """Evidence of the estimator: name with unit -> field of the estimate."""
 
     class State(NamedTuple):
         """Memories of conditioning, build-up and low-pass, and what has been learnt."""
@@ -168,7 +171,8 @@ class PreslidingFrictionFilter:
             exponential_build_up(state.exponential, column.increment, angle),
             long_build_up(state.long, column.increment, angle),
         )
-        both_sides = regressors(clean, column, laws, state.mean, self.parameters, self.tuning.reference_load)
+        load = reference_load(self.parameters, self.tuning.reference_lever)
+        both_sides = regressors(clean, column, laws, state.mean, self.parameters, load)
         low_pass, passed = self.low_pass.step(state.low_pass, both_sides)
         slower = minimum(absolute(passed.rate), absolute(passed.steering_wheel_rate))
         conditions = self.gate.conditions(
@@ -203,6 +207,7 @@ class PreslidingFrictionFilter:
             turn_slip=mean.turn_slip,
             drive_share=mean.drive_share,
             load_share=mean.load_share,
+            reference_load=load,
             offset=mean.offset,
             damping=mean.damping,
             inertia=mean.inertia,

@@ -62,6 +62,7 @@ class FrictionTorque(NamedTuple):
         dahl_angle: angle over which friction builds up
         aligning_gain, trail_drop, weight_lever, turn_slip, drive_share, load_share, offset, damping, inertia: see
             `Coefficients`
+        reference_load: torque of the road at the steering wheel for which friction is stated
         build_up: share of the full level that friction has reached, with sign
         excitation: mean magnitude of `build_up` over the enabled time; 1 is sliding all the time, below 0.5 the strokes
             end before friction has built up
@@ -87,6 +88,7 @@ class FrictionTorque(NamedTuple):
     turn_slip: Annotated[Scalar, "m**2"]
     drive_share: Annotated[Scalar, ""]
     load_share: Annotated[Scalar, ""]
+    reference_load: Annotated[Scalar, "N*m"]
     offset: Annotated[Scalar, "N*m"]
     damping: Annotated[Scalar, "N*m*s/rad"]
     inertia: Annotated[Scalar, "kg*m**2"]
@@ -156,7 +158,9 @@ class PreslidingTuning:
             (`tierod.physics.kingpin.weight_lever`), the round shoulders of the tyres take some away
         initial_turn_slip: [m**2]; of a patch 160 mm wide with a longitudinal stiffness of 25 times the load
         initial_drive_share: [-]; of brake forces at the front axle. A front-driven car has more, a rear-driven one less
-        reference_load: torque of the road at the steering wheel for which friction is stated [N*m]; usual in curves
+        reference_lever: friction is stated for a torque of the road that is the load of the front axle at this lever,
+            usual in curves [m]: a trail of 45 mm at 1.44 m/s**2 across. 4 N*m at the steering wheel of a mid-size car,
+            0.9 of a quadricycle, 6 of a van; a torque that a car never sees would leave its friction open
         outlier: an innovation beyond this weighs no more than one of this size (Huber) [N*m]; above what a step of
             friction from 4 to 12.5 makes, below a torque sensor's fault
         excitation_memory: time constant of the excitation in enabled time [s]; that of the friction torque
@@ -174,6 +178,6 @@ class PreslidingTuning:
     initial_weight_lever: Annotated[float, "m"] = 0.012
     initial_turn_slip: Annotated[float, "m**2"] = turn_slip_stiffness(25.0, 0.08)
     initial_drive_share: Annotated[float, ""] = 0.7
-    reference_load: Annotated[float, "N*m"] = 4.0
+    reference_lever: Annotated[float, "m"] = 0.0066
     outlier: Annotated[float, "N*m"] = 10.0
     excitation_memory: Annotated[float, "s"] = 20.0

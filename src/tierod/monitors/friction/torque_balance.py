@@ -63,6 +63,17 @@ ROLLING_SPEED = 3.0
 """Speed of the vehicle below which standing tyres scrub, which the balance does not know [m/s]."""
 
 
+def reference_load(p: FrictionParameters, lever: Scalar) -> Scalar:
+    """Torque of the road at the steering wheel [N*m] for which friction is stated.
+
+    Args:
+        p: parameters of the vehicle
+        lever: of the load of the front axle about the kingpins [m]
+    """
+    load = front_axle_load(p.mass, p.front_distance, p.rear_distance)
+    return torque_at_steering_wheel(lever * load, p.steering_ratio)
+
+
 class RoadTorques(NamedTuple):
     """What the road does at the steering wheel, per coefficient.
 

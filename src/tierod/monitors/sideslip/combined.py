@@ -16,6 +16,7 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import absolute, both, either, limit, log, maximum, present, sqrt, where
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.kernels import correct
 from tierod.methods.estimators.linear_algebra import diagonal
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters.jump_gate import JumpGate
@@ -47,6 +48,13 @@ so far, and one that follows a wrong yaw rate does at once."""
 
 SLOW = 3.0
 """Speed below which that is judged by the lateral speed [m/s]: a short car on full lock turns about its rear axle."""
+
+USUAL_SLIP = 0.1
+"""Standard deviation of the rear axle's slip angle over `SLIP_TIME` [rad], six degrees, counted while a noise is
+raised: innovations then contradict nothing, and tyres without grip would carry any lateral speed on to standstill."""
+
+SLIP_TIME = 1.0
+"""For which a slip angle lasts [s]."""
 
 WIND_SPEED = 25.0
 """At which the tuning's wind acts [m/s]; the force of a gust is in proportion to the speed of the car."""
@@ -194,6 +202,16 @@ class CombinedSideslip:
         """Whether a noise is raised, which keeps the innovations small whatever the estimate does."""
         return state.yaw_noise.logarithm + state.acceleration_noise.logarithm > 0.0
 
+    def _within_usual_slip(self, belief: Belief, speed: Scalar, counted: Scalar) -> Belief:
+        """The belief with what is known of a car on wheels, whatever its tyres do."""
+        sampled, mean = self.filter.parameters, belief.mean
+        slopes = {"lateral_speed": 1.0 / speed, "yaw_rate": -sampled.car.rear_distance / speed}
+        slip = sum(slope * getattr(mean, name) for name, slope in slopes.items())
+        row = [slopes.get(name, 0.0) for name in mean._fields]
+        noise = USUAL_SLIP * USUAL_SLIP * SLIP_TIME / sampled.sample_time
+        correction = correct(belief.covariance, [row], [where(counted, -slip, math.inf)], [noise], mean)
+        return Belief(type(mean)(*correction.shift), correction.covariance)
+
     def _fresh(self, scale: ScaleState, lost: Scalar) -> ScaleState:
         return ScaleState(*(where(lost, 0.0, each) for each in scale))
 
@@ -212,6 +230,7 @@ class CombinedSideslip:
         inputs, free = self._inputs(sample)
         belief, estimate = self._filtered(state, sample, inputs, running, free)
         lateral = self._smoothed(state.lateral_acceleration, sample.lateral_acceleration, SMOOTHING)
+        belief = self._within_usual_slip(belief, inputs.vehicle_speed, both(running, self._adapts(state)))
         per_reading = where(estimate.present > 0.5, estimate.nis / maximum(estimate.present, 1.0), math.inf)
         misfit = self._smoothed(state.misfit, per_reading, PATIENCE)
         skids = absolute(belief.mean.lateral_speed) > MOST_SIDESLIP * maximum(inputs.vehicle_speed, SLOW)

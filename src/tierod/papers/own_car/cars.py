@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -12,9 +12,11 @@ import numpy as np
 from tierod.core.fields import numbers, replaced
 from tierod.papers.own_car.brochure import brochure_car, with_values
 from tierod.papers.own_car.shapes import quadricycle, van
+from tierod.physics.single_track import understeer_gradient
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.courses.natural import AnyRoad, City, Country, Motorway
 from tierod.proving_ground.steering.rack_eps import RackEps
+from tierod.vehicles import classes
 from tierod.vehicles.vehicle import Vehicle
 
 BROCHURE_MASS = 0.05
@@ -53,15 +55,34 @@ BASES: tuple[Base, ...] = (
 
 
 class Spread(NamedTuple):
-    """Relative standard deviations of what differs from car to car of a class; narrower than what a class is given."""
+    """Relative standard deviations of what differs from car to car of a class, about as wide as `tierod new` writes.
+
+    A little narrower where the virtual cars of a class already differ from its typical values.
+    """
 
     mass: float = 0.07
-    yaw_inertia: float = 0.07
-    stiffness: float = 0.12
+    yaw_inertia: float = 0.09
+    stiffness: float = 0.18
     ratio: float = 0.05
-    damping: float = 0.25
-    friction: float = 0.15
-    front_share: float = 0.02
+    damping: float = 0.35
+    friction: float = 0.2
+    front_share: float = 0.03
+
+
+FURTHER: Mapping[float, tuple[tuple[str, ...], ...]] = {
+    0.25: (("chassis.kingpins.mechanical_trail", "chassis.front.tyre.trail"), ("steering.wheel_damping",)),
+    0.22: (("chassis.front.tyre.lateral_relaxation", "chassis.rear.tyre.lateral_relaxation"),),
+    0.15: (("steering.wheel_inertia",),),
+    0.10: (("steering.torsion_bar.stiffness", "assist.bar_stiffness"), ("steering.motor.ratio", "assist.motor_ratio")),
+    0.05: (("chassis.centre_height",),),
+}
+"""Further relative standard deviations, and the paths that are drawn together: an assist knows its own bar and gear."""
+
+LEAST_UNDERSTEER = 1e-3
+"""Understeer gradient that every car has [rad*s**2/m], half a degree per g."""
+
+SENSOR_FORWARD = 0.25
+"""Standard deviation of the place of the inertial unit [m]."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +102,15 @@ class UnknownCar:
     brochure: Vehicle
     true: Vehicle
     roads: tuple[AnyRoad, ...]
+
+    def friction_over_level(self, load: float) -> float:
+        """Friction of the gear at a load over that at which its level is given.
+
+        Args:
+            load: torque of the road at the steering wheel [N*m]
+        """
+        steering = self.block.steering
+        return 1.0 + float(steering.friction.load_share) * (load / float(steering.reference_load) - 1.0)
 
 
 def drawn(number: int, seed: int, spread: Spread | None = None) -> UnknownCar:
@@ -109,7 +139,8 @@ def drawn(number: int, seed: int, spread: Spread | None = None) -> UnknownCar:
         yaw_inertia=lighter * factor(share.yaw_inertia) * chassis.yaw_inertia,
         front_distance=(1.0 - front) * wheelbase,
         rear_distance=front * wheelbase,
-    ).with_axle_stiffness(*(lighter * factor(share.stiffness) * each for each in stiffness))
+    )
+    moved = moved.with_axle_stiffness(*_stable(moved, [lighter * each for each in stiffness], factor, share.stiffness))
     ratio = factor(share.ratio) * block.steering.linkage.ratio
     block = replace(block, chassis=moved, driver=_knowing(block.driver, moved, ratio))
     known, damping = numbers(block), factor(share.damping)
@@ -117,9 +148,31 @@ def drawn(number: int, seed: int, spread: Spread | None = None) -> UnknownCar:
     changes |= {"steering.friction.level": factor(share.friction)}
     block = replaced(block, {path: by * known[path].value for path, by in changes.items() if path in known})
     block = replaced(block, {"steering.linkage.ratio": ratio})
+    block = replaced(block, _further(block, factor))
+    block = replaced(block, {"inertial_unit.forward": SENSOR_FORWARD * float(chance.standard_normal())})
     name = f"{number + 1} {base.kind}"
     brochure = brochure_car(name, base.kind, factor(BROCHURE_MASS) * moved.mass, round(wheelbase, 2))
     return UnknownCar(name, block, brochure, with_values(brochure, true_values(block)), base.roads)
+
+
+def _stable(chassis: Any, usual: Sequence[float], factor: Callable[[float], float], deviation: float) -> list[float]:
+    """Stiffness of both axles [N/rad], drawn until the car understeers: no car is sold that does not."""
+    while True:
+        front, rear = (factor(deviation) * each for each in usual)
+        gradient = understeer_gradient(chassis.mass, chassis.front_distance, chassis.rear_distance, front, rear)
+        if gradient >= LEAST_UNDERSTEER:
+            return [front, rear]
+
+
+def _further(block: Any, factor: Callable[[float], float]) -> dict[str, float]:
+    """Further values by path, of those that the car has."""
+    known = numbers(block)
+    found: dict[str, float] = {}
+    for deviation, groups in FURTHER.items():
+        for paths in groups:
+            by = factor(deviation)
+            found |= {path: by * known[path].value for path in paths if path in known}
+    return found
 
 
 def _axle(axle: Any, load: float) -> float:
@@ -176,5 +229,16 @@ def true_values(block: Any) -> dict[str, float]:
         "motor_ratio": motor.ratio,
         "motor_inertia": motor.inertia,
         "motor_damping": motor.damping,
-        "nominal_friction": steering.friction.level,
-    }
+        "sensor_forward": block.inertial_unit.forward,
+    } | limits(steering.friction.level)
+
+
+def limits(nominal: float) -> dict[str, float]:
+    """Limits of the friction of a steering whose fault-free one is known [N*m]: the rules of the class.
+
+    Args:
+        nominal: [N*m]
+    """
+    rules = classes.rules()
+    factors = {name: rules[name].values[classes.USUAL] for name in ("rising_friction", "fault_friction")}
+    return {"nominal_friction": nominal} | {name: factor * nominal for name, factor in factors.items()}

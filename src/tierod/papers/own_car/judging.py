@@ -43,6 +43,8 @@ ON_BUS = (
 """What a production car gives."""
 
 BROCHURE, IDENTIFIED, TRUE = "brochure", "identified", "true"
+STATED_FOR = "reference_load_Nm"
+"""Evidence of the friction monitor: the load for which it states friction."""
 SETTLED = 60.0
 """Of a drive, from when on an estimate is compared [s]."""
 APART = 0.2
@@ -133,9 +135,7 @@ def studied(case: Case) -> Studied:
         recording = driven(car, case.minutes, 100 * case.seed + 1 + place)
         bare = without_truth(recording)
         for file, vehicle in files.items():
-            judged += verdicts(
-                car.name, file, vehicle, bare, recording, case.measured and not place and file == BROCHURE
-            )
+            judged += verdicts(car, file, vehicle, bare, recording, case.measured and not place and file == BROCHURE)
     return Studied(tuple(judged), learnt, doubt, seconds)
 
 
@@ -157,12 +157,12 @@ def without_truth(recording: Recording) -> Recording:
 
 
 def verdicts(
-    name: str, file: str, vehicle: Vehicle, bare: Recording, whole: Recording, measured: bool = False
+    car: UnknownCar, file: str, vehicle: Vehicle, bare: Recording, whole: Recording, measured: bool = False
 ) -> Iterator[Judged]:
     """Every monitor that can run.
 
     Args:
-        name: of the car
+        car: that drove
         file: which vehicle file it is
         vehicle: as which the drive is judged
         bare: the drive without truth
@@ -179,8 +179,11 @@ def verdicts(
         finding = found.diagnosis.findings[0]
         compared = (0, 0, 0.0)
         if truth and truth in whole:
-            compared = _compared(found.traces, ESTIMATES[monitor], whole, truth)
-        yield Judged(name, monitor, file, finding.status, finding.headline, *compared, cost)
+            # Friction of a gear that is pressed by what it passes on is stated for one load.
+            stated = finding.evidence.get(STATED_FOR)
+            factor = 1.0 if stated is None else car.friction_over_level(stated)
+            compared = _compared(found.traces, ESTIMATES[monitor], whole, truth, factor)
+        yield Judged(car.name, monitor, file, finding.status, finding.headline, *compared, cost)
 
 
 class Over(NamedTuple):
@@ -226,15 +229,15 @@ def _cost(monitor: str, vehicle: Vehicle, recording: Recording) -> float:
     return seconds[0] / seconds[1]
 
 
-def _compared(traces: Recording, name: str, whole: Recording, truth: str) -> tuple[int, int, float]:
-    """Samples compared, held by the 95 % band, and the sum of squared errors."""
+def _compared(traces: Recording, name: str, whole: Recording, truth: str, factor: float) -> tuple[int, int, float]:
+    """Samples compared with the truth times a factor, held by the 95 % band, and the sum of squared errors."""
     deviation = f"{name}_standard_deviation"
     if name not in traces or deviation not in traces:
         return 0, 0, 0.0
     at = np.arange(traces[name].time[0] + SETTLED, traces[name].time[-1], APART)
     places = np.searchsorted(traces[name].time, at)
     value, spread = traces[name].values[places], traces[deviation].values[places]
-    error = value - np.interp(traces[name].time[places], whole[truth].time, whole[truth].values)
+    error = value - factor * np.interp(traces[name].time[places], whole[truth].time, whole[truth].values)
     moving = np.interp(at, whole["truth_speed"].time, whole["truth_speed"].values) > 1.5
     known = np.isfinite(error) & np.isfinite(spread) & moving
     held = np.abs(error[known]) <= 1.96 * spread[known]

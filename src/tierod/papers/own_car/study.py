@@ -1,4 +1,4 @@
-"""The study of own cars: virtual ones drawn over the classes, then real ones."""
+"""The study of own cars: virtual ones drawn over the classes, motors by their data sheet, then real cars."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ from collections.abc import Iterator
 
 from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
-from tierod.papers.own_car import real, virtual
+from tierod.papers.own_car import motors, real, virtual
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     """All that the study finds out."""
     progress(0.0, "virtual cars that are not known")
-    yield from virtual.items(effort, lambda share, what: progress(0.9 * share, what))
+    yield from virtual.items(effort, lambda share, what: progress(0.8 * share, what))
+    progress(0.8, "motors that are not known")
+    yield from motors.items(effort)
     progress(0.9, "real cars")
     yield from real.items()
     progress(1.0, "done")

@@ -25,7 +25,7 @@ MEASURED = 4
 WIDE, NARROW = between(0.90, 0.98), between(0.92, 0.97)
 MOST_WORSE, MOST_COST = 1.3, 4.0
 DEGREES = {"sideslip": math.degrees(1.0)}
-UNITS = {"sideslip": "deg", "driver-torque": "N*m", "friction": "N*m"}
+UNITS = {"sideslip": "deg", "driver-torque": "N*m", "friction": "N*m", "motor-angle": "rad"}
 
 TEXT = (
     "Cars drawn over the classes, quadricycle to van, front and rear drive, column and rack EPS. Of each its user "
@@ -98,13 +98,13 @@ def shown(found: Sequence[Studied]) -> Iterator[Item]:
     judged = [each for car in found for each in car.judged]
     files = [name for name in (BROCHURE, IDENTIFIED, TRUE) if any(each.file == name for each in judged)]
     of = {(monitor, file): pooled(judged, monitor, file) for monitor in TRUTHS for file in files}
-    yield _table(of)
+    yield table("Cars that are not known", of)
     yield _cars(found, files)
     yield _verdicts(judged)
     for monitor in ESTIMATES:
-        yield from _claims(monitor, of)
+        yield from claims(monitor, of)
     for monitor in TRUTHS:
-        yield from _false_and_cost(monitor, judged, of)
+        yield from false_and_cost(monitor, judged, of)
 
 
 def pooled(judged: Sequence[Judged], monitor: str, file: str) -> Pooled:
@@ -129,11 +129,17 @@ def pooled(judged: Sequence[Judged], monitor: str, file: str) -> Pooled:
     )
 
 
-def _table(of: dict[tuple[str, str], Pooled]) -> Table:
+def table(title: str, of: dict[tuple[str, str], Pooled]) -> Table:
+    """Coverage, error and false verdicts.
+
+    Args:
+        title: of the table
+        of: by monitor and vehicle file
+    """
     rows = []
     for (monitor, file), each in of.items():
         factor = DEGREES.get(monitor, 1.0)
-        estimates = monitor in ESTIMATES
+        estimates = monitor in UNITS
         rows.append(
             (
                 monitor,
@@ -147,7 +153,7 @@ def _table(of: dict[tuple[str, str], Pooled]) -> Table:
             )
         )
     header = ("monitor", "vehicle file", "drives", "without estimate", "in the 95 % band", "worst car")
-    return Table("Cars that are not known", (*header, "rms error", "false faults"), tuple(rows))
+    return Table(title, (*header, "rms error", "false faults"), tuple(rows))
 
 
 def _cars(found: Sequence[Studied], files: Sequence[str]) -> Table:
@@ -168,7 +174,13 @@ def _verdicts(judged: Sequence[Judged]) -> Table:
     return Table("False verdicts of a fault", ("car", "monitor", "vehicle file", "verdict"), rows or (("none",) * 4,))
 
 
-def _claims(monitor: str, of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
+def claims(monitor: str, of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
+    """Coverage and error of a monitor's estimate.
+
+    Args:
+        monitor: its name
+        of: by monitor and vehicle file
+    """
     brochure, true = of[monitor, BROCHURE], of.get((monitor, TRUE))
     yield Claim(
         f"unknown.{monitor}-band",
@@ -200,7 +212,14 @@ def _claims(monitor: str, of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
     )
 
 
-def _false_and_cost(monitor: str, judged: Sequence[Judged], of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
+def false_and_cost(monitor: str, judged: Sequence[Judged], of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
+    """False verdicts of a monitor, and what the spread costs.
+
+    Args:
+        monitor: its name
+        judged: every monitor on every drive with every file
+        of: the same pooled
+    """
     drives = sum(each.drives for (name, _), each in of.items() if name == monitor)
     false = sum(each.false for (name, _), each in of.items() if name == monitor)
     claim = f"Verdicts of a fault by {monitor} on fault-free drives."

@@ -144,8 +144,8 @@ class Reach:
 
     @property
     def surroundings(self) -> set[str]:
-        """Inputs of the car that are no ports."""
-        return {name for name in self.inputs if not name.startswith("ports.")}
+        """Inputs of the car that are neither ports nor outputs of a unit that computes it."""
+        return {name for name in self.inputs if not name.startswith(("ports.", "unit."))}
 
     def by_role(self) -> dict[str, set[str]]:
         """Every name that a fault can change, by what it is."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from tierod.core.errors import ParameterError
+from tierod.core.errors import ParameterError, TierodError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.plugins import FileRegistry
 from tierod.core.toml import Document, build
@@ -20,6 +20,7 @@ from tierod.proving_ground.faults import fault_of
 from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.run import Outcome
 from tierod.proving_ground.scatter import Scatter
+from tierod.proving_ground.scenarios.plants import plant_car
 from tierod.proving_ground.scenarios.scenario import Scenario, lengthened, require_duration, require_fault_free
 from tierod.proving_ground.sensors import SensorSet
 
@@ -34,12 +35,19 @@ def named_files(document: Document) -> dict[str, str]:
 def _collect(content: object, folder: Path, found: dict[str, str]) -> None:
     for text in _texts(content):
         path = folder / text
-        if text in found or path.suffix.lower() not in (".toml", ".csv") or not path.is_file():
+        if text in found or path.suffix.lower() not in (".toml", ".csv", ".fmu") or not path.is_file():
             continue
-        whole = read_bytes(path, "the file", ParameterError, most=MOST_DATA_BYTES)
-        found[text] = hashlib.sha256(whole).hexdigest()
+        found[text] = _digest(path)
         if path.suffix.lower() == ".toml":
             _collect(toml(read_text(path, "the file", ParameterError), path, ParameterError), path.parent, found)
+
+
+def _digest(path: Path) -> str:
+    """SHA-256 of a file; a unit of another tool may have any size."""
+    if path.suffix.lower() == ".fmu":
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    return hashlib.sha256(read_bytes(path, "the file", ParameterError, most=MOST_DATA_BYTES)).hexdigest()
 
 
 def _texts(content: object) -> Iterator[str]:
@@ -76,6 +84,8 @@ class ScenarioFile:
         faults: a table each; none where absent
         next_command: what the run is for ("diagnose --monitor sideslip"), shown after the run; the diagnosis that
             the vehicle file names where absent
+        plant: file of a unit of another tool that computes the vehicle, beside this file; the car's driver and assist
+            unit stay
     """
 
     name: str
@@ -88,6 +98,7 @@ class ScenarioFile:
     scatter: Scatter | None = None
     faults: tuple[Mapping[str, Any], ...] = ()
     next_command: str = ""
+    plant: str = ""
 
 
 def shipped() -> tuple[str, ...]:
@@ -136,6 +147,7 @@ def from_document(document: Document) -> Scenario:
     """
     file = build(ScenarioFile, document.content, document)
     car, vehicle = _car(file.car, document)
+    car = _plant(file.plant, car, document) if file.plant else car
     course, route_seed = _course(file.course, document)
     course, duration = _lasting(course, file.seconds, car.step_time, document)
     scenario = Scenario(
@@ -183,6 +195,20 @@ def _car(given: CarTable | str, document: Document) -> tuple[Plant, str]:
     except ParameterError as error:
         raise document.error(location, str(error)) from None
     return car.varied(table, document, ("car",)), car.vehicle
+
+
+def _plant(name: str, own: Plant, document: Document) -> Plant:
+    """The unit of a plant file in the place of the car."""
+    if name.lower().endswith(".fmu"):
+        raise document.error(
+            ("plant",),
+            f"'{name}' is a unit itself, and 'plant' names the file that says what of it is what; write one with "
+            f"'tierod inspect {name} --write-map car.plant.toml'",
+        )
+    try:
+        return plant_car(document.beside(name, "plant"), own)
+    except TierodError as error:
+        raise document.error(("plant",), str(error)) from None
 
 
 def _course(given: object, document: Document) -> tuple[AnyCourse, int | None]:

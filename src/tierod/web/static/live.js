@@ -35,6 +35,7 @@ export class Buffer {
     let a = this.find(from), b = this.find(to);
     a = Math.max(a - 1, 0); b = Math.min(b + 1, this.time.length);
     const step = Math.max(1, Math.floor((b - a) / points)), time = [], lower = [], upper = [];
+    if (step === 1) { const every = this.values.slice(a, b); return { time: this.time.slice(a, b), lower: every, upper: every }; }
     for (let at = a; at < b; at += step) {
       let low = null, high = null;
       for (let k = at; k < Math.min(at + step, b); k++) { const v = this.values[k]; if (v === null) continue; if (low === null || v < low) low = v; if (high === null || v > high) high = v; }
@@ -143,7 +144,8 @@ function LivePanel({ panel, bus, view, tick, onView }) {
   const curves = panel.map((name, at) => {
     const buffer = bus.buffers.get(name), [factor, label] = UNITS[buffer.unit] || [1, written(buffer.unit)];
     const part = buffer.over(view[0], view[1], 1200), scale = (values) => (factor === 1 ? values : values.map((v) => (v === null ? null : v * factor)));
-    return { name, title: name.replaceAll("_", " "), label, colour: colour(at), time: part.time, lower: scale(part.lower), upper: scale(part.upper) };
+    const lower = scale(part.lower), upper = part.upper === part.lower ? lower : scale(part.upper);
+    return { name, title: name.replaceAll("_", " "), label, colour: colour(at), time: part.time, lower, upper };
   });
   const now = (c) => { const v = c.upper[c.upper.length - 1]; return figure(v); };
   return stack`<section class="card panel"><div class="chips">${curves.map((c) => html`<span class="chip"><i style=${{ background: c.colour }}></i>${c.title}${c.label ? ` [${c.label}]` : ""}<output>${now(c)}</output></span>`)}</div>

@@ -45,10 +45,12 @@ function paint(canvas, data, along, up) {
   const [x0, x1] = bounds(0), [y0, y1] = bounds(1), left = 62, right = w - 12, top = 10, bottom = h - 36;
   const px = (x) => left + ((x - x0) / (x1 - x0)) * (right - left), py = (y) => bottom - ((y - y0) / (y1 - y0)) * (bottom - top);
   ctx.strokeStyle = token("line");
-  for (let k = 0; k <= 4; k++) {
-    const x = x0 + (k / 4) * (x1 - x0), y = y0 + (k / 4) * (y1 - y0);
-    ctx.beginPath(); ctx.moveTo(px(x), top); ctx.lineTo(px(x), bottom); ctx.moveTo(left, py(y)); ctx.lineTo(right, py(y)); ctx.stroke();
+  for (const x of ticks(x0, x1)) {
+    ctx.beginPath(); ctx.moveTo(px(x), top); ctx.lineTo(px(x), bottom); ctx.stroke();
     ctx.textAlign = "center"; ctx.fillText(figure(x, 3), px(x), bottom + 15);
+  }
+  for (const y of ticks(y0, y1)) {
+    ctx.beginPath(); ctx.moveTo(left, py(y)); ctx.lineTo(right, py(y)); ctx.stroke();
     ctx.textAlign = "right"; ctx.fillText(figure(y, 3), left - 5, py(y) + 4);
   }
   ctx.textAlign = "center";
@@ -59,4 +61,12 @@ function paint(canvas, data, along, up) {
   ctx.beginPath();
   points.forEach(([x, y], i) => (i ? ctx.lineTo(px(x), py(y)) : ctx.moveTo(px(x), py(y))));
   ctx.stroke();
+}
+
+/** Round values between two bounds, three to seven of them. */
+function ticks(low, high) {
+  const rough = (high - low) / 5, power = 10 ** Math.floor(Math.log10(rough)), step = power * [1, 2, 5, 10].find((each) => each * power >= rough);
+  const found = [];
+  for (let k = Math.ceil(low / step); k * step <= high; k++) found.push(+(k * step).toPrecision(12));
+  return found;
 }

@@ -51,7 +51,7 @@ function Bench({ address }) {
     ${one.job && one.job.state === "failed" && html`<p>Signals under other names, or a bus log without database? <a href=${link("new", { file: address.file })}>Correct the channel map</a>.</p>`}
     ${one.why && html`<p class="note">No verdict: ${one.why}. Choose a vehicle above.</p>`}
     ${address.over && html`<${Work} job=${other.job} again=${other.start} />`}
-    ${series ? html`<${Charts} address=${address} series=${series} result=${result} over=${other.series.data} overResult=${other.result.data} />` : !one.job || one.job.state !== "failed" ? html`<${Loading} what="Reading the recording" />` : ""}
+    ${series ? html`<${Charts} address=${address} series=${series} result=${result} over=${other.series.data} overResult=${other.result.data} />` : one.state.error || (one.job && one.job.state === "failed") ? "" : html`<${Loading} what="Reading the recording" />`}
     ${result && html`<${Verdicts} result=${result} />`}`;
 }
 
@@ -189,7 +189,8 @@ function curvesOf(panel, byName, data, overData, shift) {
       found.push({ name, title: each.title, label: each.label, colour: colour(at), time: part.time, lower, upper, band });
     }
     const second = overData.get(name);
-    if (second) found.push({ name: `${name} (second)`, title: `${each.title} (second)`, label: each.label, colour: colour(at + 3), dashed: true, time: second.time.map((t) => t + shift), lower: scaled(second.lower, each.factor), upper: scaled(second.upper, each.factor) });
+    const low = second && scaled(second.lower, each.factor);
+    if (second) found.push({ name: `${name} (second)`, title: `${each.title} (second)`, label: each.label, colour: colour(at + 3), dashed: true, time: second.time.map((t) => t + shift), lower: low, upper: second.exact ? low : scaled(second.upper, each.factor) });
   });
   return found;
 }

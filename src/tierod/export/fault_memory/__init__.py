@@ -1,0 +1,1 @@
+"""The fault memory for control units."""

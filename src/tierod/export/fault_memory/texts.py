@@ -1,0 +1,75 @@
+"""The fault memory as C99: debouncing, status bytes, healing, aging, freeze frames, a store that bears power loss."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tierod import __version__
+from tierod.core.signals import SIGNALS
+from tierod.diagnosis.fault_memory import CAUSE_DELAY, PLACES
+from tierod.diagnosis.trouble_codes import TroubleCodes
+from tierod.export.members import identifier
+
+NAMES = ("tierod_fault_memory.h", "tierod_fault_memory.c")
+
+HEADER, FIXED, FRAME = 24, 20, 12
+"""Bytes before the first record of a slot, of a record without its frames, of a frame without its values."""
+
+
+def fault_memory_files(codes: TroubleCodes, places: int = PLACES) -> Mapping[str, str]:
+    """Header and source, by name; the same table gives the same bytes.
+
+    Args:
+        codes: the table
+        places: how many codes the memory holds
+    """
+    import jinja2
+
+    # The texts are C, in which nothing is escaped.
+    environment: Any = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=False,
+        undefined=jinja2.StrictUndefined,
+        keep_trailing_newline=True,
+    )
+    values = _values(codes, places)
+    texts = {name: environment.get_template(f"memory.{name[-1]}.j2").render(values) for name in NAMES}
+    return {**texts}
+
+
+def _values(codes: TroubleCodes, places: int) -> dict[str, object]:
+    names, signals = list(codes.codes), list(codes.identifiers)
+    record = FIXED + 2 * (FRAME + 4 * len(signals))
+    rows: list[dict[str, Any]] = []
+    causes: list[int] = []
+    for name, code in codes.codes.items():
+        own = [names.index(each) for each in sorted(codes.causes(name))]
+        rows.append(
+            {
+                "macro": identifier(name).upper(), "code": code.code, "meaning": code.meaning.replace("*/", "* /"),
+                "increment": code.increment, "decrement": code.decrement, "jump": _truth(code.jump),
+                "priority": code.priority, "confirmation": code.confirmation_cycles, "healing": code.healing_cycles,
+                "aging": code.aging_cycles, "lamp": _truth(code.lamp), "causes": own, "first": len(causes),
+            }
+        )  # fmt: skip
+        causes += own
+    digest = int.from_bytes(hashlib.sha256(repr((rows, signals, places)).encode()).digest()[:4], "big")
+    return {
+        "codes": rows,
+        "signals": [{"macro": identifier(each).upper(), "unit": SIGNALS[each].unit} for each in signals],
+        "causes": causes or [0],
+        "depth": max(len(row["causes"]) for row in rows),
+        "places": places,
+        "record": record,
+        "slot": HEADER + record * len(rows) + 4,
+        "cause_delay": round(1000.0 * CAUSE_DELAY),
+        "digest": f"0x{digest:08X}",
+        "version": f"tierod {__version__}",
+    }
+
+
+def _truth(value: bool) -> str:
+    return "true" if value else "false"

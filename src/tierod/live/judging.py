@@ -1,0 +1,70 @@
+"""Judging pieces beside the ticks: a thread does what takes tens of milliseconds, so that no tick waits for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+
+from tierod.live.checkpoint import State
+from tierod.live.engine import Engine, Piece
+
+Collect = Callable[[], Mapping[str, State] | None]
+"""Takes what a checkpoint keeps of the monitors; None where none is due."""
+
+
+class Judging:
+    """One piece after the other; the result does not depend on when a thread has time for it.
+
+    Args:
+        threaded: whether a thread does it; else `begin` does
+    """
+
+    def __init__(self, threaded: bool):
+        self._pool = ThreadPoolExecutor(1, "judge") if threaded else None
+        self._piece: Piece | None = None
+        self._future: Future[Mapping[str, State] | None] | None = None
+        self._done: Mapping[str, State] | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a piece is being judged, or was and is not settled."""
+        return self._piece is not None
+
+    def begin(self, engine: Engine, collect: Collect) -> None:
+        """Judge what has come; not while it is busy.
+
+        Args:
+            engine: of the drive
+            collect: called when the piece was judged
+        """
+        piece = self._piece = engine.cut()
+        if piece is None:
+            return
+
+        def work() -> Mapping[str, State] | None:
+            engine.work(piece)
+            return collect()
+
+        if self._pool is None:
+            self._done = work()
+        else:
+            self._future = self._pool.submit(work)
+
+    def ended(self, engine: Engine, wait: bool = False) -> tuple[bool, Mapping[str, State] | None]:
+        """Whether a piece has been judged since the last call, and what was collected; the ticks go on from it.
+
+        Args:
+            engine: of the drive
+            wait: for a piece that is being judged
+        """
+        if self._piece is None or (self._future is not None and not wait and not self._future.done()):
+            return False, None
+        found = self._done if self._future is None else self._future.result()
+        piece, self._piece, self._future, self._done = self._piece, None, None, None
+        engine.settle(piece)
+        return True, found
+
+    def close(self) -> None:
+        """End the thread, when what it does is done."""
+        if self._pool is not None:
+            self._pool.shutdown()

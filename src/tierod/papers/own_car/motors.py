@@ -1,0 +1,178 @@
+"""Motors of which a data sheet is known: the angle that currents and voltages give, judged before and after a drive."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.core.content import Heading, Item
+from tierod.core.findings import Status
+from tierod.experiments.effort import Effort
+from tierod.methods.identification.motor import identify_motor
+from tierod.models.stator_frame_motor import MotorParameters
+from tierod.papers.motor_angle.identified import Drawn, recording
+from tierod.papers.motor_angle.observer_drives import ObserverDrive, bench
+from tierod.papers.own_car.brochure import with_values
+from tierod.papers.own_car.judging import BROCHURE, IDENTIFIED, TRUE, Judged, over
+from tierod.papers.own_car.virtual import claims, false_and_cost, pooled, reporting_seed, table
+from tierod.physics.pm_motor import flux_at
+from tierod.vehicles import load
+from tierod.vehicles.beginning import UNKNOWN
+from tierod.vehicles.catalogue import QUANTITIES
+from tierod.vehicles.classes import USUAL, rules
+from tierod.vehicles.vehicle import Parameter, Vehicle
+
+MONITOR = "motor-angle"
+MOTORS, QUICK_MOTORS = 20, 4
+LEARNING, SECONDS = 10.0, 20.0
+"""Of the drive that identifies a motor, and of those that are judged [s]."""
+SETTLED = 1.0
+"""Of a drive, from when on the estimate is compared [s]."""
+APART = 100
+"""Samples between two that are compared: 10 ms."""
+RESIDUAL = "angle_residual_electrical"
+ANGLE = "estimated_motor_angle"
+DRAWN = ("resistance", "flux", "inertia", "damping", "friction")
+"""Parameters of a machine that differ from the data sheet as far as that is known; its inductance besides."""
+
+TEXT = (
+    "Motors of 12 V on a bench, turned to and fro against a spring. A data sheet gives each parameter as far as "
+    "`tierod new` takes it to be known: resistance to 15 %, inductance to 8 %, flux to 5 %, inertia to 30 %; winding "
+    "and magnets are 10 to 80 degrees warm. A drive of 10 s identifies the motor, another one is judged with the file "
+    "before, the file after, and with the true parameters. Angles are electrical.",
+)
+
+
+class UnknownMotor(NamedTuple):
+    """A motor of which its user has the data sheet.
+
+    Args:
+        name: for tables
+        truth: on its bench
+        brochure: vehicle file of the data sheet
+        true: with the true parameters
+    """
+
+    name: str
+    truth: Drawn
+    brochure: Vehicle
+    true: Vehicle
+
+
+def spread(name: str) -> float:
+    """Relative standard deviation of a value of a data sheet.
+
+    Args:
+        name: of the parameter
+    """
+    rule = rules().get(name)
+    if rule is None:
+        return UNKNOWN
+    return rule.given if rule.given is not None else rule.relative[USUAL]
+
+
+def drawn(number: int, seed: int) -> UnknownMotor:
+    """A motor and its data sheet.
+
+    Args:
+        number: from 0 on
+        seed: of all chance
+    """
+    chance = np.random.default_rng([seed, number, 17])
+    usual = bench().motor.machine
+
+    def factor(name: str) -> float:
+        return float(np.exp(spread(f"motor_{name}") * chance.standard_normal()))
+
+    found = {name: factor(name) * getattr(usual, name) for name in DRAWN}
+    inductance = factor("inductance") * usual.inductance_q
+    machine = dataclasses.replace(usual, **found, inductance_d=inductance, inductance_q=inductance)
+    truth = Drawn(machine, 293.15 + float(chance.uniform(-10.0, 60.0)), 1000 * (seed % 100_000) + number)
+    sheet = _data_sheet(load("motor-bench"))
+    values = {f"motor_{name}": getattr(machine, name) for name in ("resistance", "flux", "inertia", "damping")}
+    values |= {"motor_inductance": inductance, "motor_flux": float(flux_at(truth.temperature, machine.flux))}
+    return UnknownMotor(f"motor {number + 1}", truth, sheet, with_values(sheet, values))
+
+
+def _data_sheet(car: Vehicle) -> Vehicle:
+    """The vehicle with the spread of a data sheet on what was drawn."""
+    names = (*(f"motor_{name}" for name in DRAWN), "motor_inductance")
+    wide = {
+        name: dataclasses.replace(car.parameters[name], standard_deviation=spread(name) * car[name])
+        for name in names
+        if name in car
+    }
+    return dataclasses.replace(car, parameters={**car.parameters, **wide})
+
+
+def identified(motor: UnknownMotor) -> Vehicle:
+    """The file after `tierod identify motor` on one drive; as before where that leaves a doubt.
+
+    Args:
+        motor: that is driven
+    """
+    seen = motor.truth.driven(motor.truth.seed, LEARNING)
+    found = identify_motor(motor.brochure.parameters_for(MotorParameters), {"learning": recording(seen)})
+    if found.doubt:
+        return motor.brochure
+    learnt = {
+        each.name: Parameter(each.name, each.value, QUANTITIES[each.name].unit, each.deviation, "identified")
+        for each in found.found
+    }
+    return dataclasses.replace(motor.brochure, parameters={**motor.brochure.parameters, **learnt})
+
+
+def studied(task: tuple[int, int]) -> list[Judged]:
+    """A motor from its data sheet to its verdicts.
+
+    Args:
+        task: number of the motor, seed of all chance
+    """
+    motor = drawn(*task)
+    seen = motor.truth.driven(motor.truth.seed + 500, SECONDS)
+    files = {BROCHURE: motor.brochure, IDENTIFIED: identified(motor), TRUE: motor.true}
+    return [judged(motor.name, file, vehicle, seen) for file, vehicle in files.items()]
+
+
+def judged(name: str, file: str, vehicle: Vehicle, seen: ObserverDrive) -> Judged:
+    """The monitor on a fault-free drive.
+
+    Args:
+        name: of the motor
+        file: which vehicle file it is
+        vehicle: as which the drive is judged
+        seen: the drive
+    """
+    found = over(MONITOR, vehicle, recording(seen), uncertain=True)
+    finding, traces = found.diagnosis.findings[0], found.traces
+    if finding.status is Status.NOT_TESTABLE or ANGLE not in traces or f"{RESIDUAL}_standard_deviation" not in traces:
+        return Judged(name, MONITOR, file, finding.status, finding.headline, 0, 0, 0.0, np.nan)
+    pole_pairs = vehicle["motor_pole_pairs"]
+    time, angle = traces[ANGLE].time, traces[ANGLE].values
+    error = pole_pairs * (angle - np.interp(time, seen.time, seen.angle))
+    deviation = traces[f"{RESIDUAL}_standard_deviation"].values
+    known = (np.isfinite(error) & np.isfinite(deviation) & (time > time[0] + SETTLED)).nonzero()[0][::APART]
+    held = np.abs(error[known]) <= 1.96 * deviation[known]
+    squares = float(np.sum(error[known] ** 2))
+    return Judged(name, MONITOR, file, finding.status, finding.headline, len(known), int(held.sum()), squares, np.nan)
+
+
+def items(effort: Effort, seed: int | None = None) -> Iterator[Item]:
+    """Table and claims.
+
+    Args:
+        effort: how many motors
+        seed: of all chance; that of the judged code where None
+    """
+    yield Heading("Motors that are not known", TEXT)
+    chosen = reporting_seed() if seed is None else seed
+    count = QUICK_MOTORS if effort.quick else MOTORS
+    found = effort.made(studied, [(number, chosen) for number in range(count)])
+    every = [each for motor in found for each in motor]
+    of = {(MONITOR, file): pooled(every, MONITOR, file) for file in (BROCHURE, IDENTIFIED, TRUE)}
+    yield table("Motors that are not known", of)
+    yield from claims(MONITOR, of)
+    yield from false_and_cost(MONITOR, every, of)

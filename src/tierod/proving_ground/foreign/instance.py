@@ -1,0 +1,169 @@
+"""A functional mock-up unit that runs in this process, of either version of the standard."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from tierod.core.errors import InputError
+from tierod.proving_ground.foreign.description import Unit
+
+
+class UnitFailure(Exception):
+    """A unit that cannot go on; the message is for people."""
+
+
+class Instance:
+    """A unit that runs, of either version of the standard.
+
+    Args:
+        unit: as it describes itself
+        folder: that it is unpacked to
+
+    Raises:
+        InputError: it cannot be loaded, or refuses to begin
+    """
+
+    def __init__(self, unit: Unit, folder: Path):
+        import fmpy
+        from fmpy import fmi2, fmi3
+
+        self.unit, self.message = unit, ""
+        self.fmu: Any = None
+        try:
+            unpacked = fmpy.extract(str(unit.path), str(folder))
+            given = {
+                "guid": unit.token, "unzipDirectory": str(unpacked), "modelIdentifier": unit.identifier,
+                "instanceName": "plant",
+            }  # fmt: skip
+            self.fmu = (fmi3.FMU3Slave if unit.version == 3 else fmi2.FMU2Slave)(**given)
+            if unit.version == 3:
+                self.fmu.instantiate(logMessage=self._log_3, loggingOn=True)
+            else:
+                self.fmu.instantiate(callbacks=self._callbacks(fmpy, fmi2), loggingOn=True)
+        except Exception as error:  # fmpy raises Exception itself
+            raise InputError(self._words(f"the unit {unit.path.name} cannot be loaded", error)) from None
+        prefix = f"fmi{unit.version}"
+        kind = "Float64" if unit.version == 3 else "Real"
+        self._set = getattr(self.fmu, f"{prefix}Set{kind}")
+        self._get = getattr(self.fmu, f"{prefix}Get{kind}")
+        self.sizes = 2 if unit.version == 3 else 1
+
+    def _callbacks(self, fmpy: Any, fmi2: Any) -> Any:
+        kept = fmi2.fmi2CallbackFunctions()
+        kept.logger = fmi2.fmi2CallbackLoggerTYPE(self._log_2)
+        kept.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        kept.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        # Messages are formats with arguments, which a callback of Python cannot take.
+        with contextlib.suppress(Exception):
+            from fmpy.logging import addLoggerProxy
+
+            addLoggerProxy(ctypes.byref(kept))
+        return kept
+
+    def _log_2(self, environment: Any, name: Any, status: int, category: Any, message: Any, *_: Any) -> None:
+        self._log_3(environment, status, category, message)
+
+    def _log_3(self, environment: Any, status: int, category: Any, message: Any) -> None:
+        if status > 0 and message:
+            self.message = message.decode(errors="replace").strip().splitlines()[0][:200]
+
+    def _words(self, what: str, error: Exception) -> str:
+        reason = self.message or next(iter(str(error).splitlines()), "") or type(error).__name__
+        return f"{what}: {reason}"
+
+    def begin(self, settings: dict[int, float], inputs: dict[int, float], stop: float) -> None:
+        """Parameters and inputs before the first step.
+
+        Args:
+            settings: of parameters by value reference
+            inputs: by value reference
+            stop: when the run ends [s]
+
+        Raises:
+            InputError: the unit refuses
+        """
+        try:
+            if self.unit.version == 3:
+                self._set_all(settings)
+                self.fmu.enterInitializationMode(startTime=0.0, stopTime=stop)
+            else:
+                self.fmu.setupExperiment(startTime=0.0, stopTime=stop)
+                self._set_all(settings)
+                self.fmu.enterInitializationMode()
+            self._set_all(inputs)
+            self.fmu.exitInitializationMode()
+        except Exception as error:
+            raise InputError(self._words(f"the unit {self.unit.path.name} refuses to begin", error)) from None
+
+    def _set_all(self, values: dict[int, float]) -> None:
+        if values:
+            Exchange(self, self._set, list(values)).write(np.array(list(values.values())))
+
+    def exchange(self, way: Literal["get", "set"], references: list[int]) -> Exchange:
+        """Variables that are read or set together.
+
+        Args:
+            way: which of the two
+            references: of the variables
+        """
+        return Exchange(self, self._get if way == "get" else self._set, references)
+
+    def step(self, time: float, size: float) -> None:
+        """One communication step.
+
+        Args:
+            time: its start [s]
+            size: its length [s]
+
+        Raises:
+            UnitFailure: the unit cannot go on
+        """
+        self.message = ""
+        try:
+            done = self.fmu.doStep(time, size)
+        except Exception as error:
+            raise UnitFailure(self._words("fails in a step", error)) from None
+        if self.unit.version == 3 and done[1]:
+            raise UnitFailure(self._words("asks for the end of the run", Exception("without a reason")))
+
+    def end(self) -> None:
+        """Let it go; what it says about that no longer matters."""
+        with contextlib.suppress(Exception):
+            self.fmu.terminate()
+        with contextlib.suppress(Exception):
+            self.fmu.freeInstance()
+
+
+class Exchange:
+    """Variables that are set or read together, over a buffer of their own."""
+
+    def __init__(self, instance: Instance, call: Any, references: list[int]):
+        self.values = np.zeros(len(references))
+        self._references = (ctypes.c_uint * len(references))(*references)
+        pointer = self.values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+        count = (len(references),)
+        self._arguments = (instance.fmu.component, self._references, *count, pointer, *count * (instance.sizes - 1))
+        self._call, self._instance = call, instance
+
+    def read(self) -> np.ndarray:
+        """The values now."""
+        self._go()
+        return self.values
+
+    def write(self, values: np.ndarray) -> None:
+        """Set them."""
+        self.values[:] = values
+        self._go()
+
+    def _go(self) -> None:
+        if len(self.values):
+            self._instance.message = ""
+            try:
+                self._call(*self._arguments)
+            except Exception as error:
+                raise UnitFailure(self._instance._words("refuses a value", error)) from None

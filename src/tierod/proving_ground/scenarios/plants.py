@@ -1,0 +1,51 @@
+"""A scenario whose vehicle is computed by a unit of another tool."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tierod.core.errors import ParameterError
+from tierod.core.toml import Document
+from tierod.proving_ground.foreign import car_of, remarks, wiring_of
+from tierod.proving_ground.parts import Plant
+from tierod.proving_ground.scenarios.scenario import Scenario, require_fault_free
+
+
+def plant_car(document: Document, own: Plant) -> Plant:
+    """The unit that a plant file describes, with driver and assist unit of a car.
+
+    Args:
+        document: the plant file
+        own: car of a scenario
+
+    Raises:
+        ParameterError: a slip in the file, or a unit that lacks what is needed
+        InputError: the unit cannot be used
+    """
+    unit, wiring = wiring_of(document)
+    try:
+        return car_of(unit, wiring, own)
+    except ParameterError as error:
+        raise document.error(("outputs",), str(error)) from None
+
+
+def with_plant(scenario: Scenario, document: Document) -> tuple[Scenario, list[str]]:
+    """A scenario with a unit in the place of its car, and what a user should know of that, in sentences.
+
+    Args:
+        scenario: with its own car
+        document: the plant file
+
+    Raises:
+        ParameterError: a slip in the file, a unit that lacks what is needed, or a scenario that the unit cannot drive
+        InputError: the unit cannot be used
+    """
+    unit, wiring = wiring_of(document)
+    car = car_of(unit, wiring, scenario.car)
+    files = {**scenario.files, unit.path.name: unit.digest}
+    driven = replace(scenario, car=car, car_name=f"{unit.name} ({unit.path.name})", files=files)
+    require_fault_free(driven)
+    acting = scenario.course.columns(np.zeros(1), np.zeros(1), scenario.course.start.speed, 0.0)
+    return driven, remarks(car, unit, acting)
