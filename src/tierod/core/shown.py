@@ -24,7 +24,7 @@ def shown(unit: str) -> tuple[float, str]:
 
 def written(unit: str) -> str:
     """A unit as people write it, and as a vehicle file or a channel map takes it too: N·m, kg·m²."""
-    return unit.replace("**2", "²").replace("**3", "³").replace("*", "·")
+    return unit.replace("**2", "²").replace("**3", "³").replace("**", "^").replace("*", "·")
 
 
 def in_words(value: float, unit: str, digits: int = 3) -> str:

@@ -28,9 +28,10 @@ from tierod.methods.identification.vehicle_judgement import (
     contradictions,
     contradictory,
     judged,
+    kept,
     odd_drive,
 )
-from tierod.methods.identification.vehicle_priors import NOISES, SHOWN, priors_of, spread_of
+from tierod.methods.identification.vehicle_priors import NOISES, SHOWN, held_distances, priors_of, spread_of
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.single_track import understeer_gradient
@@ -123,7 +124,7 @@ def identify_vehicle(
         raise ParameterError(f"'{unknown[0]}' is not identified from ordinary drives; there are {', '.join(SHOWN)}")
     drives = tuple(drives_of(recordings))
     usual = _usual(drives)
-    priors = priors_of(vehicle, usual, with_ratio=drives[0].angle != ANGLES[0])
+    priors = priors_of(vehicle, usual, with_ratio=drives[0].angle != ANGLES[0], free=free)
     built = _built(vehicle, usual, drives[0].angle)
     posterior = _searched(priors, drives, built, progress)
     alone = [_searched(priors, [each], built, start=posterior.place) for each in drives] if len(drives) > 1 else []
@@ -199,7 +200,9 @@ def _concluded(
     free: tuple[str, ...],
 ) -> VehicleIdentification:
     names = tuple(prior.name for prior in posterior.priors if prior.name in SHOWN)
+    held = () if set(free) < set(SHOWN) else held_distances(vehicle)
     every = [each for each in judged(posterior, names) if each.name in free]
+    every += [kept(name, vehicle[name], spread_of(name, vehicle)[0]) for name in held if name in vehicle]
     blocks = [built(posterior.values, k) for k in range(len(drives))]
     results = [scan(block, each.samples) for block, each in zip(blocks, drives, strict=True)]
     zeros = tuple(

@@ -87,6 +87,19 @@ def judged(posterior: Posterior, names: Sequence[str]) -> list[Judged]:
     return found
 
 
+def kept(name: str, value: float, deviation: float) -> Judged:
+    """A parameter that the file gives better than drives do.
+
+    Args:
+        name: of the parameter
+        value, deviation: of the file or class
+    """
+    text = (
+        "known better than drives show it, whose tyres and steering act alike; measure the wheelbase, weigh the axles"
+    )
+    return Judged(name, NOT_SEEN, value, deviation, value, deviation, text)
+
+
 def _bound(partners: Sequence[tuple[float, str]]) -> str:
     ordered = sorted(partners, reverse=True, key=lambda pair: abs(pair[0]))[:2]
     return "bound together with " + " and ".join(f"{name} ({each:+.2f})".replace("-", "−") for each, name in ordered)
