@@ -42,10 +42,10 @@ def open_mdf(path: Path) -> Source | Log:
         )
     origin = _origin(content["start"])
     records = {group: content["records"][group] for group in content["frames"]}
-    notes = _left_out(content)
+    remarks = _left_out(content)
     return Log(
         path.name,
-        lambda: [_frames(process.lane(group, None), origin, count, notes) for group, count in records.items()],
+        lambda: [_frames(process.lane(group, None), origin, count, remarks) for group, count in records.items()],
     )
 
 
