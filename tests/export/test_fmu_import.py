@@ -81,6 +81,7 @@ def test_our_driver_keeps_a_vehicle_of_another_make_on_its_path(folder, mixed):
     found = {name: each.values for name, each in outcome.recording.channels.items()}
     assert np.abs(found["truth_lateral_offset"]).max() < 0.5
     assert found["truth_distance"][-1] > 50.0
+    assert "v_kmh" in outcome.recording.metadata["plant_wiring"]
     assert found["vehicle_speed"].max() < 20.0
     np.testing.assert_allclose(
         np.gradient(found["truth_distance"], 0.01)[5:-5], found["truth_vehicle_speed"][5:-5], atol=0.05
