@@ -145,3 +145,29 @@ def test_a_single_peak_of_every_bin_is_kept():
     kept = outline(values, 1600)
     assert np.count_nonzero(values[kept] == 5.0) == 40
     assert np.count_nonzero(values[kept] == -3.0) == 40
+
+
+@pytest.mark.parametrize("missing", [0.0, 0.3])
+def test_every_bin_is_what_its_samples_say(missing):
+    chance = np.random.default_rng(4)
+    time = np.cumsum(chance.choice([0.01, 0.02, 0.4], 5000, p=[0.8, 0.15, 0.05]))
+    first, second = np.where(chance.random((2, 5000)) < missing, np.nan, chance.normal(size=(2, 5000)))
+    one, other = Decimator("one", "", bins=64), Decimator("other", "", bins=64)
+    for part in np.split(np.arange(5000), [700, 701, 2400]):
+        other.add(time[part], second[part], one.add(time[part], first[part]))
+    for decimator, values in ((one, first), (other, second)):
+        trace = decimator.trace()
+        width = trace.time[1] - trace.time[0]
+        bins = np.floor((time - time[0]) / width + 1e-6).astype(int)
+        for at in range(len(trace.time)):
+            inside = values[(bins == at) & np.isfinite(values)]
+            found = trace.lower[at], trace.mean[at], trace.upper[at]
+            expected = (inside.min(), inside.mean(), inside.max()) if len(inside) else (np.nan,) * 3
+            assert found == pytest.approx(expected, rel=1e-12, nan_ok=True)
+
+
+def test_places_of_other_bins_are_not_taken_over():
+    time = np.arange(100) * 0.1
+    coarse, fine = Decimator("coarse", "", bins=8), Decimator("fine", "", bins=200)
+    fine.add(time, time, coarse.add(time, time))
+    np.testing.assert_array_equal(fine.trace().mean, time)

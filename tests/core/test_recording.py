@@ -113,3 +113,18 @@ def test_a_grid_follows_the_samples_not_the_span():
     assert len(slow.align(["a"], 40.0).time) == 3_999_601
     with pytest.raises(InputError, match="from 0 s to 99990 s is too long.*count milliseconds"):
         slow.align(["a"], 50.0)
+
+
+@pytest.mark.parametrize("method", ["hold", "linear"])
+def test_stamps_that_channels_share_give_the_same_as_stamps_of_their_own(method):
+    chance = np.random.default_rng(3)
+    time = np.cumsum(chance.choice([0.01, 0.02, 0.5], 300))
+    one, other = (channel(name, time, chance.normal(size=300)) for name in ("yaw_rate", "vehicle_speed"))
+    shared = recording(*(Channel(each.name, one.time, each.values, each.unit) for each in (one, other)))
+    own = recording(one, channel(other.name, time, other.values))
+    for of in (lambda each: each, lambda each: each.slice(1.0, 6.0)):
+        first, second = (of(each).align(("yaw_rate", "vehicle_speed"), 77.0, method) for each in (shared, own))
+        np.testing.assert_array_equal(first.values, second.values)
+        assert np.isnan(first.values).any()
+    sliced = shared.slice(1.0, 6.0)
+    assert sliced["yaw_rate"].time is sliced["vehicle_speed"].time

@@ -4,9 +4,14 @@ import datetime as dt
 import errno
 import os
 import shutil
+import subprocess
+import sys
 import time
 from dataclasses import replace
 
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from fleet.drives import DAY, FRICTION, NOVEMBER, Here, judged, written
@@ -227,3 +232,25 @@ def test_months_are_apart_and_an_undated_drive_is_under_its_own(tmp_path):
     judged(tmp_path / "drives", tmp_path / "results")
     assert sorted(path.name for path in (tmp_path / "results/findings").iterdir()) == [
         "month=2025-10", "month=2025-11", "month=unknown"]  # fmt: skip
+
+
+def test_the_memory_of_a_worker_is_its_own_and_not_that_of_its_parent():
+    held = bytearray(300 * 2**20)
+    command = [sys.executable, "-c", "from tierod.fleet.task import peak_memory; print(peak_memory())"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert 2**20 < int(done.stdout) < len(held)
+
+
+def test_what_stops_most_monitors_is_said_first_and_once(tmp_path):
+    path = written(tmp_path / "drives/a.parquet")
+    table = pq.read_table(path)
+    later = np.asarray(table["time"]).astype(float)
+    later[len(later) // 2 :] += 400.0 * DAY
+    pq.write_table(table.set_column(table.column_names.index("time"), "time", pa.array(later)), path)
+    asked = Asked((Chosen("motor-angle"), Chosen("friction"), Chosen("driver-torque")), spread=False)
+    judged(path, tmp_path / "results", asked=asked)
+    (row,) = ledger_of(tmp_path / "results").to_pylist()
+    assert row["outcome"] == "skipped"
+    assert row["reason"].startswith("no monitor can judge it: friction, driver-torque: the time leaps ahead from about")
+    assert row["reason"].count("the time leaps") == 1
+    assert "; motor-angle: the monitor 'motor-angle' cannot run" in row["reason"]

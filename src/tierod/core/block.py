@@ -220,6 +220,8 @@ def _hints(kind: type) -> dict[str, Any]:
 
 def _as_meant(value: object, hint: object) -> object:
     """A number in a field of floats as a float, in tuples of floats too; anything else as it is."""
+    if type(value) is float or not isinstance(value, tuple | Real):
+        return value
     if isinstance(value, tuple) and get_origin(hint) is tuple:
         inner = get_args(hint)
         inner = inner[:1] * len(value) if inner[-1:] == (Ellipsis,) else inner

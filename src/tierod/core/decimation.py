@@ -9,7 +9,7 @@ from __future__ import annotations
 import zlib
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,42 @@ MISSING = 0
 def bins_each(traces: int) -> int:
     """Bins of one of so many traces, at the least once they are full: a power of two, 16 384 for 30 traces."""
     return 1 << max(MEMORY // (2 * max(traces, 1)), 1).bit_length() - 1
+
+
+class Places(NamedTuple):
+    """In which bins samples lie.
+
+    Args:
+        start, width: of the bins [s]
+        first, last: bins of the samples
+        bins: that of every sample, counted from the first
+        samples: number of those in every bin from first to last
+        occupied: those bins that have one, all as a slice where none is empty
+        begins: first sample of each of these
+    """
+
+    start: Annotated[float, "s"]
+    width: Annotated[float, "s"]
+    first: int
+    last: int
+    bins: np.ndarray
+    samples: np.ndarray
+    occupied: np.ndarray | slice
+    begins: np.ndarray
+
+    @classmethod
+    def of(cls, time: np.ndarray, start: float, width: float) -> Places:
+        """Of times [s], rising, shape (n,), at least one."""
+        bins = np.floor((time - start) / width + 1e-6).astype(int)
+        first, last = int(bins[0]), int(bins[-1])
+        bins -= first
+        counts = np.bincount(bins, minlength=last - first + 1)
+        occupied: np.ndarray | slice = slice(None)
+        begins = np.cumsum(counts) - counts
+        if not counts.all():
+            occupied = np.flatnonzero(counts)
+            begins = begins[occupied]
+        return cls(start, width, first, last, bins, counts, occupied, begins)
 
 
 class Decimator:
@@ -49,15 +85,19 @@ class Decimator:
         if reserved:
             self._reserve(2 * bins)
 
-    def add(self, time: np.ndarray, values: np.ndarray) -> None:
+    def add(self, time: np.ndarray, values: np.ndarray, places: Places | None = None) -> Places | None:
         """Samples that follow those already added.
 
         Args:
             time: [s], shape (n,), rising
             values: shape (n,); NaN where missing
+            places: what another signal's decimator gave for the same times
+
+        Returns:
+            where the samples lie, for the next signal with the same times; None without samples
         """
         if not len(time):
-            return
+            return None
         if self._start is None:
             self._start = float(time[0])
             steps = np.diff(time[:1000])
@@ -65,11 +105,27 @@ class Decimator:
             self._width = float(np.median(steps)) if len(steps) else 1.0
         while (time[-1] - self._start) / self._width >= 2 * self.bins:
             self._halve()
-        index = np.floor((time - self._start) / self._width + 1e-6).astype(int)
-        self._grow(int(index[-1]) + 1)
-        touched = slice(int(index[0]), int(index[-1]) + 1)
+        if places is None or (places.start, places.width) != (self._start, self._width):
+            places = Places.of(time, self._start, self._width)
+        self._grow(places.last + 1)
+        touched = slice(places.first, places.last + 1)
         seen = np.isfinite(values)
-        index, values = index[seen] - touched.start, values[seen]
+        if seen.all():
+            self._put(touched, places, values)
+        else:
+            self._put_some(touched, places.bins[seen], values[seen])
+        return places
+
+    def _put(self, touched: slice, places: Places, values: np.ndarray) -> None:
+        """Samples of which none is missing: neighbours share a bin, so that each bin is a stretch of them."""
+        at = places.occupied
+        lower, upper = self._lower[touched], self._upper[touched]
+        lower[at] = np.minimum(lower[at], np.minimum.reduceat(values, places.begins))
+        upper[at] = np.maximum(upper[at], np.maximum.reduceat(values, places.begins))
+        self._sum[touched] += np.bincount(places.bins, values, len(places.samples))
+        self._count[touched] += places.samples
+
+    def _put_some(self, touched: slice, index: np.ndarray, values: np.ndarray) -> None:
         # Only the bins of these samples: with many bins, and few samples at a time, all others would cost most.
         np.minimum.at(self._lower[touched], index, values)
         np.maximum.at(self._upper[touched], index, values)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -253,7 +253,15 @@ class Recording:
 
     def slice(self, start: float = float("-inf"), stop: float = float("inf")) -> Recording:
         """The samples of all channels with start <= time < stop [s]; time stamps stay as they are."""
-        return replace(self, channels={name: channel.sliced(start, stop) for name, channel in self.channels.items()})
+        cuts: dict[int, tuple[np.ndarray, slice]] = {}
+        channels = {}
+        for name, channel in self.channels.items():
+            cut = cuts.get(id(channel.time))
+            if cut is None:
+                first, last = np.searchsorted(channel.time, (start, stop), side="left").tolist()
+                cut = cuts[id(channel.time)] = channel.time[first:last], slice(first, last)
+            channels[name] = replace(channel, time=cut[0], values=channel.values[cut[1]])
+        return replace(self, channels=channels)
 
     def retime(self, period: float, names: Iterable[str] | None = None) -> Recording:
         """Channels that were delivered in bursts with the times at which their samples were sent.
@@ -322,9 +330,17 @@ class Recording:
         grid = first + np.arange(max(count, 0)) / rate
         names = tuple(names)
         values = np.full((len(grid), len(names)), np.nan)
+        places: dict[int, _Places] = {}  # of channels with the same stamps, looked for once
         for column, name in enumerate(names):
-            if name in self.channels and len(self.channels[name].time):
-                values[:, column] = _sample(self.channels[name], grid, method, maximum_age, 0.5 / rate)
+            channel = self.channels.get(name)
+            if channel is None or not len(channel.time):
+                continue
+            found = places.get(id(channel.time))
+            if found is None:
+                found = places[id(channel.time)] = _places(channel.time, grid, maximum_age, 0.5 / rate)
+            values[:, column] = (
+                _held(channel.values, found) if method == "hold" else _between(channel, found, maximum_age)
+            )
         return Aligned(grid, values, names)
 
 
@@ -333,15 +349,37 @@ def _extremes(values: np.ndarray) -> tuple[str, str]:
     return (f"{seen.min():.6g}", f"{seen.max():.6g}") if len(seen) else ("", "")
 
 
-def _sample(channel: Channel, grid: np.ndarray, method: Method, maximum_age: float, tolerance: float) -> np.ndarray:
-    time, values = channel.time, channel.values
+class _Places(NamedTuple):
+    """Where the times of a grid lie among time stamps: the sample before, its age [s], and whether it is held, (n,)."""
+
+    before: np.ndarray
+    known: np.ndarray
+    age: np.ndarray
+    held: np.ndarray
+    everywhere: bool
+    rounding: float
+
+
+def _places(time: np.ndarray, grid: np.ndarray, maximum_age: float, tolerance: float) -> _Places:
     rounding = min(tolerance, 1e-6)
     before = np.searchsorted(time, grid + rounding, side="right") - 1
     known = before >= 0
     before = np.maximum(before, 0)
     age = grid - time[before]
-    if method == "hold":
-        return np.where(known & (age <= maximum_age + rounding), values[before], np.nan)
+    held = known & (age <= maximum_age + rounding)
+    return _Places(before, known, age, held, bool(held.all()), rounding)
+
+
+def _held(values: np.ndarray, places: _Places) -> np.ndarray:
+    """The latest sample, NaN where it is too old."""
+    latest = values[places.before]
+    return latest if places.everywhere else np.where(places.held, latest, np.nan)
+
+
+def _between(channel: Channel, places: _Places, maximum_age: float) -> np.ndarray:
+    """Between two samples; NaN where they are too far apart."""
+    time, values = channel.time, channel.values
+    before, known, age, _, _, rounding = places
     after = np.minimum(before + 1, len(time) - 1)
     width = time[after] - time[before]
     share = np.divide(age, width, out=np.zeros_like(age), where=width > 0.0)

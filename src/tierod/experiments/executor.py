@@ -23,14 +23,12 @@ from multiprocessing.process import BaseProcess
 from typing import Any, Protocol, TypeVar
 
 from tierod.core.errors import CompileError, KernelWarning, MissingExtra, OutputError, ParameterError, TierodError
+from tierod.core.threads import THREADS
 
 Given = TypeVar("Given")
 Result = TypeVar("Result")
 Work = Callable[[Any], Any]
 """Importable function of one task; task and result can be pickled."""
-
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Set to one in the workers: they share the cores already, and sums would depend on the number of threads."""
 
 
 @dataclass(frozen=True)

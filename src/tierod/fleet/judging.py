@@ -59,7 +59,7 @@ class Asked:
         Args:
             car: as which it is judged
         """
-        return Together(car, self.monitors, self.spread)
+        return Together(car, self.monitors, self.spread, signals_shown=False)
 
 
 @dataclass(frozen=True)

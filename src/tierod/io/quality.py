@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -69,19 +69,48 @@ def mean_rate(time: np.ndarray) -> float:
     return float((len(time) - 1) / span) if span > 0.0 else float("nan")
 
 
-def channel_quality(channel: Channel, limits: QualityLimits = LIMITS) -> ChannelQuality:
-    """Rate, gaps, missing share, range and remarks of one channel."""
+class Pace(NamedTuple):
+    """What time stamps show by themselves.
+
+    Args:
+        rate: from the median step [Hz]
+        mean: over the whole span [Hz]
+        gap: the longest step [s]; NaN with fewer than two stamps
+    """
+
+    rate: Annotated[float, "Hz"]
+    mean: Annotated[float, "Hz"]
+    gap: Annotated[float, "s"]
+
+    @classmethod
+    def of(cls, time: np.ndarray) -> Pace:
+        """The pace of time stamps [s], (n,)."""
+        gap = float(np.diff(time).max()) if len(time) > 1 else float("nan")
+        return cls(median_rate(time), mean_rate(time), gap)
+
+
+def channel_quality(channel: Channel, limits: QualityLimits = LIMITS, pace: Pace | None = None) -> ChannelQuality:
+    """Rate, gaps, missing share, range and remarks of one channel.
+
+    Args:
+        channel: that is examined
+        limits: when a figure deserves a remark
+        pace: of its time stamps, where it is known from another channel with the same
+    """
     time, values = channel.time, channel.values
+    pace = pace or Pace.of(time)
     good = np.isfinite(values)
-    seen = values[good]
-    gap = float(np.diff(time[good]).max()) if len(seen) > 1 else float("nan")
+    seen = values if good.all() else values[good]
+    gap = pace.gap
+    if len(seen) < len(values):
+        gap = float(np.diff(time[good]).max()) if len(seen) > 1 else float("nan")
     missing = 1.0 - len(seen) / len(values) if len(values) else 1.0
     least, most = (float(seen.min()), float(seen.max())) if len(seen) else (float("nan"), float("nan"))
     assumed = assumes_unit(channel.note)
     remarks = [
-        *_rate_remarks(time, gap, len(seen), limits),
-        *figure_remarks(channel.name, channel.unit, missing, gap, mean_rate(time), (least, most), assumed, limits),
-        *_value_remarks(channel, seen, limits),
+        *_rate_remarks(pace, len(time), gap, len(seen), limits),
+        *figure_remarks(channel.name, channel.unit, missing, gap, pace.mean, (least, most), assumed, limits),
+        *_value_remarks(channel, seen, pace.mean, limits),
     ]
     if channel.note:
         remarks.append(channel.note)
@@ -90,7 +119,7 @@ def channel_quality(channel: Channel, limits: QualityLimits = LIMITS) -> Channel
         channel.unit,
         channel.source,
         len(values),
-        median_rate(time),
+        pace.rate,
         missing,
         gap,
         least,
@@ -156,13 +185,13 @@ def impossible(name: str, values: np.ndarray) -> np.ndarray:
     return np.asarray(np.isinf(values) | (size > IMPOSSIBLE * max(map(abs, SIGNALS[name].plausible))))
 
 
-def _rate_remarks(time: np.ndarray, gap: float, seen: int, limits: QualityLimits) -> list[str]:
-    if not len(time):
+def _rate_remarks(pace: Pace, count: int, gap: float, seen: int, limits: QualityLimits) -> list[str]:
+    if not count:
         return ["holds no samples"]
     if not seen:
         return ["every sample is missing: check the sensor and the channel map"]
     remarks = []
-    rate, mean = median_rate(time), mean_rate(time)
+    rate, mean, _ = pace
     if too_slow(rate, limits.slow):
         remarks.append(
             f"{rate:.3g} Hz is too slow for a steering monitor, which needs {limits.slow:g} Hz: record faster"
@@ -174,7 +203,7 @@ def _rate_remarks(time: np.ndarray, gap: float, seen: int, limits: QualityLimits
     return remarks
 
 
-def _value_remarks(channel: Channel, seen: np.ndarray, limits: QualityLimits) -> list[str]:
+def _value_remarks(channel: Channel, seen: np.ndarray, rate: float, limits: QualityLimits) -> list[str]:
     if not len(seen):
         return []
     least, most = seen.min(), seen.max()
@@ -182,9 +211,9 @@ def _value_remarks(channel: Channel, seen: np.ndarray, limits: QualityLimits) ->
         value = in_words(least, channel.unit, 6)
         return [f"constant at {value} throughout" if len(seen) > 1 else "holds a single sample"]
     remarks = []
-    remarks += _saturation_remark(channel, seen, limits)
-    values = np.unique(seen)
-    if len(values) < limits.steps:
+    remarks += _saturation_remark(channel, seen, rate, limits)
+    # A signal with many values shows them soon, and then need not be sorted.
+    if len(np.unique(seen[: 4 * limits.steps])) < limits.steps and len(values := np.unique(seen)) < limits.steps:
         apart = in_words(float(np.diff(values).min()), channel.unit)
         remarks.append(f"coarse: {len(values)} distinct values, {apart} apart")
     return remarks
@@ -206,12 +235,14 @@ def _range_remark(name: str, unit: str, least: float, most: float, assumed: bool
     return [f"{first} to {last} {_PLAUSIBLE} {lower} to {upper}; {advice}"]
 
 
-def _saturation_remark(channel: Channel, seen: np.ndarray, limits: QualityLimits) -> list[str]:
-    rate = mean_rate(channel.time)
+def _saturation_remark(channel: Channel, seen: np.ndarray, rate: float, limits: QualityLimits) -> list[str]:
     needed = max(limits.saturation_samples, limits.saturation * rate if rate > 0.0 else 0.0)
     remarks = []
     for end, extreme in (("upper", float(seen.max())), ("lower", float(seen.min()))):
-        run = longest_run(seen == extreme)
+        at_end = seen == extreme
+        if np.count_nonzero(at_end) < needed:
+            continue
+        run = longest_run(at_end)
         if run >= needed and extreme != 0.0 and _is_clipped(seen, extreme) and _stops_at(seen, extreme, run, rate):
             remarks.append(f"saturated: {run} samples in a row at the {end} end, {in_words(extreme, channel.unit, 4)}")
     return remarks

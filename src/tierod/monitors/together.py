@@ -67,11 +67,12 @@ class Together:
         car: as which the recording is judged
         chosen: the monitors
         spread: whether the spread of the parameters is carried into bands and verdict
+        signals_shown: whether the diagnoses hold the signals over time, beside what the monitors estimate
 
     `refused` says of each monitor that does not run why; `span` is what was fed [s]; `metadata` is of the recording.
     """
 
-    def __init__(self, car: Vehicle, chosen: Sequence[Chosen], spread: bool = True):
+    def __init__(self, car: Vehicle, chosen: Sequence[Chosen], spread: bool = True, signals_shown: bool = True):
         self.car = car
         self.refused: dict[str, str] = {}
         self.span: Annotated[tuple[float, float], "s"] | None = None
@@ -81,7 +82,7 @@ class Together:
         for each in chosen:
             with self._refusing(each.monitor):
                 definition, variant = find(each.monitor, each.variant or None)
-                self._runs[each.monitor] = Run(definition, variant, car, uncertain=spread)
+                self._runs[each.monitor] = Run(definition, variant, car, uncertain=spread, signals_shown=signals_shown)
 
     @property
     def needs(self) -> tuple[str, ...]:

@@ -13,11 +13,14 @@ import pytest
 from exact_vehicle import diagnose
 from shared_data import shared_data
 from tierod.core.findings import Status
-from tierod.core.recording import Recording
+from tierod.core.recording import Channel, Recording
 from tierod.io.derive import complete
+from tierod.io.quality import LEVELS
 from tierod.io.readers import read
 from tierod.monitors.diagnose import Run, find
+from tierod.monitors.harness.delays import BLOCK, RATE
 from tierod.monitors.harness.input_defects import InputDefects
+from tierod.monitors.harness.stuck_over_drive import MAXIMUM_AGE
 from tierod.monitors.registry import MONITORS
 from tierod.proving_ground import FrictionCourse, drive
 from tierod.vehicles import load
@@ -182,3 +185,29 @@ def test_a_pause_of_many_hours_takes_no_memory(healthy):
     tracemalloc.stop()
     assert defects.found() == ()
     assert most < 50e6
+
+
+def test_the_outermost_levels_are_those_of_all_samples_together():
+    chance = np.random.default_rng(8)
+    values = np.round(chance.normal(size=20 * BLOCK), 1)
+    values[chance.random(len(values)) < 0.01] = np.nan
+    time = np.arange(len(values)) / RATE
+    defects = InputDefects(("yaw_rate",))
+    recording = Recording({"yaw_rate": Channel("yaw_rate", time, values, "rad/s")})
+    defects.add(recording, 0.0, float(time[-1]))
+    held = recording.align(("yaw_rate",), RATE, maximum_age=MAXIMUM_AGE).values[:, 0]
+    levels, counts = np.unique(held[np.isfinite(held)], return_counts=True)
+    low, high = defects._ends["yaw_rate"]
+    assert low == dict(zip(levels[:LEVELS].tolist(), counts[:LEVELS].tolist(), strict=True))
+    assert high == dict(zip(levels[-LEVELS:].tolist(), counts[-LEVELS:].tolist(), strict=True))
+
+
+def test_without_signals_over_time_the_estimates_stay_the_same(healthy):
+    part = healthy.slice(stop=60.0)
+    full, lean = (Run(*find("friction"), load("midsize-eps"), signals_shown=shown) for shown in (True, False))
+    for run in (full, lean):
+        run.add(part)
+    whole, estimated = full.finish().traces, lean.finish().traces
+    assert set(whole) > set(estimated) == set(full.session.traces) & set(whole)
+    for name, each in estimated.items():
+        np.testing.assert_array_equal(each.mean, whole[name].mean)

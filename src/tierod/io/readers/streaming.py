@@ -162,6 +162,8 @@ def completed(recording: Recording, past: Recording | None, names: tuple[str, ..
     """
     if past is None:
         return complete(recording, names)
+    if not any(name in RECIPES and name not in recording for name in names):
+        return recording
     begin = recording.span[0]
     joined = []
     for name, channel in recording.channels.items():

@@ -9,6 +9,7 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.core.graph import Result
+from tierod.methods.analysis.gamma import gamma_quantile
 
 CONFIDENCE = 0.95  # of every band; the share that textbooks and reviewers expect
 
@@ -19,10 +20,7 @@ def chi_square_quantile(probability: float, degrees: float) -> float:
         from statistics import NormalDist
 
         return NormalDist().inv_cdf(0.5 * (1.0 + probability)) ** 2
-
-    from scipy.special import gammaincinv
-
-    return float(2.0 * gammaincinv(degrees / 2.0, probability))
+    return 2.0 * gamma_quantile(degrees / 2.0, probability)
 
 
 def mean_band(degrees: int, count: int | None = None) -> tuple[float, float]:

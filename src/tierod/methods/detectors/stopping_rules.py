@@ -182,9 +182,7 @@ class AverageRule(StoppingRule):
         return walked(Walk(lower, threshold, False, 1.0 - self.weight, self.weight * way * change, self.weight))
 
     def _each_sample(self, threshold: float, change: float) -> float:
-        from scipy.special import ndtr
-
-        chances = [max(float(ndtr(way * change - threshold)), 1e-300) for way in WAYS[self.sides]]
+        chances = [max(_chance_below(way * change - threshold), 1e-300) for way in WAYS[self.sides]]
         return together([1.0 / chance for chance in chances])
 
     def growth(self, threshold: float) -> float:
@@ -228,9 +226,7 @@ class HoldRule(StoppingRule):
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
         """Expected samples until the alarm."""
-        from scipy.special import ndtr
-
-        chance = sum(float(ndtr(way * change - threshold)) for way in WAYS[self.sides])
+        chance = sum(_chance_below(way * change - threshold) for way in WAYS[self.sides])
         if chance <= 1e-300 ** (1.0 / self.hold):
             return math.inf
         return (chance**-self.hold - 1.0) / (1.0 - chance) if chance < 1.0 else float(self.hold)
@@ -341,3 +337,8 @@ class LikelihoodRatioRule(StoppingRule):
     def alarms(self, flags: np.ndarray) -> int:
         """How many alarms begin."""
         return int(np.count_nonzero(np.diff(flags, prepend=0.0) > 0.5))
+
+
+def _chance_below(value: float) -> float:
+    """Chance that a standard normal variable is below a value; accurate far out, where `NormalDist.cdf` gives zero."""
+    return 0.5 * math.erfc(-value / math.sqrt(2.0))

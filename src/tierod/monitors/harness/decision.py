@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, Literal
 
+from tierod.methods.analysis.gamma import gamma_quantile
 from tierod.methods.detectors import Cusum, GeometricAverage, HeldThreshold, LikelihoodRatio, SequentialTest
 from tierod.methods.detectors.rule_design import RuleDesign
 
@@ -33,9 +34,7 @@ class Demonstrated:
     @property
     def most(self) -> float:
         """Upper 95 % bound of the rate, false alarms per unit observed: three over what was observed where none was."""
-        from scipy.special import gammaincinv
-
-        return float(gammaincinv(self.alarms + 1.0, 0.95)) / self.observed
+        return gamma_quantile(self.alarms + 1.0, 0.95) / self.observed
 
     def stated(self, unit: Unit) -> str:
         """In words: what was seen and what that shows."""

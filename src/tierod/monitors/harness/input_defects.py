@@ -179,12 +179,9 @@ class InputDefects:
         for key, lag in self._lags.items():
             lag.add(*RELATIONS[key].quantities(block))
         for name, (low, high) in self._ends.items():
-            levels, counts = np.unique(block[name][np.isfinite(block[name])], return_counts=True)
-            for end, kept in ((low, slice(None, LEVELS)), (high, slice(-LEVELS, None))):
-                end.update(dict(zip(levels[kept].tolist(), counts[kept].tolist(), strict=True)))
-                outer = sorted(end)[kept]
-                for level in [each for each in end if each not in outer]:
-                    del end[level]
+            seen = block[name][np.isfinite(block[name])]
+            _count(low, seen, min, slice(None, LEVELS))
+            _count(high, seen, max, slice(-LEVELS, None))
 
     def found(self, units: Mapping[str, str] | None = None) -> tuple[Defect, ...]:
         """What is wrong.
@@ -240,6 +237,27 @@ class InputDefects:
                     sentence = f"{name} is clipped at its {side} end {value} for {seconds:.0f} s in all"
                     found.append(Defect((name,), sentence))
         return found
+
+
+def _count(end: Counter[float], seen: np.ndarray, outermost: Callable[..., float], kept: slice) -> None:
+    """Count the samples on the outermost levels; only these need be sorted once there are enough.
+
+    Args:
+        end: samples by level, brought up to date
+        seen: samples (n,)
+        outermost: min where low levels are counted, else max
+        kept: which of the levels in order
+    """
+    if len(end) == LEVELS:
+        inner = (max if outermost is min else min)(end)
+        seen = seen[seen <= inner] if outermost is min else seen[seen >= inner]
+    if not len(seen):
+        return
+    levels, counts = np.unique(seen, return_counts=True)
+    end.update(dict(zip(levels[kept].tolist(), counts[kept].tolist(), strict=True)))
+    outer = sorted(end)[kept]
+    for level in [each for each in end if each not in outer]:
+        del end[level]
 
 
 def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) -> Finding:

@@ -80,14 +80,16 @@ def joined(before: Recording | None, piece: Recording) -> Recording:
     if before is None:
         return piece
     channels = dict(piece.channels)
+    clocks: dict[tuple[int, int], np.ndarray] = {}
     for name, old in before.channels.items():
         new = channels.get(name)
         if new is None:
             channels[name] = old
         else:
-            channels[name] = dataclasses.replace(
-                new, time=np.concatenate([old.time, new.time]), values=np.concatenate([old.values, new.values])
-            )
+            key = id(old.time), id(new.time)
+            if key not in clocks:  # stamps that channels share stay shared, so that they are searched once
+                clocks[key] = np.concatenate([old.time, new.time])
+            channels[name] = dataclasses.replace(new, time=clocks[key], values=np.concatenate([old.values, new.values]))
     return Recording(channels, piece.metadata)
 
 

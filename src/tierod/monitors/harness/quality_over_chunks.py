@@ -13,6 +13,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.core.series import Rows
 from tierod.core.shown import in_words
 from tierod.io.quality import (
+    Pace,
     assumes_unit,
     channel_quality,
     figure_remarks,
@@ -43,9 +44,12 @@ class QualityOverChunks:
 
     def add(self, piece: Recording) -> None:
         """The next piece."""
+        paces: dict[int, Pace] = {}
         for name in self.names:
             if name in piece:
-                self._merge(name, piece)
+                time = piece[name].time
+                pace = paces[id(time)] = paces.get(id(time)) or Pace.of(time)
+                self._merge(piece[name], pace)
         kept = len(self._reduced) / REDUCED_RATE
         if kept < COMPARED and any(name in piece for name in self.names):
             # No more than is compared: a piece may be a whole recording with a pause of days in it.
@@ -129,10 +133,10 @@ class QualityOverChunks:
                     "channel map, or give a recording in which the vehicle is driven"
                 )
 
-    def _merge(self, name: str, piece: Recording) -> None:
-        channel = piece[name]
+    def _merge(self, channel: Channel, pace: Pace) -> None:
+        name = channel.name
         self._notes[name] = channel.note
-        new = channel_quality(dataclasses.replace(channel, note=""))
+        new = channel_quality(dataclasses.replace(channel, note=""), pace=pace)
         self.units[name] = channel.unit
         if not len(channel.time):
             return

@@ -69,6 +69,7 @@ class Run:
         kept: takes what is read and estimated over time
         uncertain: whether the spread of the vehicle's parameters is carried into bands and verdict
         bins: of every trace at the least, for which memory is taken at once; as many as memory allows where None
+        signals_shown: whether the diagnosis holds the signals over time, beside what the monitor estimates
 
     Raises:
         InputError: the baseline is of another vehicle or variant
@@ -85,9 +86,10 @@ class Run:
         kept: OverTime | None = None,
         uncertain: bool = False,
         bins: int | None = None,
+        signals_shown: bool = True,
     ):
         self.monitor, self.variant, self.vehicle = monitor, variant, vehicle
-        self._given = (baseline, memory, kept, uncertain, bins)
+        self._given = (baseline, memory, kept, uncertain, bins, signals_shown)
         if baseline is not None:
             refuse_foreign(baseline, vehicle.name, f"{monitor.name}, {variant.name}")
         self._uncertain = Uncertain(monitor, variant, vehicle, baseline) if uncertain else None
@@ -112,7 +114,8 @@ class Run:
         self._metadata: dict[str, Any] = {}
         units = dict.fromkeys(self.session.signals, "") | dict(self.session.traces)
         room = bins_each(len(units)) if bins is None else bins
-        self._traces = {name: Decimator(name, unit, room, bins is not None) for name, unit in units.items()}
+        kept_over_time = units if signals_shown else dict(self.session.traces)
+        self._traces = {name: Decimator(name, unit, room, bins is not None) for name, unit in kept_over_time.items()}
 
     @property
     def begun(self) -> bool:
@@ -235,8 +238,9 @@ class Run:
         if self.kept:
             self.kept.add(aligned.time, shown)
         self._passing.add(aligned.time, shown)
-        for name, values in shown.items():
-            self._traces[name].add(aligned.time, values)
+        places = None
+        for name, trace in self._traces.items():
+            places = trace.add(aligned.time, shown[name], places)
 
     def finish(self, command: str = "") -> Diagnosis:
         """The diagnosis over all pieces.

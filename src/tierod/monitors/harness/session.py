@@ -7,6 +7,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Annotated, Any, NamedTuple, Protocol, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -177,8 +178,15 @@ def _unit_of(block: Any, path: str) -> str:
         holder = holder[int(step)] if step.isdigit() else getattr(holder, step)
     if not (dataclasses.is_dataclass(holder) or hasattr(holder, "_fields")):
         return ""
-    hint = get_type_hints(type(holder), include_extras=True).get(name)
-    return str(get_args(hint)[1]) if get_origin(hint) is Annotated else ""
+    kind: Any = type(holder)
+    return _units(kind).get(name, "")
+
+
+@cache
+def _units(kind: Any) -> Mapping[str, str]:
+    """The units of the annotated fields of a class; to read annotations takes longer than to judge a minute."""
+    hints = get_type_hints(kind, include_extras=True).items()
+    return {name: str(get_args(hint)[1]) for name, hint in hints if get_origin(hint) is Annotated}
 
 
 @dataclass(frozen=True)
