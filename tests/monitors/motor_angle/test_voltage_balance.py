@@ -71,6 +71,17 @@ def test_what_an_inverter_takes_is_a_column_of_its_own():
     assert balanced(CURRENT, voltage(signs=signs, loss=0.5)).best().unexplained > 0.02
 
 
+@pytest.mark.parametrize("reading", READINGS)
+def test_the_signs_are_read_as_the_currents_are(reading):
+    signs = np.sign(CURRENT.real) + 1j * np.sign(CURRENT.imag)
+    recorded = [each * np.exp(-1j * reading.shifted) for each in (CURRENT, signs)]
+    recorded = [np.conj(each) if reading.mirrored else each for each in recorded]
+    balance = balanced(recorded[0], voltage(signs=signs, loss=0.5), -ANGLE if reading.backwards else ANGLE, recorded[1])
+    found = balance.over(reading)
+    assert found.unexplained < 1e-6
+    assert found.resistance == pytest.approx(RESISTANCE)
+
+
 def test_a_motor_that_stands_without_current_tells_nothing():
     nothing = np.zeros(2000)
     assert balanced(nothing + 0j, nothing, nothing).best() is None
