@@ -21,6 +21,7 @@ from tierod.papers.registry import STUDIES
 
 STUDY_PAGES = Path(__file__).resolve().parent.parent / "docs" / "reference" / "studies"
 TITLE = re.compile(r"^\*\*(.+)\*\*$")
+PRINTED_BY = re.compile(r"^Printed by `(?P<command>.+)` of tierod (?P<version>\S+)\n?", re.MULTILINE)
 CLAIMS, DESCRIBED = "Claims", "Figures of description"
 
 
@@ -92,7 +93,8 @@ def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -
         printed: what it printed
         sentences: identifier of a claim -> what it claims
     """
-    every = sections(printed)
+    by = PRINTED_BY.search(printed)
+    every = sections(PRINTED_BY.sub("", printed))
     listed = dict(every)[CLAIMS]
     topics = TOPICS[name]
     texts: dict[str, list[str]] = {topic.name: [] for topic in topics}
@@ -113,7 +115,7 @@ def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -
         f"# {STUDIES[name].title}: claims",
         made,
         STUDIES[name].summary,
-        f"`tierod study {name}` measures these figures. [What the columns mean](../../how-to/run-studies.md).",
+        f"{_origin(name, by)} [What the columns mean](../../how-to/run-studies.md).",
         "\n".join(links),
     )
     groups = _groups(name, listed, sentences or {})
@@ -121,6 +123,14 @@ def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -
         groups.append(_described(dict(every)[DESCRIBED], sentences or {}))
     count = listed.splitlines()[-1]
     return {f"{name}.md": "\n\n".join((*head, *groups, count)), **found}
+
+
+def _origin(name: str, by: re.Match[str] | None) -> str:
+    """Which command of which version measured the figures."""
+    if by is None:
+        return f"`tierod study {name}` measures these figures."
+    quick = " It drives a few minutes only, so that figures of rare events say little." * ("--quick" in by["command"])
+    return f"`{by['command']}` of tierod {by['version']} measured these figures.{quick}"
 
 
 def _rows(printed: str) -> tuple[list[str], list[list[str]]]:

@@ -83,6 +83,20 @@ def test_pages_of_a_study_hold_what_it_printed(generator):
     assert "## Real cars" in pages["sideslip.md"]
     assert "| 7 |" in pages["sideslip-observers.md"]
     assert "| 7 |" not in pages["sideslip-combined.md"]
+    assert "`tierod study sideslip` measures these figures." in pages["sideslip.md"]
+
+
+def test_a_page_of_a_study_says_which_command_printed_it(generator):
+    claims = "**Claims**\n\n| claim | goal |\n| --- | --- |\n| paper.one | <= 2 |\n\n1 claims"
+    printed = f"{claims}\n\nPrinted by `tierod study sideslip --quick` of tierod 9.8.7\n"
+    page = generator[1].pages("sideslip", printed)["sideslip.md"]
+    assert (
+        "`tierod study sideslip --quick` of tierod 9.8.7 measured these figures. It drives a few minutes only" in page
+    )
+    assert "Printed by" not in page
+    assert page.rstrip().endswith("1 claims")
+    whole = generator[1].pages("sideslip", printed.replace(" --quick", ""))["sideslip.md"]
+    assert "a few minutes" not in whole
 
 
 def test_studies_have_their_pages(generator):

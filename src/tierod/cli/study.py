@@ -74,6 +74,8 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
                 sys.stdout.write(item.markdown() + "\n")
                 sys.stdout.flush()
     _print([item for item in items if isinstance(item, Claim)])
+    command = f"tierod study {chosen.name}" + " --quick" * effort.quick + " --thorough" * effort.thorough
+    sys.stdout.write(f"\nPrinted by `{command}` of tierod {__version__}\n")
     page = StudyPage(
         chosen.name,
         chosen.title,
@@ -82,7 +84,7 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
         items,
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         version=__version__,
-        command=f"tierod study {chosen.name}" + " --quick" * effort.quick + " --thorough" * effort.thorough,
+        command=command,
         remark="This was a quick run over a few minutes of driving. Its figures say little." if effort.quick else "",
     )
     texts = {

@@ -74,6 +74,12 @@ def test_reduced_observer_believes_the_outputs_and_places_the_rest(seed, n, outp
     assert_poles(closed(system, gain), [*poles, *[0.0] * outputs], rtol=1e-4)
 
 
+def test_an_output_that_shows_nothing_gets_no_gain():
+    """Position and speed over 0.1 s, poles at 0.5: l1 = 1 and l2 = 2.5 by comparison of coefficients."""
+    gain = place(LinearSystem.of([[1.0, 0.1], [0.0, 1.0]], [[1.0, 0.0], [0.0, 0.0]]), (0.5, 0.5))
+    np.testing.assert_allclose(gain, [[1.0, 0.0], [2.5, 0.0]], atol=1e-9)
+
+
 HIDDEN = LinearSystem.of(np.diag([0.9, 0.8, 0.7]), [[1.0, 0.0, 1.0]], states=("angle", "bias", "rate"))
 
 

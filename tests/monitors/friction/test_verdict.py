@@ -344,7 +344,7 @@ def test_signals_lost_right_after_a_step_leave_a_suspicion_and_are_told():
 @pytest.mark.parametrize(
     ("columns", "words"),
     [
-        ({"damping": -0.6}, "damping is -0.6"),
+        ({"damping": -1.2}, "damping is -1.2"),
         ({"aligning_gain": 0.15}, "0.15 times what the vehicle file expects"),
         ({"aligning_gain": 8.0}, "8.00 times what the vehicle file expects"),
         ({"misfit": 4.0, "residual": 1.4}, "does not fit: it leaves 1.4 N·m open"),
@@ -371,6 +371,16 @@ def test_what_cannot_be_withholds_the_verdict(columns, words):
 )
 def test_what_fault_free_drives_reach_does_not_withhold_it(columns):
     assert judged(FrictionVerdict(LIMITS), changed(estimates((80.0, 8.5)), **columns))[2].status is Status.FAULT
+
+
+@pytest.mark.parametrize(("friction", "rest"), [(4.0, Status.NOT_IDENTIFIABLE), (12.5, Status.FAULT)])
+def test_friction_that_is_higher_at_rest_may_lower_the_damping_by_a_share_of_itself(friction, rest):
+    """The line through a Stribeck curve, 10 % higher at rest and gone at 0.3 rad/s, over the rates of driving."""
+    rates = np.linspace(0.0, 1.0, 1001)
+    slope = np.polyfit(rates, 12.5 * (1.0 + 0.1 * np.exp(-((rates / 0.3) ** 2))) + 0.75 * rates, 1)[0]
+    assert slope == pytest.approx(0.75 - 0.106 * 12.5, abs=0.01)
+    samples = changed(estimates((80.0, friction)), damping=slope)
+    assert judged(FrictionVerdict(LIMITS), samples)[2].status is rest
 
 
 def test_a_balance_that_fitted_may_misfit_for_a_while_after_a_step_but_not_for_ever():

@@ -9,7 +9,7 @@ from monitors.motor_angle.motor_drives import NOISE, RATE, drive, held, observed
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
-from tierod.monitors.motor_angle.observer import MotorAngleObserver, Surprise
+from tierod.monitors.motor_angle.observer import MotorAngleObserver, Pace, Surprise
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.vehicles import load
 
@@ -182,3 +182,15 @@ def test_surprises_are_forgotten_with_the_memory_s_time_constant():
         surprise = block._surprise(surprise, SimpleNamespace(nis=0.0), 1.0)
     assert surprise.often == pytest.approx(5.0 / math.e, rel=0.02)
     assert block._surprise(surprise, SimpleNamespace(nis=1e9), 1.0).often > surprise.often + 0.9
+
+
+def test_what_the_inverter_takes_keeps_a_commanded_motor_standing():
+    """The signs of three phases add up to a vector of 4/3 at the most; their drop is taken twice, as any other is."""
+    observer = MotorAngleObserver.of_vehicle(load("motor-bench"), 1.0 / RATE, commanded=True)
+    p, deviation = observer.parameters, 0.3
+    least = observer.tuning.standing_speed + 2.0 * 4.0 / 3.0 * deviation / (p.motor_pole_pairs * p.motor_flux)
+    uncertain = SimpleNamespace(variance=SimpleNamespace(log_resistance=0.0, voltage_loss=deviation**2))
+    for factor, standing in ((0.99, 1.0), (1.01, 0.0)):
+        speed = -1.5 * factor * least
+        after = SimpleNamespace(mean=SimpleNamespace(speed=speed, current_alpha=9.0, current_beta=0.0))
+        assert observer._pace(Pace(speed, 1.0, 0.0, 0.0), after, uncertain).standing == standing

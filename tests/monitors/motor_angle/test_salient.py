@@ -111,3 +111,12 @@ def test_a_sensor_of_noise_is_named_and_not_the_currents_of_a_salient_motor():
     found = finding(samples, 3.0)
     assert found.status is Status.FAULT
     assert found.cause == "the motor's angle contradicts currents and voltages, which fit each other"
+
+
+@pytest.mark.parametrize("ratio", [1.5, 3.0])
+def test_a_saliency_that_the_file_does_not_know_is_named_and_is_no_fault(ratio):
+    vehicle = vehicle_with(motor_inductance=salient_monitor(ratio).observer.parameters.motor_inductance)
+    found = diagnose(recording(salient_drive(ratio, 5, 12.0).samples), vehicle, "motor-angle").findings[0]
+    assert found.status is Status.NOT_TESTABLE
+    assert "those along and across the flux may differ" in found.cause
+    assert float(found.action.split("motor_saliency = ")[1].split()[0]) == pytest.approx(ratio, rel=0.05)

@@ -55,6 +55,22 @@ def test_it_finds_how_a_recording_must_be_read(reading):
     assert found.resistance == pytest.approx(RESISTANCE)
 
 
+@pytest.mark.parametrize("ratio", [0.6, 1.7])
+@pytest.mark.parametrize("zero", [0.0, 1.1])
+def test_a_known_saliency_is_taken_beside_the_flux_wherever_the_sensor_s_zero_lies(ratio, zero):
+    """The linkage of a salient motor from its definition: L_d and L_q on the rotor's own axes."""
+    rotor = np.exp(1j * PAIRS * ANGLE)
+    own = CURRENT * np.conj(rotor)
+    linkage = INDUCTANCE * (own.real + 1j * ratio * own.imag) * rotor + FLUX * rotor
+    made = np.diff(linkage) / STEP + RESISTANCE * 0.5 * (CURRENT[1:] + CURRENT[:-1])
+    collected = VoltageBalance(PAIRS, STEP, (1.0 - ratio) / (1.0 + ratio))
+    collected.add(CURRENT, np.concatenate([[0.0], made]), ANGLE - zero / PAIRS, np.zeros(len(CURRENT)))
+    found = collected.over(AS_RECORDED)
+    assert found.inductance == pytest.approx(0.5 * (1.0 + ratio) * INDUCTANCE, rel=0.03)
+    assert found.flux_direction == pytest.approx(zero, abs=0.03)
+    assert found.resistance == pytest.approx(RESISTANCE, rel=0.03)
+
+
 def test_angles_that_come_seldom_and_gaps_change_nothing():
     angle, current = ANGLE.copy(), CURRENT.copy()
     angle[np.arange(len(angle)) % 10 != 0] = np.nan
@@ -69,6 +85,17 @@ def test_what_an_inverter_takes_is_a_column_of_its_own():
     found = balanced(CURRENT, voltage(signs=signs, loss=0.5), signs=signs).best()
     assert found.resistance == pytest.approx(RESISTANCE)
     assert balanced(CURRENT, voltage(signs=signs, loss=0.5)).best().unexplained > 0.02
+
+
+@pytest.mark.parametrize("reading", READINGS)
+def test_the_signs_are_read_as_the_currents_are(reading):
+    signs = np.sign(CURRENT.real) + 1j * np.sign(CURRENT.imag)
+    recorded = [each * np.exp(-1j * reading.shifted) for each in (CURRENT, signs)]
+    recorded = [np.conj(each) if reading.mirrored else each for each in recorded]
+    balance = balanced(recorded[0], voltage(signs=signs, loss=0.5), -ANGLE if reading.backwards else ANGLE, recorded[1])
+    found = balance.over(reading)
+    assert found.unexplained < 1e-6
+    assert found.resistance == pytest.approx(RESISTANCE)
 
 
 def test_a_motor_that_stands_without_current_tells_nothing():

@@ -36,6 +36,7 @@ def test_it_tells_what_the_drive_tells(drive):
     assert found.evidence["restarts"] == 0.0
     assert found.evidence["limit_announced_s"] == 0.0
     assert "front stiffness" in diagnosis.remarks["estimate"]
+    assert 0.0 < diagnosis.consistency["nis_band_low"] < diagnosis.consistency["nis_band_high"]
 
 
 def test_the_limit_of_grip_is_told():

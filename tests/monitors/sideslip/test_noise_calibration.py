@@ -1,6 +1,7 @@
 """Noises fitted together with a parameter, on a small virtual truth."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -53,3 +54,14 @@ def test_a_noise_that_a_file_lacks_is_added_with_the_unit_of_the_catalogue():
 def test_a_parameter_without_a_standard_deviation_is_not_fitted():
     with pytest.raises(ParameterError, match="tyre_friction"):
         calibrated_with_noises(drive(), CAR, ("tyre_friction",))
+
+
+@pytest.mark.parametrize(("deviations", "factor"), [(1.96, 1.0), (3.92, 2.0), (100.0, 5.0), (0.01, 0.2)])
+def test_the_noises_are_scaled_as_far_as_the_band_needs_but_no_further(monkeypatch, deviations, factor):
+    """A normal error lies within 1.96 deviations in 95 of 100 cases; five times is where a drive is no measure."""
+    time = np.arange(4000) / 100.0
+    seen = SimpleNamespace(time=time, error=np.full(4000, 0.01 * deviations), deviation=np.full(4000, 0.01))
+    monkeypatch.setattr(noise_calibration, "beside_truth", lambda *_: seen)
+    found = calibrated_with_noises(drive(), CAR, ("rear_cornering_stiffness",))
+    assert found["yaw_rate_noise"] == pytest.approx(0.004 * factor, rel=1e-3)
+    assert found["bank_wander_time"] == pytest.approx(6.0, rel=1e-3)

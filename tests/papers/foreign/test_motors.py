@@ -3,8 +3,11 @@ import pytest
 
 from tierod.core.claims import Claim
 from tierod.core.content import Table
+from tierod.core.findings import Finding, Status
 from tierod.papers.foreign.motor_drives import MACHINES, SAMPLE_TIME, motor_drive
 from tierod.papers.foreign.motors import FAULTS, Judged, alarms_of, judged, shown, vehicle
+
+FALSE = Finding("motor-angle", Status.FAULT, "False.", 1.0, cause="none", action="none")
 
 
 class Outputs(dict):
@@ -35,7 +38,7 @@ def test_a_fault_begins_when_it_should(fault):
 
 def test_false_alarms_come_first_and_are_counted():
     quiet = Judged("one", 5.0, 0.01, (), dict.fromkeys(FAULTS, 0.1))
-    loud = Judged("other", 5.0, 0.2, ("rate",), dict.fromkeys(FAULTS, np.inf), ("angle",))
+    loud = Judged("other", 5.0, 0.2, ("rate",), dict.fromkeys(FAULTS, np.inf), FALSE)
     found = list(shown([quiet, loud]))
     (table,) = (each for each in found if isinstance(each, Table))
     assert [row[0] for row in table.rows] == ["other", "one"]
@@ -76,3 +79,11 @@ def test_a_machine_of_the_home_rating_is_judged_rightly():
     found = judged(("12 V, surface magnets", 5, 8.0))
     assert found.false == ()
     assert found.delays["offset of 0.3 rad electrical"] < 0.5
+
+
+@pytest.mark.slow
+def test_a_machine_whose_saliency_the_file_lacks_is_not_accused():
+    pytest.importorskip("motulator")
+    found = judged(("48 V, interior magnets", 5, 8.0))
+    assert found.plain.status is Status.NOT_TESTABLE
+    assert "motor_saliency = 2.0" in found.plain.action

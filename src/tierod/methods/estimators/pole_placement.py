@@ -91,7 +91,9 @@ def place(system: LinearSystem, poles: Sequence[complex]) -> np.ndarray:
             f"eigenvalues of the system, {_listed(np.linalg.eigvals(system.A))}"
         )
     rows = np.linalg.norm(system.C * scale, axis=1)
-    placed: np.ndarray = scale[:, None] * gain * size / np.where(rows > 0.0, rows, 1.0)
+    # What shows nothing of the state corrects nothing, whatever the placement made of its column.
+    per_row = np.divide(size, rows, out=np.zeros_like(rows), where=rows > 0.0)
+    placed: np.ndarray = scale[:, None] * gain * per_row
     return placed
 
 

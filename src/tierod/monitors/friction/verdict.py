@@ -190,7 +190,7 @@ class FrictionVerdict:
         )
         late = (
             negated(positive),
-            negated(sample.damping > tuning.smallest_damping),
+            negated(sample.damping > minimum(tuning.smallest_damping, -tuning.falling_share * friction)),
             both(gain > 0.0, negated(usual)),
             figures.unfit_seconds > tuning.unfit_time - 0.5 * self.sample_time,
             negated(sample.excitation > tuning.smallest_excitation),

@@ -50,6 +50,11 @@ class AlarmTuning:
         smallest_damping: learnt damping below which the signals contradict each other [N*m*s/rad]. In every sample of
             72 fault-free drives it stayed above -0.1 (torques 50 ms late), else above 0.3; a wrong sign of the rate
             gives -3.1 to -5.6, a lateral acceleration in g -2.3 to -4, simulated
+        falling_share: share of friction by which it may fall per rad/s of the steering wheel before its fall is taken
+            for a contradiction [s/rad]. Friction that is higher at rest (Stribeck) lowers the learnt damping by so
+            much of itself: a line through F e exp(-(w / 0.3 rad/s)^2) up to 1 rad/s falls by 1.06 e F, so with e = 0.1
+            by 1.3 of 12.5 N*m, more than all viscous damping. 0.5 of 4 N*m, where `smallest_damping` was measured; a
+            wrong sign of the rate grows with friction too, to -0.7 to -2.6 of it, simulated from 4 to 25 N*m
         largest_aligning_factor: the learnt factor on the self-aligning torque must lie between one over this and this
             [-]. Cars whose trail scatters by 30 % ended between 0.43 and 3.2; a lateral acceleration in g gives 6 to
             10, a yaw rate in degrees 0.04 to 0.09, simulated
@@ -76,6 +81,7 @@ class AlarmTuning:
     fitting_misfit: Annotated[float, ""] = 1.5
     unfit_time: Annotated[float, "s"] = 100.0
     smallest_damping: Annotated[float, "N*m*s/rad"] = -0.5
+    falling_share: Annotated[float, "s/rad"] = 0.125
     largest_aligning_factor: Annotated[float, ""] = 5.0
     smallest_friction: Annotated[float, ""] = 0.5
 

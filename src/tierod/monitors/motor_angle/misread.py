@@ -114,6 +114,10 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
                 f"resistance, inductance and flux are all {flux:.2g} of the vehicle file's: so is the voltage's scale",
                 "correct factor and unit of the voltages in the channel map",
             )
+    # Currents that are scaled wrongly scale resistance and inductance alike.
+    alone = _near(resistance, 1.0, WARMTH) and abs(math.log(resistance)) < abs(math.log(resistance / inductance))
+    if p.motor_saliency is None and alone and _near(flux, 1.0) and not _near(inductance, 1.0):
+        return _other_inductance(inductance)
     if _near(flux, 1.0) and not _near(inductance, 1.0) and _near(resistance, inductance, WARMTH):
         return (
             f"resistance and inductance are both {inductance:.2g} of the vehicle file's, the flux is not: the currents "
@@ -121,6 +125,16 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
             "correct factor and unit of the currents in the channel map; amplitude-invariant vectors are wanted",
         )
     return None
+
+
+def _other_inductance(ratio: float) -> tuple[str, str]:
+    """A motor that is driven by currents across the flux shows the inductance across it alone."""
+    return (
+        f"the inductance is {ratio:.2f} of the vehicle file's, resistance and flux are those of the file: it gives one "
+        "inductance, and those along and across the flux may differ",
+        f"with interior magnets give motor_saliency = {ratio:.2f} (L_q over L_d) beside the motor_inductance along the "
+        f"flux; with surface magnets correct motor_inductance by {ratio:.2f}",
+    )
 
 
 def _near(value: float, other: float, factor: float = ALIKE) -> bool:

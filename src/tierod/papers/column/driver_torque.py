@@ -21,6 +21,7 @@ from tierod.monitors.driver_torque.printed import COLUMNS, PrintedObserver
 from tierod.monitors.driver_torque.tuning import ColumnTuning
 from tierod.papers.column.column_friction import ColumnFrictionObserver, FrictionTuning
 from tierod.papers.column.observer_sensitivity import elsewhere, with_wrong_parameters
+from tierod.papers.column.reported import MODEL, SEEDS
 from tierod.papers.column.swept_bench import DELAY, GOAL, Errors, driven, errors, known_column, over_hands, samples
 from tierod.vehicles import load
 
@@ -217,7 +218,7 @@ def _drawn(
     system: LinearSystem, bank: StationaryBank, noises: tuple[np.ndarray, ...], tuning: ColumnTuning, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """States and measurements of the model, in modes that change by the bank's switching."""
-    random = np.random.default_rng(5)
+    random = np.random.default_rng(SEEDS.of(MODEL, 1)[0])
     chances = np.cumsum(np.array(bank.switching), axis=1)
     draws, modes, mode = random.uniform(size=count), np.zeros(count, int), 0
     for k in range(count):

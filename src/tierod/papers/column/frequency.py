@@ -25,6 +25,7 @@ from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
 from tierod.papers.column.parameter_sets import SETS
+from tierod.papers.column.reported import FREQUENCY, SEEDS
 from tierod.papers.column.swept_bench import NOISE
 from tierod.proving_ground.cars.column_bench import Acting, BenchPorts, ColumnBench
 from tierod.proving_ground.courses.bench import BenchSweep
@@ -66,8 +67,10 @@ def items(effort: Effort) -> Iterator[Item]:
     )
     column = sampled(linear_column(SteeringColumn, SETS["S1"]), _STEP)
     bare = replace(ColumnBench(), friction=replace(ColumnBench().friction, level=0.0))
-    noise = _shaken(bare, 1.0, seconds, 1)
-    sweeps = {amplitude: _swept(ColumnBench(), amplitude, seconds, 2) for amplitude in AMPLITUDES}
+    noise = _shaken(bare, 1.0, seconds, SEEDS.of(FREQUENCY, 2)[0])
+    sweeps = {
+        amplitude: _swept(ColumnBench(), amplitude, seconds, SEEDS.of(FREQUENCY, 2)[1]) for amplitude in AMPLITUDES
+    }
     yield from _without_friction(column, noise.response(), seconds)
     responses = {f"sweep of {amplitude:g} N·m": run.response() for amplitude, run in sweeps.items()}
     yield from _figure_5(column, {"noise, no friction": noise.response(), **responses})

@@ -24,11 +24,12 @@ from tierod.papers.column.handled_bench import (
     scored,
     together,
 )
+from tierod.papers.column.reported import COMPARED, FAR_OFF, HANDS, SEEDS, STILL
 from tierod.vehicles import load
 
 GOAL = "tierod's goal"
-TUNING, REPORTED, COMPARED, WRONG, STILL = 500, 1000, 2000, 3000, 4000
-"""First seeds: thresholds are designed on some benches and reported on others."""
+TUNING = 500
+"""First seed of the benches on which the thresholds are designed; they are reported on others."""
 LADDER = ((8.0, 8.0), (15.0, 15.0), (22.0, 22.0), THRESHOLDS, (45.0, 45.0))
 """Thresholds for "on" and "off" that are compared."""
 WANTED = 100.0
@@ -50,7 +51,7 @@ def items(effort: Effort) -> Iterator[Item]:
     )
     yield from _design(monitors("default")[0], effort)
     count, seconds = (2, 300.0) if effort.quick else (20, 1800.0)
-    found = _scored(effort, "default", range(REPORTED, REPORTED + count), seconds)[0]
+    found = _scored(effort, "default", SEEDS.of(HANDS, count), seconds)[0]
     yield _by_firmness(found)
     yield from _claims(found)
     yield from _compared(effort)
@@ -202,7 +203,7 @@ def _claims(found: Score) -> Iterator[Item]:
 
 def _compared(effort: Effort) -> Iterator[Item]:
     count, seconds = (1, 300.0) if effort.quick else (4, 1800.0)
-    found = _scored(effort, "ladder", range(COMPARED, COMPARED + count), seconds)
+    found = _scored(effort, "ladder", SEEDS.of(COMPARED, count), seconds)
     rows = tuple(
         (f"{on:g} / {off:g}", *_delays(each.grabs)[:2], *_delays(each.releases)[:2], str(each.false_on), _count(each))
         for (on, off), each in zip(LADDER, found, strict=True)
@@ -231,7 +232,7 @@ def _count(found: Score) -> str:
 
 def _far_off(effort: Effort) -> Iterator[Item]:
     count, seconds = (1, 300.0) if effort.quick else (6, 900.0)
-    scores = _scored(effort, "far off", range(WRONG, WRONG + count), seconds, share=0.1)
+    scores = _scored(effort, "far off", SEEDS.of(FAR_OFF, count), seconds, share=0.1)
     found = dict(zip(("learning", "inertia and damping as in the file"), scores, strict=True))
     rows = tuple(
         (name, *_delays(each.grabs)[:2], *_delays(each.releases)[:2], *_wrong(each)) for name, each in found.items()
@@ -258,7 +259,7 @@ def _far_off(effort: Effort) -> Iterator[Item]:
 
 def _still(effort: Effort) -> Claim:
     count, seconds = (1, 300.0) if effort.quick else (2, 1800.0)
-    found = _scored(effort, "default", range(STILL, STILL + count), seconds, tremor=0.0)[0]
+    found = _scored(effort, "default", SEEDS.of(STILL, count), seconds, tremor=0.0)[0]
     return Claim(
         "hands.still",
         "Changes to off while hands hold that do not tremble at all.",

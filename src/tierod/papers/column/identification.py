@@ -18,6 +18,7 @@ from tierod.methods.identification.sampled_column import BenchParameters, Sample
 from tierod.methods.identification.wheel_side import WheelMotion, wheel_side
 from tierod.papers.column.identified_bench import LAWS, bench, experiments, recorded, truth
 from tierod.papers.column.output_error import OutputError
+from tierod.papers.column.reported import BY_INSTRUMENTS, BY_LIKELIHOOD, FITS, SEEDS
 from tierod.papers.column.swept_bench import NOISE
 from tierod.proving_ground.cars.column_bench import ColumnBench
 
@@ -26,7 +27,7 @@ WHEEL = ("steering_wheel_inertia", "steering_wheel_damping")
 MOTOR = ("motor_damping", "motor_friction", "motor_friction_stiffness")
 LIMITS = dict.fromkeys((*WHEEL,), 0.5) | {"motor_damping": 2.0, "motor_friction": 2.0, "motor_friction_stiffness": 5.0}
 """Errors [%] that the identification should not exceed."""
-SEEDS, COVERING, SHORT = 50, 45, 3.2
+COUNT, COVERING, SHORT = 50, 45, 3.2
 """Recordings for the intervals, how many of them the intervals should hold, and their duration [s]."""
 _STATES = ("steering_wheel_angle", "motor_angle")
 
@@ -86,11 +87,11 @@ def _error(name: str, value: float) -> float:
 
 
 def _count(effort: Effort) -> int:
-    return 2 if effort.quick else SEEDS
+    return 2 if effort.quick else COUNT
 
 
 def _wheel(effort: Effort) -> Iterator[Item]:
-    errors, held = zip(*effort.made(_wheel_errors, range(_count(effort))), strict=True)
+    errors, held = zip(*effort.made(_wheel_errors, SEEDS.of(BY_INSTRUMENTS, _count(effort))), strict=True)
     yield _table("Wheel's side by instruments", WHEEL, np.array(errors), np.array(held))
     yield from _claims(WHEEL, np.array(errors), np.array(held), effort)
 
@@ -98,7 +99,7 @@ def _wheel(effort: Effort) -> Iterator[Item]:
 def _wheel_errors(seed: int) -> tuple[list[float], list[bool]]:
     """Errors [%] of inertia and damping from one recording, and whether the intervals hold the truth."""
     ratio, motions = truth().motor_ratio, []
-    for row in experiments(recorded(bench(), 1000 + seed), truth()):
+    for row in experiments(recorded(bench(), seed), truth()):
         if not row.locked:
             wheel, motor, torque = row.experiment.measured.T
             motions.append(WheelMotion(wheel, motor / ratio, torque, row.sample_time))
@@ -109,7 +110,7 @@ def _wheel_errors(seed: int) -> tuple[list[float], list[bool]]:
 
 
 def _intervals(effort: Effort) -> Iterator[Item]:
-    errors, held = zip(*effort.made(_motor_errors, range(_count(effort))), strict=True)
+    errors, held = zip(*effort.made(_motor_errors, SEEDS.of(BY_LIKELIHOOD, _count(effort))), strict=True)
     yield _table(f"Motor and friction by likelihood, {SHORT:g} s each", MOTOR, np.array(errors), np.array(held))
     yield from _claims(MOTOR, np.array(errors), np.array(held), effort)
 
@@ -122,7 +123,7 @@ def _first_fit() -> Fitted:
 
 def _motor_errors(seed: int) -> tuple[list[float], list[bool]]:
     """Errors [%] of damping and friction from one recording, and whether the intervals hold the truth."""
-    rows = experiments(recorded(bench(), 2000 + seed, seconds=SHORT), _start())
+    rows = experiments(recorded(bench(), seed, seconds=SHORT), _start())
     again = ColumnFit(_start(), (*WHEEL, *MOTOR)).run(rows, near=_first_fit())
     found = [each for each in again.found({}) if each.name in MOTOR]
     held = [each.low < getattr(truth(), each.name) < each.high for each in found]
@@ -151,7 +152,7 @@ def _claims(names: tuple[str, ...], errors: np.ndarray, held: np.ndarray, effort
             "%",
             f"Largest error of {len(errors)} recordings.",
         )
-        goal: Goal = at_least(float(round(COVERING / SEEDS * _count(effort))))
+        goal: Goal = at_least(float(round(COVERING / COUNT * _count(effort))))
         yield Claim(
             f"identification.{slug}-interval",
             f"The 95 % interval of the {words} holds the truth.",
@@ -198,7 +199,7 @@ def _unknown(effort: Effort) -> Iterator[Item]:
 def _judged(task: tuple[Case, float | None]) -> tuple[list[tuple[str, ...]], dict[str, float]]:
     """Rows of the table for a bench, and the errors [%] of the parameters by likelihood."""
     case, seconds = task
-    recordings = experiments(recorded(case.plant, 11, **case.motor, seconds=seconds), _start())
+    recordings = experiments(recorded(case.plant, SEEDS.of(FITS, 2)[0], **case.motor, seconds=seconds), _start())
     fitted = ColumnFit(_start(), (*WHEEL, *MOTOR)).run(recordings)
     found = {each.name: each.value for each in fitted.found({})}
     errors = {name: _error(name, found[name]) for name in MOTOR}
@@ -223,7 +224,7 @@ def _simulated(fitted: Fitted, rows: list[BenchRecording]) -> tuple[str, ...]:
 
 def _left_out() -> Iterator[Item]:
     """The paper's Figure 4 and its leave-one-out, on short experiments."""
-    result = identify_column(_start(), recorded(bench(), 12, seconds=SHORT), (*WHEEL, *MOTOR))
+    result = identify_column(_start(), recorded(bench(), SEEDS.of(FITS, 2)[1], seconds=SHORT), (*WHEEL, *MOTOR))
     rows = tuple(
         (
             each.name,

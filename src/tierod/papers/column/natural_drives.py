@@ -18,6 +18,7 @@ from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
 from tierod.monitors.driver_torque.drive import TRUTH
 from tierod.monitors.driver_torque.hands import OFF, UNCERTAIN
 from tierod.papers.column.hands import RELEASE_MEDIAN
+from tierod.papers.column.reported import NATURAL, SEEDS
 from tierod.proving_ground.cars.catalogue import load as load_car
 from tierod.proving_ground.courses import load as load_course
 from tierod.proving_ground.courses.catalogue import AnyCourse
@@ -124,11 +125,13 @@ def _drives(quick: bool) -> tuple[Drive, ...]:
         Drive("straight", load_course("hands-on-and-off"), 60.0, ((24.0, 28.0), (50.0, 53.0))),
         Drive(
             "motorway",
-            replace(motorway, conditions=(*motorway.conditions, *leaving), seed=5),
+            replace(motorway, conditions=(*motorway.conditions, *leaving), seed=SEEDS.of(NATURAL, 2)[0]),
             seconds,
             tuple((LEAVES + EVERY * each, COMES + EVERY * each) for each in range(count)),
         ),
-        Drive("mixed", replace(mixed, conditions=(*mixed.conditions, Tremor()), seed=6), seconds, ()),
+        Drive(
+            "mixed", replace(mixed, conditions=(*mixed.conditions, Tremor()), seed=SEEDS.of(NATURAL, 2)[1]), seconds, ()
+        ),
     )
 
 

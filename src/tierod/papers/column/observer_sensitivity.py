@@ -17,6 +17,7 @@ from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.tuning import ColumnTuning
 from tierod.papers.column.column_friction import ColumnFrictionObserver
 from tierod.papers.column.parameter_sets import SETS, bench_of
+from tierod.papers.column.reported import SEEDS, SENSITIVITY
 from tierod.papers.column.swept_bench import (
     DELAY,
     GOAL,
@@ -125,7 +126,7 @@ def _scaled(column: int, factor: float) -> Change:
 
 
 def _noisy_motor(samples: np.ndarray) -> np.ndarray:
-    noise = np.random.default_rng(19).normal(0.0, MOTOR_NOISE, len(samples))
+    noise = np.random.default_rng(SEEDS.of(SENSITIVITY, 1)[0]).normal(0.0, MOTOR_NOISE, len(samples))
     return np.asarray(samples + noise[:, None] * np.array([1.0, 0.0, 0.0, 0.0]))
 
 

@@ -126,9 +126,6 @@ SCATTERED = (
 )
 """Parameters of the bench that scatter; for control its friction does besides, for hands the gain of the sensor."""
 
-FRESH = 1000
-"""First seed of the columns that are reported; the control was chosen on those before."""
-
 
 def scattered(deviation: float, seed: int) -> ColumnBench:
     """A bench whose parameters are off by some standard deviation, each by itself.

@@ -14,7 +14,8 @@ from tierod.experiments.effort import Effort
 from tierod.papers.column.closed_loop import BEGIN, ClosedLoop, Followed, Run, error, followed, run, sine, sweep
 from tierod.papers.column.control.position_control import TorqueLimits
 from tierod.papers.column.control.reference import Step, Sweep
-from tierod.papers.column.parameter_sets import FRESH, scattered
+from tierod.papers.column.parameter_sets import scattered
+from tierod.papers.column.reported import SCATTERED, SEEDS
 from tierod.papers.column.tracking import CHOSEN, GOAL, SHARES, SOURCE, changed, deaf, loop_with
 
 
@@ -28,7 +29,7 @@ def items(loop: ClosedLoop, effort: Effort) -> Iterator[Item]:
 def _scattered(case: tuple[float, int, bool]) -> tuple[Followed, Followed, int]:
     """Sweep and sine of 3 Hz with a column off by a share, and how often a driver was found in the sweep."""
     share, seed, quick = case
-    loop = replace(loop_with(CHOSEN), bench=scattered(share, FRESH + seed))
+    loop = replace(loop_with(CHOSEN), bench=scattered(share, SEEDS.of(SCATTERED, seed + 1)[seed]))
     still = deaf(loop)
     return sweep(still, seed, quick)[1], sine(still, 3.0, seed, quick), sweep(loop, seed, quick)[1].found
 

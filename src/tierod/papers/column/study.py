@@ -7,6 +7,7 @@ from importlib import import_module
 
 from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
+from tierod.papers.column.reported import SEEDS
 
 PARTS: Mapping[str, str] = {
     "observability": "observability by the sensors",
@@ -27,4 +28,5 @@ def items(effort: Effort, progress: Progress) -> Iterator[Item]:
         progress(done / len(PARTS), title)
         part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.column.{name}").items
         yield from part(effort)
+    yield SEEDS.table()
     progress(1.0, "done")

@@ -15,6 +15,7 @@ from tierod.core.graph import scan
 from tierod.core.graph.maths import limit
 from tierod.experiments.effort import Effort
 from tierod.models.steering_column import ColumnParameters
+from tierod.papers.column.reported import BENCH, SEEDS
 from tierod.proving_ground.cars.column_bench import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
 from tierod.proving_ground.parts import NO_FAULT
 from tierod.vehicles import load
@@ -193,7 +194,7 @@ class Errors:
 
 def seeds(effort: Effort) -> tuple[int, ...]:
     """Of the runs that are reported; the observers were tuned on 1 and 2."""
-    return (11,) if effort.quick else (11, 12, 13, 14, 15)
+    return tuple(SEEDS.of(BENCH, 1 if effort.quick else 5))
 
 
 @lru_cache(maxsize=64)

@@ -13,6 +13,7 @@ from tierod.core.content import Chart, Item, Lines, Panel, Table
 from tierod.experiments.effort import Effort
 from tierod.papers.column.closed_loop import BEGIN, ClosedLoop, Run, holding, run, sweep
 from tierod.papers.column.control.reference import Sweep
+from tierod.papers.column.reported import GRIPS, SEEDS, SWEEPS
 from tierod.papers.column.tracking import CHOSEN, PRINTED, deaf, loop_with
 from tierod.proving_ground.cars.column_bench import ColumnBench
 
@@ -98,7 +99,7 @@ def _taken(case: tuple[str, float, int, int]) -> Taken:
     hold, frequency, k, count = case
     grip = BEGIN + 2.0 + (k + 0.2) / count / frequency
     loop = replace(loop_with(CHOSEN), bench=holding(HOLDS[hold]))
-    return taken(run(loop, Sweep(start=frequency, stop=frequency), grip + 2.0, 100 + k, grip), grip)
+    return taken(run(loop, Sweep(start=frequency, stop=frequency), grip + 2.0, SEEDS.of(GRIPS, count)[k], grip), grip)
 
 
 def _claims(firm: Mapping[float, list[Taken]]) -> Iterator[Item]:
@@ -182,7 +183,8 @@ def _picture(loop: ClosedLoop) -> Chart:
 def _false(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
     count = 1 if effort.quick else 4
     ends = {
-        name: sum(sweep(loops[name], 40 + seed, effort.quick)[1].found for seed in range(count)) for name in PRINTED
+        name: sum(sweep(loops[name], seed, effort.quick)[1].found for seed in SEEDS.of(SWEEPS, count))
+        for name in PRINTED
     }
     yield Claim(
         "position.no-false-end",

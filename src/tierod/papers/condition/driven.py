@@ -12,7 +12,7 @@ from tierod.experiments.effort import Effort
 from tierod.papers.condition.drives import ACTUATOR_SECONDS, Drive, actuator_tests, sensor_tests
 from tierod.papers.condition.faults import LOSS, Injected, lost
 from tierod.papers.condition.recorded import each, recorded
-from tierod.papers.condition.reported import vehicles
+from tierod.papers.condition.reported import USED, vehicles
 from tierod.papers.condition.tables import between, curves
 from tierod.papers.condition.truth import truth_of, truths, where_shown
 from tierod.papers.condition.vehicles import LONG, SHORT, THIRD
@@ -30,10 +30,22 @@ TEXT = (
 def items(effort: Effort) -> Iterator[Item]:
     """The rounds of Figures 18, 19 and 24, and the observable share of the tests' faults."""
     yield Heading("What is driven", TEXT)
+    yield _demonstrators(effort)
     yield _rounds()
     yield from _shares(effort)
     yield _lost_yaw_rate()
     yield _torque_of_motor_one()
+
+
+def _demonstrators(effort: Effort) -> Table:
+    rows = tuple((f"{number}", f"{number + 10}", f"{number + 20}") for number in vehicles(effort))
+    return Table(
+        "Seeds of the reported drives",
+        ("demonstrator, drawn by", "tests of sensors", "tests of actuators"),
+        rows,
+        "The numbers follow from the digest of the bank of filters of smartload, traced graph and tuning. Those "
+        f"up to {USED} were driven while thresholds were chosen; none of them is reported.",
+    )
 
 
 def _rounds() -> Chart:

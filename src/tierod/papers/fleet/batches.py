@@ -55,7 +55,7 @@ def items(law: ErrorLaw, effort: Effort, seed: int) -> Iterator[Item]:
     """Table and claims; arguments as of `virtual_years.items`."""
     count = QUICK_FLEETS if effort.quick else FLEETS
     sizes = (1.0, 0.5, 0.25, 0.0)
-    tasks = [Fleet(size, law, seed + 100 + number) for size in sizes for number in range(count)]
+    tasks = [Fleet(size, law, seed + number) for size in sizes for number in range(count)]
     found = effort.made(judged, tasks)
     parts = [found[at * count : (at + 1) * count] for at in range(len(sizes))]
     rows = tuple(

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from tierod.core.content import Heading, Item
 from tierod.experiments.effort import Effort, Progress
 from tierod.papers.fleet import batches, measured_errors, virtual_years
+from tierod.papers.fleet.reported import BATCHES, SEEDS, YEARS
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
@@ -20,8 +21,9 @@ def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     yield measured_errors.table(law)
     progress(0.5, "vehicle-years")
     yield Heading("False alarms and delays")
-    yield from virtual_years.items(law, effort, measured_errors.seed())
+    yield from virtual_years.items(law, effort, SEEDS.of(YEARS, 1)[0])
     progress(0.9, "batches")
     yield Heading("Batches")
-    yield from batches.items(law, effort, measured_errors.seed())
+    yield from batches.items(law, effort, SEEDS.of(BATCHES, 1)[0])
+    yield SEEDS.table()
     progress(1.0, "done")

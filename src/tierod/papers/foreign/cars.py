@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping
 from tierod.core.claims import Claim, at_least, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.experiments.effort import Effort
-from tierod.experiments.fingerprint import tower_code
 from tierod.papers.condition import tables
 from tierod.papers.condition.faults import DRIFT, LOSS, OFFSET, OFFSETS, OUTLIER, OUTLIER_FACTOR, STUCK, Injected
 from tierod.papers.condition.real_cars import Judged, judged
 from tierod.papers.condition.scoring import DriveScore
 from tierod.papers.condition.summary import isolated, summary
 from tierod.papers.foreign.multibody_car import MultibodyCar
+from tierod.papers.foreign.reported import CAR, SENSORS
 
 GOAL = "goal of tierod, as on real cars"
 LEARNING, STARTS, LASTING = 30.0, (33.0, 42.0, 51.0), 6.0
@@ -43,7 +43,7 @@ def items(effort: Effort) -> Iterator[Item]:
     """What is worse than at home first."""
     yield Heading("Sensors of CommonRoad's car", TEXT)
     car = MultibodyCar(
-        "CommonRoad's car", ("", ""), "rav4", None, LEARNING, STARTS, LASTING, seed=int(tower_code()[:6], 16)
+        "CommonRoad's car", ("", ""), "rav4", None, LEARNING, STARTS, LASTING, seed=SENSORS.of(CAR, 1)[0]
     )
     recording = car.recording()
     if recording is None:

@@ -7,6 +7,7 @@ from importlib import import_module
 
 from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
+from tierod.papers.foreign.reported import FRICTION, MOTORS, SENSORS
 
 PARTS: Mapping[str, str] = {
     "cars": "sensors of a foreign car",
@@ -22,4 +23,6 @@ def items(effort: Effort, progress: Progress) -> Iterator[Item]:
         progress(done / len(PARTS), title)
         part: Callable[[Effort], Iterator[Item]] = import_module(f"tierod.papers.foreign.{name}").items
         yield from part(effort)
+    for seeds in (SENSORS, FRICTION, MOTORS):
+        yield seeds.table()
     progress(1.0, "done")

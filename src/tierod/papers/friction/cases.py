@@ -67,6 +67,14 @@ class Case:
         """Of friction, before it changes if it does [N*m]."""
         return self.friction.levels[0] if isinstance(self.friction, FrictionCourse) else self.friction
 
+    def counted_from(self, first: int) -> Case:
+        """The same drive on other roads, in another car, with other noise: its numbers count from this one on."""
+        if not first:
+            return self
+        reference = None if self.reference is None else self.reference.counted_from(first)
+        car = None if self.car is None else first + self.car
+        return replace(self, route=first + self.route, car=car, reference=reference)
+
     def setup(self) -> Setup:
         """Car, sensors and roads: tyres, law and condition first, then what is drawn around them."""
         setup = usual()

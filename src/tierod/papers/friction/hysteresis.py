@@ -16,6 +16,7 @@ from tierod.methods.identification.hysteresis import HysteresisIdentification, S
 from tierod.papers.friction.cases import HEALTHY
 from tierod.papers.friction.estimators import vehicle
 from tierod.papers.friction.paper_sets import SOURCE
+from tierod.papers.friction.reported import SEEDS, TURNS
 from tierod.papers.friction.statistics import mean
 from tierod.proving_ground import lock_to_lock
 
@@ -65,13 +66,14 @@ class Turn:
 def turns(effort: Effort) -> list[Turn]:
     """The series of the paper: every setting on both supports, two turns each."""
     method = HysteresisIdentification.of_vehicle(vehicle())
-    chance = np.random.default_rng(10)
+    seeds = SEEDS.of(TURNS, 10_000)
+    chance = np.random.default_rng(seeds[-1])
     found = []
     for support in SUPPORTS:
         for pwm in (0, 15, 25) if effort.quick else PWM:
             for trial in range(1 if effort.quick else TRIALS):
                 added = brake_torque(pwm) * math.exp(BRAKE_DEVIATION * chance.standard_normal())
-                recording = lock_to_lock(HEALTHY + added, support == "hoist", seed=100 * pwm + trial)
+                recording = lock_to_lock(HEALTHY + added, support == "hoist", seed=seeds[100 * pwm + trial])
                 found.append(Turn(support, pwm, added, method.identify(recording, support).friction_torque))
     return found
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tierod.core.errors import TierodError
 from tierod.experiments.effort import Effort, Progress
@@ -20,6 +20,7 @@ class _Task:
     case: Case
     names: tuple[str, ...]
     level: tuple[float, float] | None = None
+    first: int = 0
 
 
 @dataclass(frozen=True)
@@ -44,13 +45,14 @@ class Drives:
         return sum(each.seconds for each in self.digests.values()) / 3600.0
 
 
-def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress) -> Drives:
+def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress, first: int = 0) -> Drives:
     """Every drive once, with all estimators that any part wants.
 
     Args:
         parts: what each part of the study wants
         effort: what makes the drives
         progress: called with the share of the driving done and what is driven
+        first: seed from which the numbers of the drives count
 
     Raises:
         TierodError: no drive at all went well
@@ -66,7 +68,7 @@ def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress) -> Dr
     failures: list[tuple[Case, str]] = []
     for tasks in (_first(wants), _then(wants)):
         # The level of a reference is known only now, so the tasks of the second round are made here.
-        given = [_with_level(task, digests) for task in tasks]
+        given = [replace(_with_level(task, digests), first=first) for task in tasks]
         given.sort(key=lambda task: -task.case.minutes)
         for number, result in effort.outcomes(_work, given):
             case = given[number].case
@@ -92,8 +94,8 @@ def _then(wants: Mapping[Case, set[str]]) -> list[_Task]:
 def _with_level(task: _Task, digests: Mapping[Case, Digest]) -> _Task:
     known = digests.get(task.case.reference) if task.case.reference is not None else None
     level = known.verdict.level if known is not None and known.verdict is not None else None
-    return _Task(task.case, task.names, level)
+    return replace(task, level=level)
 
 
 def _work(task: _Task) -> Digest:
-    return digest(task.case, task.names, task.level)
+    return digest(task.case.counted_from(task.first), task.names, task.level)

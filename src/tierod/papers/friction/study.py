@@ -26,6 +26,7 @@ from tierod.papers.friction import (
     verdicts,
 )
 from tierod.papers.friction.fleet import GOAL
+from tierod.papers.friction.reported import DRIVES, SEEDS
 from tierod.papers.friction.runs import Drives, run_drives
 
 WANTS = (
@@ -64,7 +65,7 @@ def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     def driving(share: float, what: str) -> None:
         progress(_DRIVING * share, what)
 
-    drives = run_drives([wanted(effort) for wanted in WANTS], effort, driving)
+    drives = run_drives([wanted(effort) for wanted in WANTS], effort, driving, SEEDS.of(DRIVES, 1)[0])
     for part in PARTS:
         yield from part(drives, effort)
     progress(_DRIVING, "lock-to-lock turns")
@@ -72,6 +73,7 @@ def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     progress(0.5 * (1.0 + _DRIVING), "the virtual car")
     yield from plant.items()
     yield from _ended(drives)
+    yield SEEDS.table()
     progress(1.0, "done")
 
 

@@ -22,11 +22,12 @@ from tierod.papers.motor_angle.observer_drives import (
     to_and_fro,
     with_true,
 )
+from tierod.papers.motor_angle.reported import DRAWN, RAMPED, SEEDS
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.varied import Varied
 
-DRAWS, SECONDS, FIRST = 20, 20.0, 700
-"""Motors, length of a drive [s], and first seed; those below were used while the observer was tuned."""
+DRAWS, SECONDS = 20, 20.0
+"""Motors, and length of a drive [s]."""
 RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
 """True values over those that the observer assumes."""
 TARGET = "target of tierod"
@@ -49,8 +50,8 @@ def items(effort: Effort) -> Iterator[Item]:
             "rises by 40 % over the drive while the flux falls by 4 % and the inductance is 10 % lower.",
         ),
     )
-    draws = effort.made(drawn, range(FIRST, FIRST + (3 if effort.quick else DRAWS)))
-    seeds = range(FIRST + 100, FIRST + (101 if effort.quick else 103))
+    draws = effort.made(drawn, SEEDS.of(DRAWN, 3 if effort.quick else DRAWS))
+    seeds = SEEDS.of(RAMPED, 1 if effort.quick else 3)
     warm, warming = effort.made(_warm, seeds), effort.made(ramped, seeds)
     found = [each.rms for each in draws]
     rows = (

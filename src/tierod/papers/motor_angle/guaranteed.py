@@ -20,10 +20,10 @@ from tierod.methods.identification.set_membership import Box
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.papers.motor_angle.identified import Drawn, drawn, recording
 from tierod.papers.motor_angle.observer_drives import NOISE, ObserverDrive, noises
+from tierod.papers.motor_angle.reported import GUARANTEED, SEEDS
 from tierod.physics.pm_motor import flux_at, resistance_at
 from tierod.vehicles import load
 
-_FIRST_SEED = 700
 _SECONDS = 4.0
 _WIDE = math.sqrt(3.0)
 """Half the width of a uniform distribution over its standard deviation."""
@@ -122,7 +122,7 @@ def _three_deviations(seen: ObserverDrive, pole_pairs: float, true: np.ndarray) 
 def items(effort: Effort) -> Iterator[Item]:
     """Widths, coverage, and what happens where the bounds are wrong."""
     count = 3 if effort.quick else 30
-    found = effort.made(both, [_FIRST_SEED + number for number in range(count)])
+    found = effort.made(both, SEEDS.of(GUARANTEED, count))
     yield Heading("Guaranteed intervals from bounded errors", TEXT)
     low, high, errors, deviations = (np.stack([getattr(each, name) for each in found]) for name in Both._fields[:4])
     held = (low <= 0.0) & (high >= 0.0)

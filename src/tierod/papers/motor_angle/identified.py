@@ -18,14 +18,13 @@ from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParame
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.papers.motor_angle.fault_drives import bench_time, course
 from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, bench, drive, rms
+from tierod.papers.motor_angle.reported import IDENTIFIED, SEEDS
 from tierod.physics.pm_motor import flux_at
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.motor import Machine
 from tierod.vehicles import load
 
 _SECONDS = 10.0
-_FIRST_SEED = 400
-"""Seeds from here on were not looked at while the method was made."""
 _GOAL = "goal of tierod"
 
 
@@ -160,7 +159,7 @@ def _angle_errors(task: tuple[Drawn, tuple[Found, ...], float]) -> tuple[float, 
 def items(effort: Effort) -> Iterator[Item]:
     """Bias, intervals and the observer."""
     count = 4 if effort.quick else 50
-    motors = [drawn(_FIRST_SEED + number) for number in range(count)]
+    motors = [drawn(seed) for seed in SEEDS.of(IDENTIFIED, count)]
     found = effort.made(identified, motors)
     table = errors(motors, found)
     yield Heading(

@@ -20,6 +20,7 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.monitors.motor_angle.signals import COMMANDED
 from tierod.monitors.motor_angle.tuning import MotorAngleTuning
 from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, ObserverDrive, parameters, rms, to_and_fro
+from tierod.papers.motor_angle.reported import INVERTER, SEEDS
 from tierod.proving_ground.motor import Inverter
 from tierod.vehicles import load
 
@@ -27,10 +28,6 @@ LOSSY = Inverter(dead_time=1e-6, forward_drop=0.7, knee_current=1.0)
 """Takes 0.83 V from every phase: as much as 24 rad/s of the bench's motor induce."""
 WRONG = 2.0
 """Factor by which a knee is wrong."""
-FIRST = 5000
-"""Seed; those below were used while the observer was tuned."""
-IDENTIFIED_BY = 4900
-"""Seed of the drive from which the inverter is identified."""
 TARGET = "target of tierod"
 LEARNT = "learnt in the drive, knee"
 HELD = "held, knee"
@@ -48,8 +45,8 @@ def items(effort: Effort) -> Iterator[Item]:
         ),
     )
     count, seconds = (2, 8.0) if effort.quick else (8, 20.0)
-    drives = [to_and_fro(seed, seconds, inverter=LOSSY) for seed in range(FIRST, FIRST + count)]
-    fit = identified(to_and_fro(IDENTIFIED_BY, seconds, inverter=LOSSY))
+    identifies, *judged = (to_and_fro(seed, seconds, inverter=LOSSY) for seed in SEEDS.of(INVERTER, 1 + count))
+    drives, fit = judged, identified(identifies)
     found = {name: _errors(observer, drives) for name, observer in _observers(fit).items()}
     found["voltage measured"] = _errors(MotorAngleObserver(parameters()[1]), drives, commanded=False)
     yield _identified_table(fit)

@@ -23,6 +23,7 @@ from tierod.papers.motor_angle.printed_observers import (
     luenberger,
     reduced_luenberger,
 )
+from tierod.papers.motor_angle.reported import LOAD, SEEDS
 from tierod.physics.pm_motor import back_emf_constant, torque_constant
 from tierod.vehicles import load
 
@@ -47,7 +48,7 @@ def items(effort: Effort) -> Iterator[Item]:
         ),
     )
     repeats = 1 if effort.quick else 4
-    drives = [stepped(seed) for seed in range(repeats)]
+    drives = [stepped(seed) for seed in SEEDS.of(LOAD, repeats)]
     slopes = {name: slope(observer, drives) for name, observer in _observers().items()}
     computed = predicted()
     yield _table(slopes, computed)

@@ -25,6 +25,7 @@ from tierod.papers.motor_angle.observer_drives import (
     rms,
     to_and_fro,
 )
+from tierod.papers.motor_angle.reported import RESISTANCE, SEEDS
 from tierod.proving_ground.motor import Warming
 
 SPEEDS = (0.0, 20.0, 44.0, 110.0, np.inf)
@@ -33,8 +34,6 @@ WARMER = 1.2
 """Resistance over the assumed one."""
 CAPACITY = 1.95
 """Heat capacity of a winding that gains about 40 % of resistance in 20 s of the bench's work [J/K]."""
-FIRST = 4000
-"""Seed; those below were used while the observer was tuned."""
 TARGET = "target of tierod"
 
 
@@ -62,9 +61,10 @@ def items(effort: Effort) -> Iterator[Item]:
         ),
     )
     count, seconds = (2, 8.0) if effort.quick else (8, 20.0)
-    found = {name: _errors(*case, range(FIRST, FIRST + count), seconds) for name, case in _cases().items()}
+    seeds = SEEDS.of(RESISTANCE, count)
+    found = {name: _errors(*case, seeds, seconds) for name, case in _cases().items()}
     yield _table(found)
-    yield _chart(ramped(FIRST, seconds))
+    yield _chart(ramped(seeds[0], seconds))
     yield from _claims(found)
 
 

@@ -15,6 +15,7 @@ from tierod.papers.motor_angle.fault_drives import RATE
 from tierod.papers.motor_angle.fault_kinds import offset
 from tierod.papers.motor_angle.fault_trials import Found
 from tierod.papers.motor_angle.healthy_drives import FLUX, RESISTANCE, AlarmWatch
+from tierod.papers.motor_angle.reported import SALIENT, SALIENT_FAULTS, SALIENT_HOURS, SEEDS
 from tierod.papers.motor_angle.salient_drives import (
     FAST,
     LOAD,
@@ -29,8 +30,6 @@ from tierod.papers.motor_angle.salient_drives import (
 
 RATIOS = (1.0, 1.1, 1.5, 2.0, 3.0)
 """Inductance across the flux over that along it."""
-FIRST = 40_000
-"""Seed; those below were used while observer and tests were made."""
 SECONDS, SETTLED = 20.0, 2.0
 """Of a drive whose error is measured, and from when on [s]."""
 LONG = 60.0
@@ -124,7 +123,7 @@ def _errors(
 ) -> dict[tuple[float, str], list[float]]:
     """Of every ratio and file, one per drive [rad]."""
     keys = [(ratio, name) for ratio in ratios for name in files for _ in range(count)]
-    seeds = [FIRST + number % count for number in range(len(keys))]
+    seeds = [SEEDS.of(SALIENT, count)[number % count] for number in range(len(keys))]
     given = [Course(ratio, seed, files[name], fast) for (ratio, name), seed in zip(keys, seeds, strict=True)]
     found: dict[tuple[float, str], list[float]] = {}
     for key, value in zip(keys, effort.made(error, given), strict=True):
@@ -147,7 +146,10 @@ def _wrong_table(wrong: dict[tuple[float, str], list[float]]) -> Table:
 def _offsets(effort: Effort) -> Iterator[Item]:
     count = 2 if effort.quick else 15
     given = [
-        (ratio, FIRST + 100 + number, degrees) for ratio in RATIOS for number in range(count) for degrees in (-5.0, 5.0)
+        (ratio, seed, degrees)
+        for ratio in RATIOS
+        for seed in SEEDS.of(SALIENT_FAULTS, count)
+        for degrees in (-5.0, 5.0)
     ]
     found = [each for each in effort.made(_offset_found, given) if each is not None]
     text = "Salient motors: an offset of five degrees electrical is found while turning"
@@ -161,7 +163,7 @@ def _offsets(effort: Effort) -> Iterator[Item]:
 
 def _hours(effort: Effort) -> Iterator[Item]:
     count = 3 if effort.quick else 600 if effort.thorough else 60
-    drives = effort.made(watched, range(FIRST + 1000, FIRST + 1000 + count))
+    drives = effort.made(watched, SEEDS.of(SALIENT_HOURS, count))
     hours, turning = count * LONG / 3600.0, sum(each.known for each in drives) / 3600.0
     alarms = float(sum(each.alarmed for each in drives))
     note = (

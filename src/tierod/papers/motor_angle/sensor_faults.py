@@ -13,9 +13,7 @@ from tierod.core.content import Chart, Heading, Item, Lines, Panel, Points, Tabl
 from tierod.experiments.effort import Effort
 from tierod.papers.motor_angle.fault_kinds import FAULTS, STUCK, SWAPPED_PHASES, SWAPPED_SINE, drift, offset
 from tierod.papers.motor_angle.fault_trials import AFTER, Found, Trial, found_anywhere, found_in
-
-FIRST, FIRST_ANYWHERE = 2000, 2400
-"""Seeds; those below were used while tests and thresholds were made."""
+from tierod.papers.motor_angle.reported import ANYWHERE, BY_SPEED, SEEDS, TURNING
 
 SPEEDS = (15.0, 30.0, 60.0, 100.0)
 """Of strokes at one speed [rad/s]; below 10 rad/s nothing is compared."""
@@ -71,12 +69,12 @@ def items(effort: Effort) -> Iterator[Item]:
     """Coverage and delays, of all faults and by speed, and of those that let the drive stall."""
     yield Heading("Faults of the angle sensor", TEXT)
     many, few, whole = (3, 1, 3) if effort.quick else (40, 10, 40)
-    mixed = tried(None, range(FIRST, FIRST + many), effort)
+    mixed = tried(None, SEEDS.of(TURNING, many), effort)
     by_speed = {
-        speed: tried(speed, range(FIRST + 100 * place, FIRST + 100 * place + few), effort)
-        for place, speed in enumerate(SPEEDS, 1)
+        speed: tried(speed, SEEDS.of(BY_SPEED, few * len(SPEEDS))[few * place : few * (place + 1)], effort)
+        for place, speed in enumerate(SPEEDS)
     }
-    seeds, names = range(FIRST_ANYWHERE, FIRST_ANYWHERE + whole), [fault.name for fault in STALLS]
+    seeds, names = SEEDS.of(ANYWHERE, whole), [fault.name for fault in STALLS]
     anywhere = found_anywhere(names, seeds, effort)
     stalls = {name: Delays(tuple(found)) for name, found in anywhere.items()}
     yield _table(mixed)

@@ -25,6 +25,7 @@ from tierod.papers.motor_angle.observer_drives import (
     to_and_fro,
     with_true,
 )
+from tierod.papers.motor_angle.reported import SEEDS, STANDING
 
 WITHIN, KEPT = 0.03, 0.1
 """An angle is settled when its error stays below this [rad] for so long [s]; whole electrical turns left out."""
@@ -32,8 +33,6 @@ BEGUN_SPEED = 1.0
 """From this speed on a motor that starts is said to turn [rad/s]."""
 WATCHED = 2.0
 """After a wrong beginning [s]."""
-FIRST = 3000
-"""Seed; those below were used while the observer was tuned."""
 TARGET = "target of tierod"
 
 
@@ -64,7 +63,7 @@ def settling(error: float, begins: str, trials: int) -> np.ndarray:
     """
     found = []
     for trial in range(trials):
-        random = np.random.default_rng([FIRST + trial, 9])
+        random = np.random.default_rng([SEEDS.of(STANDING, trials)[trial], 9])
         seen, start = BEGINNINGS[begins](trial, random)
         samples = seen.samples.copy()
         samples[:, 4] += error * random.choice((-1.0, 1.0))
@@ -76,12 +75,12 @@ def settling(error: float, begins: str, trials: int) -> np.ndarray:
 def _from_rest(trial: int, random: np.random.Generator) -> tuple[ObserverDrive, int]:
     time = bench_time(WATCHED)
     speed = random.uniform(20.0, 100.0) * random.choice((-1.0, 1.0)) * np.clip((time - 0.3) / 0.05, 0.0, 1.0)
-    seen = drive(bench(), np.cumsum(speed) * SUBSTEPS / RATE, np.zeros(len(time)), FIRST + trial)
+    seen = drive(bench(), np.cumsum(speed) * SUBSTEPS / RATE, np.zeros(len(time)), SEEDS.of(STANDING, trial + 1)[trial])
     return seen, int(np.argmax(np.abs(seen.speed) > BEGUN_SPEED))
 
 
 def _reversing(trial: int, random: np.random.Generator) -> tuple[ObserverDrive, int]:
-    seen, length = to_and_fro(FIRST + trial % 6, 20.0), round(WATCHED * RATE)
+    seen, length = to_and_fro(SEEDS.of(STANDING, 6)[trial % 6], 20.0), round(WATCHED * RATE)
     turns = np.flatnonzero(np.diff(np.sign(seen.speed)) != 0.0)
     turns = turns[(turns > RATE) & (turns < len(seen.speed) - length)]
     begin = int(random.choice(turns) - random.integers(0, round(0.1 * RATE)))
@@ -179,10 +178,10 @@ def items(effort: Effort) -> Iterator[Item]:
             "within a tenth of a second. Resistance, flux and inductance differ from the file's.",
         ),
     )
-    seeds = range(FIRST, FIRST + (2 if effort.quick else 6))
+    seeds = SEEDS.of(STANDING, 2 if effort.quick else 6)
     held = {name: [standing(observer, held_drive(seed)) for seed in seeds] for name, observer in _observers().items()}
     yield _held_table(held)
-    yield _held_chart(held_drive(FIRST))
+    yield _held_chart(held_drive(seeds[0]))
     yield from _held_claims(held)
     yield from _wrong_beginnings(6 if effort.quick else 60)
 

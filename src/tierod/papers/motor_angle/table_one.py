@@ -21,6 +21,7 @@ from tierod.papers.motor_angle.feedforward import FeedforwardAngle, FeedforwardW
 from tierod.papers.motor_angle.flux_observer import FluxObserver
 from tierod.papers.motor_angle.observer_drives import SAMPLE_TIME, parameters, to_and_fro
 from tierod.papers.motor_angle.printed_observers import extended_kalman, luenberger, reduced_luenberger
+from tierod.papers.motor_angle.reported import SEEDS, STEP_COST
 
 
 class PrintedCount(NamedTuple):
@@ -56,7 +57,7 @@ def items(effort: Effort) -> Iterator[Item]:
             "paper leaves out: missing samples, the beginning at the sensor's angle, a difference within half a turn.",
         ),
     )
-    samples = to_and_fro(0, 0.5 if effort.quick else 2.0).samples
+    samples = to_and_fro(SEEDS.of(STEP_COST, 1)[0], 0.5 if effort.quick else 2.0).samples
     rows, counts = [], {}
     for name, observer in observers().items():
         counts[name] = operation_count(observer)

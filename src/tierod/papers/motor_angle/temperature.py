@@ -15,6 +15,7 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.papers.motor_angle.fault_drives import bench_time, course
 from tierod.papers.motor_angle.healthy_drives import AlarmWatch, bench_monitor
 from tierod.papers.motor_angle.observer_drives import ObserverDrive, drive, parameters, to_and_fro
+from tierod.papers.motor_angle.reported import SEEDS, TEMPERATURE
 from tierod.physics.pm_motor import flux_at, resistance_at
 from tierod.proving_ground.cars.motor_bench import MotorBench
 from tierod.proving_ground.motor import AFS_MOTOR, Warming
@@ -26,8 +27,6 @@ COLD, HOT = -40.0, 120.0
 """Ends of the range [degree Celsius]."""
 RAMP = 60.0
 """Time in which a ramp goes from one end to the other [s]."""
-FIRST = 1000
-"""Seed; those below were used while the observer was tuned."""
 TARGET = "target of tierod"
 
 
@@ -65,7 +64,7 @@ def items(effort: Effort) -> Iterator[Item]:
         ),
     )
     temperatures = (COLD, 20.0, HOT) if effort.quick else (COLD, -20.0, 0.0, 20.0, 40.0, 60.0, 80.0, 100.0, HOT)
-    seconds, seeds = (8.0, range(FIRST, FIRST + 1)) if effort.quick else (20.0, range(FIRST, FIRST + 3))
+    seconds, seeds = (8.0, SEEDS.of(TEMPERATURE, 1)) if effort.quick else (20.0, SEEDS.of(TEMPERATURE, 3))
     constant = [
         judged(f"{degrees:g} °C", degrees, [to_and_fro(seed, seconds, ZERO + degrees) for seed in seeds])
         for degrees in temperatures
@@ -76,7 +75,7 @@ def items(effort: Effort) -> Iterator[Item]:
     ]
     yield _table([*constant, *ramps])
     yield _chart(temperatures, constant)
-    yield _ramp_chart(ramp(FIRST, COLD, HOT))
+    yield _ramp_chart(ramp(seeds[0], COLD, HOT))
     yield from _claims(constant, ramps)
 
 

@@ -19,6 +19,7 @@ from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.monitors.motor_angle.which_angle import MOTOR, NONE, NOT_MOTOR, PINION, WHEEL, WhichAngle
 from tierod.papers.motor_angle.fault_drives import RATE
 from tierod.papers.motor_angle.figures import CAR
+from tierod.papers.motor_angle.reported import SEEDS, THREE_ANGLES
 from tierod.proving_ground import courses
 from tierod.proving_ground.cars import catalogue
 from tierod.proving_ground.faults import AtTime, Drift, Fault, Offset, Stuck
@@ -28,8 +29,6 @@ from tierod.vehicles import load
 
 COURSES = {"slalom": 24.0, "parking": 36.0}
 """Length of a drive [s]."""
-FIRST = 60
-"""Seed; those below were used while the tests were made."""
 RATIO = 22.5
 """Turns of the motor per turn of the pinion, by which faults of its sensor are larger []."""
 NAMED = 0.9
@@ -90,7 +89,7 @@ def items(effort: Effort) -> Iterator[Item]:
             "the variable ratio (eq 4), which the control follows, a fifth.",
         ),
     )
-    seeds = range(FIRST, FIRST + (1 if effort.quick else 3))
+    seeds = SEEDS.of(THREE_ANGLES, 1 if effort.quick else 3)
     chosen = {"slalom": COURSES["slalom"]} if effort.quick else COURSES
     fault_free = effort.made(findings_of, [Case(course, seed) for course in chosen for seed in seeds])
     kinds = [(angle, kind) for angle in ANGLES for kind in KINDS]

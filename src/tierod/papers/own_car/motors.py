@@ -17,7 +17,9 @@ from tierod.papers.motor_angle.identified import Drawn, recording
 from tierod.papers.motor_angle.observer_drives import ObserverDrive, bench
 from tierod.papers.own_car.brochure import with_values
 from tierod.papers.own_car.judging import BROCHURE, IDENTIFIED, TRUE, Judged, over
-from tierod.papers.own_car.virtual import claims, false_and_cost, pooled, reporting_seed, table
+from tierod.papers.own_car.reported import MOTORS as REPORTED
+from tierod.papers.own_car.reported import SEEDS
+from tierod.papers.own_car.virtual import claims, false_and_cost, pooled, table
 from tierod.physics.pm_motor import flux_at
 from tierod.vehicles import load
 from tierod.vehicles.beginning import UNKNOWN
@@ -165,10 +167,10 @@ def items(effort: Effort, seed: int | None = None) -> Iterator[Item]:
 
     Args:
         effort: how many motors
-        seed: of all chance; that of the judged code where None
+        seed: of all chance; that of the judged monitors where None
     """
     yield Heading("Motors that are not known", TEXT)
-    chosen = reporting_seed() if seed is None else seed
+    chosen = SEEDS.of(REPORTED, 1)[0] if seed is None else seed
     count = QUICK_MOTORS if effort.quick else MOTORS
     found = effort.made(studied, [(number, chosen) for number in range(count)])
     every = [each for motor in found for each in motor]

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from tierod.core.content import Item
 from tierod.experiments.effort import Effort, Progress
 from tierod.papers.own_car import motors, real, virtual
+from tierod.papers.own_car.reported import SEEDS
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:
@@ -17,4 +18,5 @@ def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     yield from motors.items(effort)
     progress(0.9, "real cars")
     yield from real.items()
+    yield SEEDS.table()
     progress(1.0, "done")

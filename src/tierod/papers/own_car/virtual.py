@@ -13,9 +13,10 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.errors import InputError
 from tierod.experiments.effort import Effort, Progress
 from tierod.experiments.executor import Failure
-from tierod.experiments.fingerprint import tower_code
 from tierod.papers.own_car.judging import BROCHURE, ESTIMATES, FALSE, IDENTIFIED, TRUE, TRUTHS, Case, Judged, Studied
 from tierod.papers.own_car.judging import studied as of_case
+from tierod.papers.own_car.reported import CARS as DRAWN
+from tierod.papers.own_car.reported import SEEDS
 
 GOAL = "goal of tierod"
 CARS, QUICK_CARS, THOROUGH_CARS = 7, 3, 20
@@ -31,7 +32,7 @@ TEXT = (
     "Cars drawn over the classes, quadricycle to van, front and rear drive, column and rack EPS. Of each its user "
     "knows mass (to 5 %) and wheelbase; all else is typical of the class, with its spread, as `tierod new` writes it. "
     "One drive identifies the car, other drives are judged with the file before, the file after, and with the true "
-    "parameters. No monitor sees a truth. The seed follows from the code that is judged.",
+    "parameters. No monitor sees a truth. The seed follows from the monitors that are judged.",
 )
 
 
@@ -57,11 +58,6 @@ class Pooled(NamedTuple):
     unjudged: int
 
 
-def reporting_seed() -> int:
-    """Of the reported drives: it follows from the code that is judged."""
-    return int(tower_code()[:6], 16)
-
-
 def cases(effort: Effort, seed: int) -> list[Case]:
     """The cars of the study, and how much each drives."""
     if effort.quick:
@@ -79,7 +75,7 @@ def items(effort: Effort, progress: Progress, seed: int | None = None) -> Iterat
         seed: of all chance; that of the judged code where None
     """
     yield Heading("Virtual cars that are not known", TEXT)
-    given = cases(effort, reporting_seed() if seed is None else seed)
+    given = cases(effort, SEEDS.of(DRAWN, 1)[0] if seed is None else seed)
     found: dict[int, Studied] = {}
     for number, result in effort.outcomes(of_case, given):
         if isinstance(result, Failure):

@@ -15,8 +15,9 @@ from tierod.monitors.sideslip.conventional import conventional_poles
 from tierod.monitors.sideslip.two_stage import two_stage_poles
 from tierod.papers.sideslip.estimators import Build, Course, built, error, observed
 from tierod.papers.sideslip.matching import matched
+from tierod.papers.sideslip.reported import SEEDS, SIDE_BY_SIDE
 from tierod.papers.sideslip.setting import FAST, RATE, SLOW, Drive, Driven, on
-from tierod.papers.sideslip.table import FAST_GOAL, GOAL, PAPER, SEEDS, SLOW_GOAL
+from tierod.papers.sideslip.table import FAST_GOAL, GOAL, PAPER, SLOW_GOAL
 
 CAR = "brush tyres"
 FACTORS = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0)
@@ -60,7 +61,7 @@ def items(effort: Effort) -> Iterator[Item]:
 def _traded(task: tuple[str, Drive, tuple[float, ...]]) -> Traded:
     name, drive, factors = task
     p = matched(CAR, drive.speed, drive.steer)
-    runs = [on(drive, CAR, seed) for seed in SEEDS[:2]]
+    runs = [on(drive, CAR, seed) for seed in SEEDS.of(SIDE_BY_SIDE, 2)]
     pairs = [_pair(WITH_POLES[name], p, factor, runs) for factor in factors]
     return Traded(*(np.array(column) for column in zip(*pairs, strict=True)))
 
@@ -80,7 +81,7 @@ def _chart(found: dict[tuple[str, float], Traded], factors: tuple[float, ...]) -
     panels = []
     for drive in (SLOW, FAST):
         p = matched(CAR, drive.speed, drive.steer)
-        runs = [on(drive, CAR, seed) for seed in SEEDS[:2]]
+        runs = [on(drive, CAR, seed) for seed in SEEDS.of(SIDE_BY_SIDE, 2)]
         kalman = {
             f"{words}, Kalman": _noise_and_error([observed(built(f"{words}, Kalman", p), run) for run in runs], runs)
             for words in WITH_POLES

@@ -16,7 +16,8 @@ from tierod.methods.estimators.unscented import UnscentedFilter
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning
 from tierod.papers.sideslip.combined_drives import WITHOUT_TORQUE, both_stiff, errors, estimator, on, rms
-from tierod.papers.sideslip.combined_table import GOAL, SEEDS
+from tierod.papers.sideslip.combined_table import GOAL
+from tierod.papers.sideslip.reported import COMBINED, SEEDS
 
 FEWER = CombinedTuning(side_force=None, side_moment=None)
 """Without wind: an unscented filter takes up to twelve states."""
@@ -41,7 +42,7 @@ def items(effort: Effort) -> Iterator[Item]:
     blocks = {"extended": extended, "unscented": unscented(extended)}
     rows, gain = [], 0.0
     for name in DRIVES:
-        drives = [on(name, seed) for seed in SEEDS[:2]]
+        drives = [on(name, seed) for seed in SEEDS.of(COMBINED, 2)]
         found = {
             kind: rms(np.concatenate([errors(drive, scan(block, drive.samples))[0] for drive in drives]))
             for kind, block in blocks.items()

@@ -23,8 +23,9 @@ from tierod.monitors.sideslip.conventional import ConventionalKalman, convention
 from tierod.monitors.sideslip.observer import LowSpeed, finer_steps
 from tierod.papers.sideslip.estimators import Course, error, observed
 from tierod.papers.sideslip.matching import matched
+from tierod.papers.sideslip.reported import SEEDS, SIDE_BY_SIDE
 from tierod.papers.sideslip.setting import CARS, FAST, RATE, SLOW, Drive, Driven, on
-from tierod.papers.sideslip.table import PAPER, SEEDS
+from tierod.papers.sideslip.table import PAPER
 
 MODELS: dict[str, Model] = {"small angles": SingleTrack, "cos δ (eq 6)": TurnedSingleTrack}
 """By name, as the table has them."""
@@ -81,7 +82,7 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading("Equation (6) with the cosine of the steer", TEXT)
     yield _circles()
     found = {
-        (car, name): _errors(car, drive, SEEDS[:1] if effort.quick else SEEDS)
+        (car, name): _errors(car, drive, SEEDS.of(SIDE_BY_SIDE, 1 if effort.quick else 3))
         for car in CARS
         for name, drive in DRIVES.items()
     }

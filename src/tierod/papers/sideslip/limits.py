@@ -10,8 +10,8 @@ from tierod.core.content import Item, Table
 from tierod.experiments.effort import Effort
 from tierod.papers.sideslip.estimators import NAMES, courses, error
 from tierod.papers.sideslip.matching import matched_to
+from tierod.papers.sideslip.reported import SEEDS, SIDE_BY_SIDE
 from tierod.papers.sideslip.setting import SLOW, driven, virtual_car
-from tierod.papers.sideslip.table import SEEDS
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -29,7 +29,7 @@ def items(effort: Effort) -> Iterator[Item]:
 def _row(name: str) -> tuple[str, ...]:
     car = _cars()[name]
     p = matched_to(car, SLOW.speed, SLOW.steer)
-    drive = driven(car, SLOW.course(), SEEDS[0])
+    drive = driven(car, SLOW.course(), SEEDS.of(SIDE_BY_SIDE, 1)[0])
     found = courses(p, drive)
     trail = p.mechanical_trail + p.pneumatic_trail
     return name, f"{1e3 * trail:.0f}", *(f"{error(found[each], drive):.3f}" for each in NAMES)

@@ -19,6 +19,7 @@ from tierod.papers.sideslip import (
     table,
     unprepared,
 )
+from tierod.papers.sideslip.reported import SEEDS
 
 Part = Callable[[Effort], Iterator[Item]]
 
@@ -43,4 +44,5 @@ def items(effort: Effort, progress: Progress) -> Iterator[Item]:
     for done, (name, part) in enumerate(PARTS):
         progress(done / len(PARTS), name)
         yield from part(effort)
+    yield SEEDS.table()
     progress(1.0, "done")

@@ -14,15 +14,13 @@ from tierod.experiments.effort import Effort
 from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.papers.sideslip.estimators import INVERSION, MODEL, NAMES, courses, error
 from tierod.papers.sideslip.matching import matched
+from tierod.papers.sideslip.reported import SEEDS, SIDE_BY_SIDE
 from tierod.papers.sideslip.setting import BANKED, CARS, FAST, SLIPPERY, SLOW, WINDY, Drive, on
 
 PAPER = "Yih, Ryu, Gerdes"
 GOAL = "goal of tierod"
 SLOW_GOAL, FAST_GOAL = 0.045, 0.09
 """Root mean square errors [deg] that a linear plant allows at 6.7 and at 25 m/s."""
-
-SEEDS = (21, 22, 23)
-"""Of the sensors; the noises of the observers were chosen on others (5 and 11)."""
 
 Change = Callable[[SteeredVehicle.Parameters], SteeredVehicle.Parameters]
 
@@ -85,7 +83,7 @@ class Errors:
 
 def items(effort: Effort) -> Iterator[Item]:
     """Both tables, and what follows from them."""
-    seeds = SEEDS[:1] if effort.quick else SEEDS
+    seeds = tuple(SEEDS.of(SIDE_BY_SIDE, 1 if effort.quick else 3))
     yield Heading(
         "The observers side by side",
         (

@@ -87,7 +87,7 @@ def parted(
         else:
             driven_until = np.cumsum(_moving(drive.recording)) / RATE
             place = int(np.searchsorted(driven_until, left - 0.5 / RATE))
-            cut = float(drive.recording[wheel_of(drive.name, drive.recording)].time[place]) - 0.5 / RATE
+            cut = float(drive.recording[wheel_of(drive.name, drive.recording)].time[place]) + 0.5 / RATE
             first.append(HealthyDrive(drive.name, drive.recording.slice(stop=cut), left))
             rest.append(HealthyDrive(drive.name, drive.recording.slice(cut), drive.driven - left))
             driven = seconds

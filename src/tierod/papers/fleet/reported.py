@@ -1,0 +1,20 @@
+"""Seeds of the fleets that are reported: drawn anew whenever the friction monitor, which judges them, changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tierod.core.block import Block
+from tierod.papers.seeds import ReportedSeeds
+from tierod.vehicles import load
+
+
+def _judged() -> Sequence[Block]:
+    from tierod.monitors.friction.monitor import FrictionMonitor
+
+    return (FrictionMonitor.of_vehicle(load("midsize-eps"), 0.01),)
+
+
+YEARS, BATCHES, DRIVEN = "vehicle-years", "batches", "cars that are driven"
+
+SEEDS = ReportedSeeds(_judged, {YEARS: 0, BATCHES: 10_000, DRIVEN: 20_000}, "the friction monitor of midsize-eps")
