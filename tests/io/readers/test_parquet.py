@@ -106,6 +106,25 @@ def test_damage_in_the_middle(tmp_path):
             reading()
 
 
+def test_a_few_bytes_that_changed_are_found_in_a_file_of_ours(tmp_path):
+    time, noise = np.arange(0.0, 300.0, 0.01), np.random.default_rng(1).normal(size=30_000)
+    path = tmp_path / "drive.parquet"
+    write(Recording({"yaw_rate": Channel("yaw_rate", time, noise, "rad/s")}), path)
+    content = bytearray(path.read_bytes())
+    middle = len(content) // 2
+    content[middle : middle + 400] = bytes(400)
+    path.write_bytes(content)
+    with pytest.raises(InputError, match="is damaged"):
+        read(path)
+
+
+@pytest.mark.parametrize("columns", [{"a": ["x", "y"], "b": ["k", "l"]}, {"time": [0.0, 0.01], "a": ["x", "y"]}])
+def test_a_file_of_text_is_refused(tmp_path, columns):
+    path = saved(tmp_path, pa.table({name: values * 400 for name, values in columns.items()}))
+    with pytest.raises(InputError, match="no columns? (of|holds) numbers"):
+        read(path, names=("yaw_rate",))
+
+
 def test_no_rows(tmp_path):
     with pytest.raises(InputError, match="holds columns but no samples"):
         read(saved(tmp_path, pa.table({"time": pa.array([], pa.float64()), "yaw_rate": pa.array([], pa.float64())})))

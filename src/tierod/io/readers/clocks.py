@@ -90,6 +90,8 @@ def find_clocks(
     )
     if first is None:
         first = next((column for column in columns if column.name in increasing), None)
+    if first is None and not columns:
+        raise InputError("no column holds numbers; export time and signals as numbers")
     if first is None:
         names = ", ".join(f"'{column.name}'" for column in list(columns)[:8])
         raise InputError(f"no column is the time (there are {names}); name one of them 'time', in seconds")

@@ -76,7 +76,8 @@ def _opened(path: Path, lanes: int = 1) -> Any:
     import pyarrow.parquet as pq
 
     try:
-        return pq.ParquetFile(path, pre_buffer=False, buffer_size=max(_BUFFER // lanes, 1 << 13))
+        size = max(_BUFFER // lanes, 1 << 13)
+        return pq.ParquetFile(path, pre_buffer=False, buffer_size=size, page_checksum_verification=True)
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = " ".join(str(error).split())[:120]
         raise InputError(

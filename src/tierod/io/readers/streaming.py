@@ -88,6 +88,8 @@ def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, na
             f"{path}: no message with a wanted signal came on the bus ({', '.join(source.silent[:4])}, ...); record "
             "them, or give DBC and channel map of this bus"
         )
+    if not made.picks and not source.columns:
+        raise InputError(f"{path} holds no columns of numbers beside the time; export the signals as numbers")
     if not made.picks:
         has = ", ".join(f"'{column.name}'" for column in source.columns[:12])
         more = f" and {len(source.columns) - 12} more" if len(source.columns) > 12 else ""

@@ -52,7 +52,10 @@ def write_parquet(recording: Recording, path: str | Path, slice_seconds: float =
         metadata={"tierod": json.dumps(about)},
     )
     try:
-        with replacing(path) as temporary, pq.ParquetWriter(temporary, schema, use_dictionary=False) as writer:
+        with (
+            replacing(path) as temporary,
+            pq.ParquetWriter(temporary, schema, use_dictionary=False, write_page_checksum=True) as writer,
+        ):
             for rows in _slices(found, slice_seconds):
                 writer.write_table(_table(schema, found, rows), row_group_size=1 << 26)
     except pa.ArrowException as error:

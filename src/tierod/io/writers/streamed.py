@@ -65,7 +65,10 @@ def _parquet(spool: Spool, path: str | Path) -> tuple[str, ...]:
     fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in columns]
     schema = pa.schema(fields, metadata={"tierod": about})
     try:
-        with replacing(path) as temporary, pq.ParquetWriter(temporary, schema, use_dictionary=False) as writer:
+        with (
+            replacing(path) as temporary,
+            pq.ParquetWriter(temporary, schema, use_dictionary=False, write_page_checksum=True) as writer,
+        ):
             for rows in _slices(found):
                 length = max(last - first for first, last in rows)
                 parts = []
