@@ -24,9 +24,9 @@ ALIKE = 1.15
 LEAST_TURN = 0.05
 """Electrical turn of a window, root mean square, from which the flux is found [rad]: 25 times the noise of a sensor."""
 
-LEAST_CHANGE = 10.0
-"""Change of the current over a window from which the inductance is found, over the noise of the current: that makes it
-2 % too small."""
+LEAST_CHANGE = 5.0
+"""Change of the current over a window from which the inductance is found, over the noise of the current: noise of both
+ends makes it too small by 2 / 5^2 = 8 %, less than what `ALIKE` allows."""
 
 
 def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:
