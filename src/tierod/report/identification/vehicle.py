@@ -63,8 +63,8 @@ def _zero_cells(zeros: Zeros) -> tuple[str, str, str]:
 
 
 def _correlation(result: VehicleIdentification) -> Table:
-    names = [each.name for each in result.judged]
     every = [prior.name for prior in result.posterior.priors]
+    names = [each.name for each in result.judged if each.name in every]
     places, covariance = [every.index(name) for name in names], result.posterior.covariance
     rows = tuple(
         (
