@@ -2,18 +2,29 @@
 import { html, stack, render, useEffect, useErrorBoundary, useState } from "./html.js";
 import { site as served } from "./api.js";
 import { follow, useAddress } from "./address.js";
-import { Trouble, useFetched } from "./parts.js";
+import { Loading, Trouble, useFetched } from "./parts.js";
 import { Files } from "./files.js";
 import { Recording } from "./recording.js";
-import { New } from "./new.js";
-import { Identify } from "./identify.js";
-import { Fleet } from "./fleet.js";
-import { Vehicle } from "./vehicle.js";
-import { Scenario } from "./scenario.js";
-import { Live } from "./live.js";
-import { Interface, JobList } from "./jobs.js";
 
-const VIEWS = { "": [Files, "Recordings"], new: [New, "New recording"], identify: [Identify, "Identify"], fleet: [Fleet, "Fleet"], vehicle: [Vehicle, "Vehicle"], scenario: [Scenario, "Scenario"], live: [Live, "Live"], jobs: [JobList, "Work"], interface: [Interface, ""], recording: [Recording, ""] };
+/** A view that the page fetches once it is asked for. */
+function later(fetched, name) {
+  let View;
+  return function Later(properties) {
+    const [error, put] = useState(null), [, again] = useState(0);
+    useEffect(() => { if (!View) fetched().then((found) => { View = found[name]; again(1); }, put); }, []);
+    // Browsers keep a module that could not be fetched as failed until the page is loaded anew.
+    if (error) return html`<${Trouble} error=${{ message: "The server does not answer: is “tierod serve” still running? Start it again, then reload." }} again=${() => location.reload()} />`;
+    return View ? html`<${View} ...${properties} />` : html`<${Loading} />`;
+  };
+}
+
+const jobs = () => import("./jobs.js");
+
+const VIEWS = { "": [Files, "Recordings"], recording: [Recording, ""],
+  new: [later(() => import("./new.js"), "New"), "New recording"], identify: [later(() => import("./identify.js"), "Identify"), "Identify"],
+  fleet: [later(() => import("./fleet.js"), "Fleet"), "Fleet"], vehicle: [later(() => import("./vehicle.js"), "Vehicle"), "Vehicle"],
+  scenario: [later(() => import("./scenario.js"), "Scenario"), "Scenario"], live: [later(() => import("./live.js"), "Live"), "Live"],
+  jobs: [later(jobs, "JobList"), "Work"], interface: [later(jobs, "Interface"), ""] };
 
 function Theme() {
   const dark = () => (document.documentElement.dataset.theme || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")) === "dark";
