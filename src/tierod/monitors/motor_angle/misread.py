@@ -24,6 +24,10 @@ ALIKE = 1.15
 LEAST_TURN = 0.05
 """Electrical turn of a window, root mean square, from which the flux is found [rad]: 25 times the noise of a sensor."""
 
+SAME_DIRECTION = 0.1
+"""Electrical angle by which the flux of a half may point elsewhere than that of the whole [rad]: an inductance that is
+wrong by half turns it by some 0.05, and a sensor whose angle leaps by more than that is at fault itself."""
+
 LEAST_CHANGE = 5.0
 """Change of the current over a window from which the inductance is found, over the noise of the current: noise of both
 ends makes it too small by 2 / 5^2 = 8 %, less than what `ALIKE` allows."""
@@ -49,9 +53,9 @@ def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise:
 
 def _agrees(half: Balance | None, whole: Balance) -> bool:
     """What changed on the way was recorded rightly at first, and is a fault."""
-    return half is not None and all(
-        _near(getattr(half, name) / getattr(whole, name), 1.0) for name in ("resistance", "inductance", "flux")
-    )
+    if half is None or abs(math.remainder(half.flux_direction - whole.flux_direction, math.tau)) > SAME_DIRECTION:
+        return False
+    return all(_near(getattr(half, name) / getattr(whole, name), 1.0) for name in ("resistance", "inductance", "flux"))
 
 
 def cause_of(balance: Balance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:
