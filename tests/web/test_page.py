@@ -1,5 +1,6 @@
 """The page in a browser: every view, wide and narrow, light and dark; nothing serious for axe where it is there."""
 
+import json
 import os
 import shutil
 import threading
@@ -199,6 +200,7 @@ def test_an_upload_is_mapped_and_inspected(page, tmp_path):
     page.get_by_role("heading", name="Channel map").wait_for()
     page.get_by_role("button", name="What can run?").click()
     page.get_by_role("heading", name="What can run").wait_for()
+    page.get_by_text("✓ can run").first.wait_for()
 
 
 def test_the_fleet_is_filtered_and_leads_to_a_car(page):
@@ -235,3 +237,48 @@ def test_a_chart_never_widens_the_page(page):
     # A chart that was not drawn anew since the page became narrow.
     page.evaluate("document.querySelectorAll('.uplot').forEach((each) => { each.style.width = '4000px'; })")
     assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
+
+
+def test_curves_follow_the_theme(page):
+    opened(page, f"/recording?file={FILE}&signals=driver_torque", "Driver torque [N·m]")
+    charts(page, 1)
+    curve = "() => getComputedStyle(document.querySelector('.panel .chip i')).backgroundColor"
+    drawn = """(colour) => {
+        const canvas = document.querySelector('.panel canvas'), wanted = colour.match(/\\d+/g).slice(0, 3).map(Number);
+        const all = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+        for (let at = 0; at < all.length; at += 4) if (wanted.every((each, k) => each === all[at + k])) return true;
+        return false;
+    }"""
+    for scheme, button in (("light", "Light"), ("dark", "Dark")):
+        page.emulate_media(color_scheme=scheme)
+        page.get_by_role("button", name=button, exact=True).wait_for()
+        page.wait_for_function(drawn, arg=page.evaluate(curve))
+
+
+def test_a_recording_of_one_sample_without_verdict_says_why(page, tmp_path):
+    path = tmp_path / "instant.csv"
+    path.write_text("time,yaw_rate\n0,0\n", encoding="utf-8")
+    opened(page, "/new", "Upload a recording")
+    page.locator("input[type=file]").set_input_files(path)
+    page.get_by_role("heading", name="New recording").wait_for()
+    page.goto("/recording?file=uploads/instant.csv")
+    page.get_by_role("heading", name="Verdicts").wait_for()
+    charts(page, 1)
+    assert page.locator(".problem").count() == 0
+    page.get_by_text("which the recording does not have").first.wait_for()
+    page.get_by_role("link", name="Correct the channel map").click()
+    page.get_by_role("heading", name="Channel map").wait_for()
+
+
+def test_a_bus_that_cannot_be_followed_says_why(page):
+    def with_bus(route):
+        answer = route.fetch()
+        route.fulfill(response=answer, json={**answer.json(), "live": ["virtual:1"]})
+
+    said = json.dumps({"event": "problem", "schema": 1, "text": "the vehicle names no CAN database"})
+    page.route("**/api/site", with_bus)
+    page.route_web_socket("**/api/live", lambda socket: socket.send(said))
+    page.goto("/live")
+    assert page.get_by_role("alert").inner_text() == "The vehicle names no CAN database."
+    assert page.get_by_text("No samples yet").count() == 0
+    page.get_by_text("No signals yet").wait_for()

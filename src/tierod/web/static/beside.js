@@ -1,7 +1,7 @@
 // Truth beside estimate: every estimate of a monitor with the true signal of the simulation in one panel.
 import { html, stack, useEffect, useMemo, useState } from "./html.js";
 import { windows } from "./api.js";
-import { token, TimeChart } from "./chart.js";
+import { colour, TimeChart } from "./chart.js";
 import { Trouble } from "./parts.js";
 
 /** Pairs of (estimate, truth) by their names: friction/friction_torque and truth_friction_torque. */
@@ -39,8 +39,8 @@ function One({ pair, found, view, onView, moments }) {
     const e = found.get(pair.estimate.name), t = found.get(pair.truth.name), d = found.get(`${pair.estimate.name}_standard_deviation`);
     const lower = scale(e.lower), upper = e.exact ? lower : scale(e.upper), low = scale(t.lower), half = d && d.time.length === e.time.length ? scale(d.upper).map((v) => (v === null ? null : 1.96 * v)) : null;
     const band = half && { lower: lower.map((v, i) => (v === null || half[i] === null ? null : v - half[i])), upper: upper.map((v, i) => (v === null || half[i] === null ? null : v + half[i])) };
-    return [{ name: pair.estimate.name, title: "estimate", label: pair.estimate.label, colour: token("s1"), time: e.time, lower, upper, band },
-      { name: pair.truth.name, title: "truth", label: pair.estimate.label, colour: token("s2"), dashed: true, time: t.time, lower: low, upper: t.exact ? low : scale(t.upper) }];
+    return [{ name: pair.estimate.name, title: "estimate", label: pair.estimate.label, colour: colour(0), time: e.time, lower, upper, band },
+      { name: pair.truth.name, title: "truth", label: pair.estimate.label, colour: colour(1), dashed: true, time: t.time, lower: low, upper: t.exact ? low : scale(t.upper) }];
   }, [pair, found]);
   return stack`<section class="card panel" data-title=${pair.estimate.title}><div class="chips"><b>${pair.estimate.title} [${pair.estimate.label}]</b> <span class="small">${pair.estimate.name.split("/")[0]}</span>
     ${curves.map((c) => html`<span class="chip"><i style=${{ background: c.colour }}></i>${c.title}</span>`)}</div>

@@ -4,7 +4,9 @@ import { clock, figure } from "./parts.js";
 
 const root = () => getComputedStyle(document.documentElement);
 export const token = (name) => root().getPropertyValue(`--${name}`).trim();
-export const colour = (at) => token(`s${(at % 6) + 1}`);
+/** Of a curve, as a name: what it stands for changes with the theme. */
+export const colour = (at) => `var(--s${(at % 6) + 1})`;
+const ink = (name) => token(name.slice(6, -1));
 const clear = (hex, share) => {
   const n = parseInt(hex.slice(1), 16);
   return `rgba(${n >> 16},${(n >> 8) & 255},${n & 255},${share})`;
@@ -21,8 +23,6 @@ export function useUplot(make, keys) {
     build();
     const onTheme = () => build();
     addEventListener("tierod-theme", onTheme);
-    const dark = matchMedia("(prefers-color-scheme: dark)");
-    dark.addEventListener("change", onTheme);
     const resize = new ResizeObserver(() => {
       const width = place.current && place.current.clientWidth;
       if (made.current && width && Math.abs(width - made.current.width) > 1) made.current.setSize({ width, height: made.current.height });
@@ -31,7 +31,6 @@ export function useUplot(make, keys) {
     return () => {
       resize.disconnect();
       removeEventListener("tierod-theme", onTheme);
-      dark.removeEventListener("change", onTheme);
       if (made.current) made.current.destroy();
       made.current = null;
     };
@@ -58,17 +57,17 @@ function tables(curves) {
   const parts = [], series = [{}], bands = [], drawnAt = new Map();
   const scales = [...new Set(curves.map((c) => c.label || "1"))];
   for (const c of curves) {
-    const scale = c.label || "1", at = series.length, binned = c.lower !== c.upper;
-    const line = { scale, stroke: c.colour, width: 1.2, points: { show: false }, spanGaps: false, dash: c.dashed ? [6, 4] : undefined };
+    const scale = c.label || "1", at = series.length, binned = c.lower !== c.upper, shade = ink(c.colour);
+    const line = { scale, stroke: shade, width: 1.2, points: { show: false }, spanGaps: false, dash: c.dashed ? [6, 4] : undefined };
     parts.push([c.time, c.lower, ...(binned ? [c.upper] : []), ...(c.band ? [c.band.lower, c.band.upper] : [])]);
     if (binned) {
       series.push({ ...line, paths: () => null }, { ...line, paths: () => null });
-      drawnAt.set(at + 1, c);
+      drawnAt.set(at + 1, { ...c, shade });
     } else series.push(line);
     if (c.band) {
-      const edge = { scale, stroke: clear(c.colour, 0.35), width: 0.6, points: { show: false }, spanGaps: false, auto: false }, next = series.length;
+      const edge = { scale, stroke: clear(shade, 0.35), width: 0.6, points: { show: false }, spanGaps: false, auto: false }, next = series.length;
       series.push({ ...edge }, { ...edge });
-      bands.push({ series: [next + 1, next], fill: clear(c.colour, 0.15) });
+      bands.push({ series: [next + 1, next], fill: clear(shade, 0.15) });
     }
   }
   const alike = parts.every(([time]) => time.length === parts[0][0].length && time[0] === parts[0][0][0] && time[time.length >> 1] === parts[0][0][time.length >> 1] && time[time.length - 1] === parts[0][0][time.length - 1]);
@@ -84,7 +83,7 @@ function columns(u, c) {
   ctx.beginPath();
   ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
   ctx.clip();
-  ctx.fillStyle = c.colour;
+  ctx.fillStyle = c.shade;
   ctx.globalAlpha = c.dashed ? 0.65 : 1;
   let column = NaN, low = Infinity, high = -Infinity, before = null;
   const flush = (next) => {
@@ -151,7 +150,8 @@ function rule(ctx, stroke, x1, y1, x2, y2, label) {
   ctx.setLineDash([]);
   if (!label) return;
   ctx.textAlign = x1 === x2 ? "left" : "right";
-  ctx.fillText(label, (x1 === x2 ? x1 : x2) + (x1 === x2 ? 4 : -6) * devicePixelRatio, x1 === x2 ? y1 + 13 * devicePixelRatio : y1 - 4 * devicePixelRatio);
+  const below = x1 === x2 || y1 < 26 * devicePixelRatio; // no room above a line at the top
+  ctx.fillText(label, (x1 === x2 ? x1 : x2) + (x1 === x2 ? 4 : -6) * devicePixelRatio, y1 + (below ? 13 : -4) * devicePixelRatio);
 }
 
 function upright(u, time, stroke, label) {

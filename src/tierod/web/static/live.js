@@ -117,7 +117,8 @@ function logging(site) {
 }
 
 function State({ bus }) {
-  const s = bus.state;
+  const s = bus.state, problems = bus.events.filter((each) => each.event === "problem");
+  if (!s && problems.length) return stack`<div class="problem" role="alert">${problems.slice(0, 5).reverse().map((each) => html`<p>${sentence(each.text)}</p>`)}</div>`;
   if (!s) return stack`<p class="card small">Nothing was judged yet: it takes some seconds after the first frame.</p>`;
   const old = Object.entries(s.ages).filter(([, age]) => age > 0.8);
   return stack`<section class="card"><div class="row">${s.monitors.map((m) => html`<span class=${kind(m.status)} title=${m.reason}><b>${m.monitor}</b> <${Badge} status=${m.status} /> <span class="small">since ${clock(m.since)}${m.enabled !== null ? `, learning ${figure(100 * m.enabled, 3)} %` : ""}</span></span>`)}</div>
@@ -134,7 +135,7 @@ function LivePanels({ address, bus, view, tick, onView }) {
   const names = shown.flat();
   const toggle = (name, into) => set({ signals: write(names.includes(name) ? shown.map((p) => p.filter((n) => n !== name)) : into && shown.length ? shown.map((p, i) => (i === shown.length - 1 ? [...p, name] : p)) : [...shown, [name]]) });
   return stack`<div class="bench"><aside class="side card"><${Tree} signals=${signals} shown=${new Set(names)} onToggle=${toggle} /></aside><div>
-    ${!shown.length && html`<p class="card">No samples yet: is the bus awake, and the channel right?</p>`}
+    ${!shown.length && !bus.events.some((each) => each.event === "problem") && html`<p class="card">No samples yet: is the bus awake, and the channel right?</p>`}
     ${shown.map((panel) => html`<${LivePanel} key=${panel.join()} panel=${panel} bus=${bus} view=${view} tick=${tick} onView=${onView} />`)}</div></div>`;
 }
 

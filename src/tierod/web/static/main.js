@@ -29,6 +29,11 @@ const VIEWS = { "": [Files, "Recordings"], recording: [Recording, ""],
 function Theme() {
   const dark = () => (document.documentElement.dataset.theme || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")) === "dark";
   const [now, put] = useState(dark());
+  useEffect(() => {
+    const system = matchMedia("(prefers-color-scheme: dark)"), turned = () => { put(dark()); dispatchEvent(new Event("tierod-theme")); };
+    system.addEventListener("change", turned);
+    return () => system.removeEventListener("change", turned);
+  }, []);
   const turn = () => {
     const next = dark() ? "light" : "dark";
     document.documentElement.dataset.theme = next;

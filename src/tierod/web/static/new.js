@@ -61,7 +61,7 @@ function MapTable({ entries, unmatched, signals, edit }) {
   const change = (at, more) => edit(entries.map((e, i) => (i === at ? { ...e, ...more } : e)));
   const columns = [...new Set([...entries.map((e) => e.source), ...entries.flatMap((e) => e.others), ...unmatched.map((u) => u.name)])].sort();
   const names = Object.keys(signals);
-  return stack`<section class="card"><h2>Channel map</h2><p class="small">As proposed from names and values; correct what is wrong. Doubtful ones are marked, with the reason on hover.</p>
+  return stack`<section class="card"><h2>Channel map</h2><p class="small">As proposed from names and values; correct what is wrong. Doubtful ones are marked.</p>
     <datalist id="columns">${columns.slice(0, 2000).map((c) => html`<option value=${c}></option>`)}</datalist><datalist id="signals">${names.map((n) => html`<option value=${n}></option>`)}</datalist>
     <${Table} caption="Channel map" dense rows=${entries.map((e, at) => ({ ...e, at, key: at }))} columns=${[
       { title: "use", show: (e) => html`<input type="checkbox" checked=${e.use} aria-label=${`use ${e.signal}`} onChange=${(ev) => change(e.at, { use: ev.target.checked })} />` },
@@ -72,11 +72,11 @@ function MapTable({ entries, unmatched, signals, edit }) {
       { title: "factor", show: (e) => html`<input size="6" value=${e.factor} aria-label=${`factor of ${e.signal}`} onChange=${(ev) => change(e.at, { factor: ev.target.value })} />` },
       { title: "why", text: true, show: (e) => html`${e.doubtful && html`<span class="badge watch">check</span>`} <span class="small">${(e.reasons || []).filter(Boolean).join("; ")}</span>` },
     ]} />
-    <p class="row"><button onClick=${() => edit([...entries, { signal: "", source: "", unit: "", factor: 1, sign: 1, use: true, others: [], reasons: [] }])}>Add a signal</button><span class="small">${unmatched.length} columns were not matched.</span></p></section>`;
+    <p class="row"><button onClick=${() => edit([...entries, { signal: "", source: "", unit: "", factor: 1, sign: 1, use: true, others: [], reasons: [] }])}>Add a signal</button><span class="small">${unmatched.length === 0 ? "Every column is matched." : `Not matched: ${unmatched.slice(0, 20).map((u) => u.name).join(", ")}${unmatched.length > 20 ? `, and ${unmatched.length - 20} more` : ""}`}</span></p></section>`;
 }
 
 function Inspected({ found }) {
   return stack`<section class="card"><h2>What can run</h2>${found.warnings.map((w) => html`<p class="note">${sentence(w)}</p>`)}
-    <ul>${found.monitors.map((m) => html`<li><${Badge} status=${m.can_run ? "done" : "not available"} /> <b>${m.name}</b>${m.condition && m.can_run ? ` if ${m.condition}` : ""}${m.obstacles.length ? html`: <span class="small">${sentence(m.obstacles[0])}</span>` : ""}</li>`)}</ul>
+    <ul>${found.monitors.map((m) => html`<li><${Badge} status=${m.can_run ? "can run" : "not available"} /> <b>${m.name}</b>${m.condition && m.can_run ? ` if ${m.condition}` : ""}${m.obstacles.length ? html`: <span class="small">${sentence(m.obstacles[0])}</span>` : ""}</li>`)}</ul>
     <details><summary>${found.channels.length} channels</summary><${Table} dense caption="Channels" rows=${found.channels.slice(0, 400)} columns=${[{ title: "channel", key: "name" }, { title: "in the file", key: "source" }, { title: "unit", key: "unit" }, { title: "samples", n: true, key: "samples" }, { title: "rate [Hz]", n: true, show: (c) => c.rate && +c.rate.toPrecision(4) }, { title: "remarks", text: true, show: (c) => c.remarks.join("; ") }]} /></details></section>`;
 }

@@ -52,7 +52,7 @@ function Bench({ address }) {
     ${one.why && html`<p class="note">No verdict: ${one.why}. Choose a vehicle above.</p>`}
     ${address.over && html`<${Work} job=${other.job} again=${other.start} />`}
     ${series ? html`<${Charts} address=${address} series=${series} result=${result} over=${other.series.data} overResult=${other.result.data} />` : one.state.error || (one.job && one.job.state === "failed") ? "" : html`<${Loading} what="Reading the recording" />`}
-    ${result && html`<${Verdicts} result=${result} />`}`;
+    ${result && html`<${Verdicts} result=${result} file=${address.file} />`}`;
 }
 
 function VehicleChoice({ address, now }) {
@@ -64,9 +64,9 @@ function VehicleChoice({ address, now }) {
     ${now && html`<a class="button tools" href=${link("vehicle", { name: address.vehicle || now })}>Its parameters</a>`}`;
 }
 
-function Verdicts({ result }) {
+function Verdicts({ result, file }) {
   return stack`<h2>Verdicts, as ${result.vehicle}</h2><div class="cards">${Object.entries(result.monitors).map(([monitor, each]) => html`<${Verdict} key=${monitor} monitor=${monitor} each=${each} result=${result} />`)}</div>
-    ${Object.keys(result.not_run).length > 0 && html`<details class="card"><summary>Monitors that did not run (${Object.keys(result.not_run).length})</summary><ul>${Object.entries(result.not_run).map(([name, why]) => html`<li><b>${name}</b>: ${sentence(why)}</li>`)}</ul></details>`}`;
+    ${Object.keys(result.not_run).length > 0 && html`<details class="card" open=${Object.keys(result.monitors).length === 0}><summary>Monitors that did not run (${Object.keys(result.not_run).length})</summary><ul>${Object.entries(result.not_run).map(([name, why]) => html`<li><b>${name}</b>: ${sentence(why)}</li>`)}</ul><p>Signals under other names? <a href=${link("new", { file })}>Correct the channel map</a>.</p></details>`}`;
 }
 
 const number = (text) => (text === undefined || text === "" ? NaN : +text);
@@ -155,7 +155,7 @@ function useWindows(key, result, wanted, byName, view, span) {
       const begun = performance.now(), stop = new AbortController();
       asked.current = begun;
       flying.current.add(stop);
-      windows(key, { name: all, result, start: Math.min(from, to), stop: to, points: Math.min(points, 9000) }, stop.signal).then(
+      windows(key, { name: all, result, start: Math.min(from, to), stop: to, points: Math.min(Math.max(points, 10), 9000) }, stop.signal).then(
         (found) => {
           if (begun < shown.current) return; // a later question was answered before
           shown.current = begun;

@@ -22,6 +22,6 @@ export function Tree({ signals, shown, onToggle }) {
         onDragStart=${(e) => e.dataTransfer.setData("text/plain", each.name)}
         onClick=${(e) => onToggle(each.name, e.shiftKey)}><span>${each.title}${(each.note || "").startsWith("derived:") && html` <small>derived</small>`}</span><span class="unit">${each.label}</span></button></li>`)}</ul>
       ${list.length > 300 && html`<p class="small">${list.length - 300} more: search for them.</p>`}</details>`)
-      : html`<p class="small">No signal has “${search}” in its name or meaning.</p>`}
+      : html`<p class="small">${search ? `No signal has “${search}” in its name or meaning.` : "No signals yet."}</p>`}
   </div>`;
 }
