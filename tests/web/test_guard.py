@@ -42,6 +42,7 @@ def test_this_computer_gets_through(client, host):
 
 @pytest.mark.parametrize("headers", [
     {"origin": "http://evil.com"}, {"origin": "null"}, {"origin": "http://localhost:9999"}, {"origin": ""},
+    {"origin": "http://["}, {"origin": "http://[::1"},
     {"sec-fetch-site": "cross-site"}, {"sec-fetch-site": "same-site"},
 ])  # fmt: skip
 def test_other_sites_are_refused(client, headers):

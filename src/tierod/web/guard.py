@@ -142,7 +142,7 @@ class Guard:
         page = scope["type"] == "http" and scope["method"] in SAFE and not scope["path"].startswith("/api/")
         if not page:
             origin = headers.get("origin")
-            if origin is not None and urlsplit(origin).netloc != headers["host"]:
+            if origin is not None and _place(origin) != headers["host"]:
                 return 403, "the request comes from another site; open the page of this server itself"
             if headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none"):
                 return 403, "the request comes from another site; open the page of this server itself"
@@ -170,6 +170,14 @@ class Guard:
         given = parse_qs(scope.get("query_string", b"").decode("latin-1")).get("token", [""])[0]
         page = scope["method"] in SAFE and not scope["path"].startswith(("/api/", *self.open))
         return given if given and page and self.trust.let_in(given) else ""
+
+
+def _place(origin: str) -> str:
+    """Host and port of an origin; "" where it is none."""
+    try:
+        return urlsplit(origin).netloc
+    except ValueError:
+        return ""
 
 
 def _cookie(header: str) -> str:
