@@ -39,6 +39,7 @@ OUTSIDE = [
     "other/a", "drives/" + "a/" * 3000, "drives/" + "x" * 5000, "~", "drives/~root", "drives/in/a.csv/..",
     "file:///etc/passwd",
     "drives/%2e%2e/secret/key", "drives/in/b.csv", "\ud800", "drives/\ud800",
+    "/\ud800", "/\0", "/" + "x" * 5000,
 ]  # fmt: skip
 
 
@@ -55,6 +56,10 @@ def test_names_lead_to_files_and_back(site, tree):
     assert site.name_of(tree.parent / "secret" / "key") == ""
     with pytest.raises(Absent, match="no folder"):
         site.folder("drives/in/a.csv")
+    with pytest.raises(Absent, match="here its name is 'drives/in/a.csv'"):
+        site.file(str(tree / "in" / "a.csv"))
+    with pytest.raises(Absent, match="there is no"):
+        site.file(str(tree / "out" / "key"))
 
 
 def test_one_file_is_served_alone(tree, tmp_path):

@@ -138,8 +138,19 @@ class Site:
             raise Absent(f"no results folder '{name[:200]}' is served; give its path to 'tierod serve'")
         return found
 
+    def _served_as(self, path: str) -> str:
+        """The name of a whole path within what is served; "" of all else."""
+        if not path.startswith("/") or len(path) > LONGEST_NAME:
+            return ""
+        try:
+            return self.name_of(path)
+        except (OSError, ValueError):
+            return ""
+
     def _within(self, name: str) -> Path:
         refusal = Absent(f"there is no '{name[:200]}' in the folders that are served")
+        if known := self._served_as(name):
+            raise Absent(f"'{name[:200]}' lies in a folder that is served; here its name is '{known[:200]}'")
         parts = PurePosixPath(name).parts
         root = next((each for each in self.roots if parts and each.name == parts[0]), None)
         plain = "\0" not in name and "\\" not in name and ".." not in parts and not name.startswith("/")
