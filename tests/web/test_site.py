@@ -90,6 +90,11 @@ def test_a_list_shows_names_and_hides_what_leads_outside(site):
     assert found.complete
 
 
+def test_a_link_to_a_folder_above_is_searched_once(site, tree):
+    (tree / "in" / "again").symlink_to(tree / "in")
+    assert [each.name for each in listing(site, "", search="a.csv").entries] == ["a.csv"]
+
+
 def test_a_folder_that_vanished_is_a_sentence(site, tree):
     (tree / "in" / "a.csv").unlink()
     (tree / "in").rmdir()

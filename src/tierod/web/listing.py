@@ -112,14 +112,17 @@ def _searched(site: Site, folder: str, wanted: str) -> tuple[list[Entry], bool]:
     until = time.monotonic() + SEARCH_TIME
     waiting = [folder] if folder else [root.name for root in site.roots]
     found: list[Entry] = []
+    seen: set[Path] = set()  # a link may lead to a folder above it
     while waiting:
         if time.monotonic() > until or len(found) >= MOST_FOUND:
             return found[:MOST_FOUND], False
         name = waiting.pop()
         try:
-            entries = list(_entries(site.folder(name), name, _root(site, name)))
+            path = site.folder(name)
+            entries = [] if path in seen else list(_entries(path, name, _root(site, name)))
         except Absent:
             continue
+        seen.add(path)
         waiting += [each.file for each in entries if each.folder]
         found += [each for each in entries if not each.folder and wanted in each.name.casefold()]
     return found, True
