@@ -90,6 +90,10 @@ def test_the_token_becomes_a_strict_cookie_and_leaves_the_address(other):
         assert word in answer.headers["set-cookie"]
     assert other.get("/api/site").status_code == 200
     assert other.get("/?token=wrong", follow_redirects=False).status_code == 200
+    view = other.get(f"/recording?file=a%2Fb+c.csv&token={TOKEN}&from=1", follow_redirects=False)
+    assert view.headers["location"] == "/recording?file=a%2Fb+c.csv&from=1"
+    evil = other.get(f"/?token={TOKEN}&a=%0d%0ax:%20y", follow_redirects=False)
+    assert evil.headers["location"] == "/?a=%0D%0Ax%3A+y"
 
 
 def test_a_program_brings_the_token_as_a_header(other):

@@ -15,7 +15,7 @@ from collections.abc import Awaitable, Callable, Mapping, MutableMapping
 from dataclasses import dataclass
 from http.cookies import CookieError, SimpleCookie
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
@@ -201,6 +201,9 @@ async def _into_cookie(scope: Scope, send: Send, token: str, trust: Trust) -> No
     cookie = f"{COOKIE}={token}; HttpOnly; SameSite=Strict; Path=/; Max-Age=2592000"
     place = "/" + scope["path"].lstrip("/\\")
     target = place if place.isascii() and place.isprintable() and "\\" not in place else "/"
+    given = parse_qsl(scope.get("query_string", b"").decode("latin-1"))
+    if rest := urlencode([each for each in given if each[0] != "token"]):
+        target += f"?{rest}"
     await _answer(send, 303, {"location": target, "set-cookie": cookie}, b"")
 
 
