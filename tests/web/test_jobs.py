@@ -5,6 +5,7 @@ import time
 
 import pytest
 
+from tierod.core.errors import ParameterError
 from tierod.web.errors import Absent, Busy
 from tierod.web.jobs import CANCELLED, DONE, FAILED, RUNNING, Jobs
 from tierod.web.shapes import Analysed, ChosenScenario
@@ -79,3 +80,12 @@ def test_too_many_jobs_are_refused():
     jobs.cancel(jobs.all()[0].id)
     assert jobs.submit("inspect", {"number": 3}, "looking").state == "waiting"
     jobs.close()
+
+
+def test_a_scenario_that_cannot_be_is_told_without_lines_of_a_file(tmp_path):
+    from tierod.web.scenarios import drive
+
+    late = {"name": "friction-step", "start": 120.0}
+    chosen = {"folder": str(tmp_path), "car": "midsize-eps", "course": "mixed", "seconds": 60.0, "faults": [late]}
+    with pytest.raises(ParameterError, match="^the fault begins at 120 s, but the run ends at 60 s"):
+        drive(chosen, lambda *_: None)

@@ -82,7 +82,9 @@ def drive(given: Mapping[str, Any], progress: Callable[[float], None]) -> tuple[
         outcome = whole.run(progress)
     except ParameterError as error:
         source.unlink()
-        raise ParameterError(str(error).replace(f"{source}, ", "").replace(str(source), "the scenario")) from None
+        # Whoever chose in the page sees no file and no lines.
+        plain = re.sub(rf"{re.escape(str(source))}, (line \d+: )?", "", str(error))
+        raise ParameterError(plain.replace(str(source), "the scenario")) from None
     path = source.with_suffix(".parquet")
     write(outcome.recording, path)
     return path, {
