@@ -131,8 +131,7 @@ def site_of(
     from tierod.web.demo import folders
     from tierod.web.site import Limits, Root, Site, roots_of
 
-    if vehicle is not None:
-        load(vehicle)
+    car = load(vehicle) if vehicle is not None else None
     place = Path(os.path.realpath(expanded(cache) if cache is not None else usual_cache()))
     recordings, results = roots_of(paths)
     demo = not paths and not live
@@ -143,6 +142,8 @@ def site_of(
     known = tuple(str(expanded(each)) for each in dbc)
     used = str(expanded(channel_map)) if channel_map is not None else ""
     buses = _live(live, given)
+    if live and car is not None and not (known or car.database):
+        raise ParameterError(f"--live: the vehicle '{car.name}' names no CAN database; give one with --dbc")
     made = Site(recordings, results, place, given, known, used, buses, limits or Limits(), demo)
     return replace(made, vehicle=str(expanded(given).absolute()) if given.endswith(".toml") else given)
 
