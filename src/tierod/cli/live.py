@@ -96,6 +96,7 @@ def _sender(drive: Drive, address: Address, path: Path) -> Sender:
     from tierod.live.results import Sender
 
     sender = Sender(address, path)
+    drive.own = sender.identifiers
 
     def look(now: float) -> None:
         if drive.engine.tally.frames:
