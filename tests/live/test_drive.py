@@ -241,3 +241,19 @@ def test_the_view_shows_verdicts_and_bars(tmp_path):
     assert "all signals are there" in text
     assert sparkline([0.0, 1.0, np.nan, 7.0]) == "▁▂ █"
     assert sparkline([np.nan]) == ""
+
+
+def test_a_terminal_is_told_how_the_drive_ended(tmp_path, capsys):
+    from tierod.cli.live import _in_terminal
+
+    run, inbox, _ = started(tmp_path, Outputs())
+    frames = frames_of_drive(tmp_path, 4.0)
+    for frame in frames:
+        inbox.put(frame)
+
+    def enough(now):
+        run.ended |= run.engine.tally.frames >= len(frames)
+
+    run.looking.append(enough)
+    _in_terminal(run)
+    assert '"event": "end"' in capsys.readouterr().out

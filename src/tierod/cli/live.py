@@ -216,17 +216,22 @@ def _in_terminal(drive: Drive) -> int:
     console, count = output(), [0]
     with keys(), Live(console=console, auto_refresh=False) as screen:
 
+        def said() -> None:
+            while notes:
+                console.print(notes.pop(0), markup=False, soft_wrap=True)
+
         def look(now: float) -> None:
             count[0] += 1
             if count[0] % 10 == 0:
                 _press(drive, pressed())
             if count[0] % 50 == 0:
                 screen.update(picture(drive), refresh=True)
-            while notes:
-                console.print(notes.pop(0), markup=False, soft_wrap=True)
+            said()
 
         drive.looking.append(look)
-        return drive.run()
+        code = drive.run()
+        said()  # what became of the drive is said while it is closed
+        return code
 
 
 def _press(drive: Drive, key: str) -> None:
