@@ -12,6 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cantools.database.can import Message
+
     from tierod.live.buses import Address
     from tierod.live.drive import Drive
     from tierod.live.events import Hub, Socket
@@ -144,6 +148,7 @@ def _drive(
         raise ParameterError(f"the vehicle '{car.name}' names no CAN database; give one with --dbc")
     paths = [shipped(each, ".dbc") for each in given]
     database = load_databases(paths)
+    _refuse_unknown_ignition(ignition, database)
     used = channel_map or car.channel_map or _beside(paths)
     log, mcap, report, checkpoint, memory, baselines = files
     period, silence, expected = times
@@ -163,6 +168,14 @@ def _drive(
         "-o", str(path.with_name(f"{path.stem}-{int(drive.engine.clock.latest)}s.html")),
     ]  # fmt: skip
     return drive, hub
+
+
+def _refuse_unknown_ignition(ignition: str, database: Sequence[Message]) -> None:
+    from tierod.core.errors import ParameterError, nearest
+
+    known = [f"{message.name}.{signal.name}" for message in database for signal in message.signals]
+    if ignition and ignition not in known:
+        raise ParameterError(f"no database has the signal '{ignition}' of --ignition{nearest(ignition, known)}")
 
 
 def _beside(paths: list[Path]) -> Any:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import TierodError
+from tierod.core.findings import Status
 from tierod.io.readers.channel_map import ChannelMap
 from tierod.live.buses import Inbox, Receiver
 from tierod.live.checkpoint import State
@@ -321,6 +322,8 @@ class Drive:
         self._judging.ended(self.engine, wait=True)
         engine, checkpoints = self.engine, self._checkpoints
         finished = [Finished(*each) for each in engine.finish()]
+        if not finished:
+            self.worst = max(self.worst, Status.NOT_AVAILABLE.exit_code, key=_SEVERITY.index)
         for each in finished:
             self.worst = max(self.worst, each.diagnosis.findings[0].status.exit_code, key=_SEVERITY.index)
         report = numbered(self.outputs.report, self.drives)

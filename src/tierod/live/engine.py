@@ -215,6 +215,8 @@ class Engine:
             text = f"{identifier_text(gap.identifier)} on {gap.bus} did not come for {gap.seconds:.2g} s"
             self.say("silence", {"time": piece.until, "text": text})
         if self.decoder.known is None:
+            for judge in self.judges:
+                judge.reason = judge.reason if judge.broken else "no frame that came is in the databases"
             return
         self._look_at_ignition(frames)
         for judge in self.judges:
