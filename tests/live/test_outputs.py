@@ -62,6 +62,17 @@ def test_a_drive_as_mcap(tmp_path):
     assert any(each["message"] == "mark" for _, _, each in found["/findings"])
 
 
+def test_findings_that_are_said_late_keep_their_time_and_leave_the_log_readable(tmp_path):
+    log = McapLog(tmp_path / "drive.mcap", START)
+    log.finding(4.3, 2, "sideslip", "healthy")
+    log.finding(3.6, 2, "friction", "not ready")
+    log.finish()
+    (_, first, _), (_, second, entry) = logged(tmp_path / "drive.mcap")["/findings"]
+    assert first == second
+    assert entry["timestamp"] == {"sec": int(START) + 3, "nsec": pytest.approx(6e8, abs=1e3)}
+    assert len(read(tmp_path / "drive.mcap")["findings.level"].time) == 2
+
+
 def test_an_mcap_log_that_was_cut_off_can_be_read(tmp_path):
     log = McapLog(tmp_path / "drive.mcap", START)
     times = np.arange(6000) / 100.0
