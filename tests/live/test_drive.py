@@ -241,3 +241,54 @@ def test_the_view_shows_verdicts_and_bars(tmp_path):
     assert "all signals are there" in text
     assert sparkline([0.0, 1.0, np.nan, 7.0]) == "▁▂ █"
     assert sparkline([np.nan]) == ""
+
+
+def test_a_terminal_is_told_how_the_drive_ended(tmp_path, capsys):
+    from tierod.cli.live import _in_terminal
+
+    run, inbox, _ = started(tmp_path, Outputs())
+    frames = frames_of_drive(tmp_path, 4.0)
+    for frame in frames:
+        inbox.put(frame)
+
+    def enough(now):
+        run.ended |= run.engine.tally.frames >= len(frames)
+
+    run.looking.append(enough)
+    _in_terminal(run)
+    assert '"event": "end"' in capsys.readouterr().out
+
+
+def test_a_drive_that_nothing_could_judge_is_not_healthy(tmp_path):
+    run, inbox, events = started(tmp_path, Outputs())
+    for step in range(500):
+        now = START + 0.01 * step
+        inbox.put(Frame(now, 0x7, 1, bytes(8)))
+        run.tick(now, now)
+    run.close()
+    assert run.worst == 2
+    assert events[-1]["not_run"] == {"friction": "no frame that came is in the databases"}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the option is of Linux")
+def test_every_channel_of_multicast_gives_the_frames_of_its_own_group(multicast):
+    inboxes = [queue.SimpleQueue(), queue.SimpleQueue()]
+    channels = ("239.74.163.78", "239.74.163.79")
+    receivers = [Receiver(1, Address("udp_multicast", name), inboxes[place]) for place, name in enumerate(channels)]
+    for receiver in receivers:
+        receiver.start()
+    with can.Bus(interface="udp_multicast", channel=channels[0]) as bus:
+        bus.send(can.Message(arbitration_id=1, data=b"1", is_extended_id=False))
+    assert inboxes[0].get(timeout=5.0).identifier == 1
+    for receiver in receivers:
+        receiver.end()
+    assert inboxes[1].empty()
+
+
+def test_an_ignition_that_no_database_has_is_refused(tmp_path, capsys):
+    from tierod.cli import main
+
+    database_file(tmp_path)
+    words = ["live", "--interface", "virtual", "--channel", "a", "--vehicle", "midsize-eps"]
+    assert main([*words, "--dbc", str(tmp_path / "car.dbc"), "--ignition", "ESP.ignitin"]) == 3
+    assert "did you mean 'ESP.ignition'?" in capsys.readouterr().err

@@ -146,3 +146,18 @@ def test_a_drive_that_is_shorter_than_what_a_monitor_listens_to_is_judged_at_its
     engine, found, _ = run(tmp_path, frames_of_drive(tmp_path, 8.0), ("driver-torque",))
     same(found["driver-torque"], diagnose(tmp_path / "log.mf4", CAR, "driver-torque", dbc=tmp_path / "car.dbc"))
     assert engine.ticks.tickers == {}
+
+
+def test_signals_are_not_missing_where_a_piece_takes_long_to_judge(tmp_path):
+    frames = frames_of_drive(tmp_path, 10.0)
+    engine = Engine(messages(tmp_path), None, ("friction",), Plan(CAR, 12.0), lambda kind, each: None)
+    piece = None
+    for begin in range(0, len(frames), 50):
+        part = frames[begin : begin + 50]
+        engine.take(part, part[-1].time, part[-1].time)
+        if piece is None and engine.due:
+            piece = engine.cut()
+    engine.work(piece)  # seconds later, as where kernels were compiled first
+    engine.settle(piece)
+    assert engine.missing == ()
+    assert max(engine.ages.values()) < 0.4

@@ -18,6 +18,7 @@ from tierod.live.agreement import disagreements
 from tierod.live.buses import Address
 from tierod.live.drive import Outputs
 from tierod.live.events import Events, line
+from tierod.live.frame import Frame
 from tierod.live.judge import Shown
 from tierod.live.log import FrameLog, is_unfinished
 from tierod.live.mcap_log import McapLog
@@ -61,6 +62,17 @@ def test_a_drive_as_mcap(tmp_path):
     assert any(each["message"] == "mark" for _, _, each in found["/findings"])
 
 
+def test_findings_that_are_said_late_keep_their_time_and_leave_the_log_readable(tmp_path):
+    log = McapLog(tmp_path / "drive.mcap", START)
+    log.finding(4.3, 2, "sideslip", "healthy")
+    log.finding(3.6, 2, "friction", "not ready")
+    log.finish()
+    (_, first, _), (_, second, entry) = logged(tmp_path / "drive.mcap")["/findings"]
+    assert first == second
+    assert entry["timestamp"] == {"sec": int(START) + 3, "nsec": pytest.approx(6e8, abs=1e3)}
+    assert len(read(tmp_path / "drive.mcap")["findings.level"].time) == 2
+
+
 def test_an_mcap_log_that_was_cut_off_can_be_read(tmp_path):
     log = McapLog(tmp_path / "drive.mcap", START)
     times = np.arange(6000) / 100.0
@@ -102,6 +114,18 @@ def test_results_are_sent_ten_times_a_second(tmp_path):
         assert sender.sent == 10
         assert bus.recv(1.0).arbitration_id == 0x6E0
     assert "Tierod_friction" in (tmp_path / "results.dbc").read_text()
+
+
+def test_results_that_the_bus_gives_back_neither_keep_a_drive_going_nor_begin_one(tmp_path):
+    run, inbox, events = started(tmp_path, Outputs(silence=4.0))
+    run.own = {0x6E0}
+    frames = frames_of_drive(tmp_path, 4.0)
+    driven(run, inbox, frames)
+    for step in range(1, 80):
+        now = frames[-1].time + 0.1 * step
+        inbox.put(Frame(now, 0x6E0, 1, bytes(8)))
+        run.tick(now, now)
+    assert [each["event"] for each in events if each["event"] in ("begin", "end")] == ["begin", "end"]
 
 
 def test_several_readers_get_all_events_and_late_ones_the_newest_state():

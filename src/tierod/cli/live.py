@@ -12,6 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cantools.database.can import Message
+
     from tierod.live.buses import Address
     from tierod.live.drive import Drive
     from tierod.live.events import Hub, Socket
@@ -96,6 +100,7 @@ def _sender(drive: Drive, address: Address, path: Path) -> Sender:
     from tierod.live.results import Sender
 
     sender = Sender(address, path)
+    drive.own = sender.identifiers
 
     def look(now: float) -> None:
         if drive.engine.tally.frames:
@@ -143,6 +148,7 @@ def _drive(
         raise ParameterError(f"the vehicle '{car.name}' names no CAN database; give one with --dbc")
     paths = [shipped(each, ".dbc") for each in given]
     database = load_databases(paths)
+    _refuse_unknown_ignition(ignition, database)
     used = channel_map or car.channel_map or _beside(paths)
     log, mcap, report, checkpoint, memory, baselines = files
     period, silence, expected = times
@@ -162,6 +168,14 @@ def _drive(
         "-o", str(path.with_name(f"{path.stem}-{int(drive.engine.clock.latest)}s.html")),
     ]  # fmt: skip
     return drive, hub
+
+
+def _refuse_unknown_ignition(ignition: str, database: Sequence[Message]) -> None:
+    from tierod.core.errors import ParameterError, nearest
+
+    known = [f"{message.name}.{signal.name}" for message in database for signal in message.signals]
+    if ignition and ignition not in known:
+        raise ParameterError(f"no database has the signal '{ignition}' of --ignition{nearest(ignition, known)}")
 
 
 def _beside(paths: list[Path]) -> Any:
@@ -215,17 +229,22 @@ def _in_terminal(drive: Drive) -> int:
     console, count = output(), [0]
     with keys(), Live(console=console, auto_refresh=False) as screen:
 
+        def said() -> None:
+            while notes:
+                console.print(notes.pop(0), markup=False, soft_wrap=True)
+
         def look(now: float) -> None:
             count[0] += 1
             if count[0] % 10 == 0:
                 _press(drive, pressed())
             if count[0] % 50 == 0:
                 screen.update(picture(drive), refresh=True)
-            while notes:
-                console.print(notes.pop(0), markup=False, soft_wrap=True)
+            said()
 
         drive.looking.append(look)
-        return drive.run()
+        code = drive.run()
+        said()  # what became of the drive is said while it is closed
+        return code
 
 
 def _press(drive: Drive, key: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import socket
+import sys
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -29,6 +30,9 @@ BUFFER: Annotated[int, "byte"] = 1 << 23
 
 _FORCED = 33
 """SO_RCVBUFFORCE of Linux, beyond the usual limit, for those who may."""
+
+_MULTICAST_ALL = 49
+"""IP_MULTICAST_ALL of Linux, which Python does not name."""
 
 Inbox = SimpleQueue[Frame | Notice]
 
@@ -83,7 +87,19 @@ def open_bus(address: Address) -> can.BusABC:
             f"{place} cannot be opened ({_reason(error)}); check that the device is plugged in, up, and named so"
         ) from None
     _enlarge(bus)
+    if address.interface == "udp_multicast" and sys.platform == "linux":
+        _own_group_alone(bus)
     return bus
+
+
+def _own_group_alone(bus: can.BusABC) -> None:
+    """Let Linux give the frames of this group alone: else a socket gets those of every group that the computer joined.
+
+    Two channels would be one bus then, with every frame twice.
+    """
+    with contextlib.suppress(OSError), socket.socket(fileno=os.dup(bus.fileno())) as twin:
+        if twin.family == socket.AF_INET:
+            twin.setsockopt(socket.IPPROTO_IP, _MULTICAST_ALL, 0)
 
 
 def _enlarge(bus: can.BusABC) -> None:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import queue
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import TierodError
+from tierod.core.findings import Status
 from tierod.io.readers.channel_map import ChannelMap
 from tierod.live.buses import Inbox, Receiver
 from tierod.live.checkpoint import State
@@ -80,7 +81,8 @@ class Drive:
         pace: when what is done
         origin: of the report; None writes none
 
-    `looking` is called after every tick with the computer's clock [s].
+    `looking` is called after every tick with the computer's clock [s]. Frames with the identifiers `own` are those of
+    this program, which many interfaces give back: they neither begin a drive nor keep it from ending.
     """
 
     def __init__(
@@ -105,6 +107,7 @@ class Drive:
         self.marks: list[float] = []
         self.report_words: Callable[[Path], list[str]] = lambda path: ["diagnose", str(path)]
         self.looking: list[Callable[[float], None]] = []
+        self.own: Container[int] = ()
         self._origin = origin
         self._made: Callable[[], Engine] = lambda: Engine(
             database, channel_map, monitors, plan, hub.say, pace, ignition=outputs.ignition
@@ -175,12 +178,14 @@ class Drive:
         self.health.ticks += 1
         frames = self._received()
         self.health.traffic.add(frames, now)
-        if frames:
+        alive = any(each.identifier not in self.own for each in frames)
+        if alive:
             self._came = now
+        if frames and (alive or self._running):
             if not self._running:
                 self._begin(frames[0], now, calendar)
             self.engine.take(frames, now, calendar)
-        elif self._running and now - self._came > self.outputs.silence:
+        if self._running and now - self._came > self.outputs.silence:
             self.close()
         elif now - self._came > SILENT:
             self.once("silent", self._silent_sentence())
@@ -317,6 +322,8 @@ class Drive:
         self._judging.ended(self.engine, wait=True)
         engine, checkpoints = self.engine, self._checkpoints
         finished = [Finished(*each) for each in engine.finish()]
+        if not finished:
+            self.worst = max(self.worst, Status.NOT_AVAILABLE.exit_code, key=_SEVERITY.index)
         for each in finished:
             self.worst = max(self.worst, each.diagnosis.findings[0].status.exit_code, key=_SEVERITY.index)
         report = numbered(self.outputs.report, self.drives)

@@ -215,6 +215,8 @@ class Engine:
             text = f"{identifier_text(gap.identifier)} on {gap.bus} did not come for {gap.seconds:.2g} s"
             self.say("silence", {"time": piece.until, "text": text})
         if self.decoder.known is None:
+            for judge in self.judges:
+                judge.reason = judge.reason if judge.broken else "no frame that came is in the databases"
             return
         self._look_at_ignition(frames)
         for judge in self.judges:
@@ -247,7 +249,7 @@ class Engine:
         except TierodError as error:
             judge.reason = str(error)
             return
-        self._follow(channels)
+        self._follow(channels, cut)
         if self.tap is not None:
             self.tap(channels)
         whole = joined(stream.rest, Recording({channel.name: channel for channel in channels}))
@@ -274,11 +276,13 @@ class Engine:
             self.ignition_off = self._ignition_on and not on
             self._ignition_on |= on
 
-    def _follow(self, channels: Sequence[Channel]) -> None:
+    def _follow(self, channels: Sequence[Channel], cut: Piece) -> None:
+        # Ages are those when the piece was cut: frames go on coming while it is judged.
+        now = cut.until if cut.rest else cut.until + self.pace.order
         for channel in channels:
             if len(channel.time):
                 self._newest[channel.name] = max(self._newest.get(channel.name, -np.inf), float(channel.time[-1]))
-        self.ages = {name: self.clock.latest - newest for name, newest in self._newest.items()}
+        self.ages = {name: now - newest for name, newest in self._newest.items()}
 
     @property
     def missing(self) -> tuple[str, ...]:

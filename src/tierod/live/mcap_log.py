@@ -68,6 +68,7 @@ class McapLog:
         self._written: dict[str, float] = {}
         self._next: dict[str, float] = {}
         self._flushed = 0
+        self._found = -math.inf
         try:
             self._file = self.path.open("wb")
             self._writer = Writer(self._file, chunk_size=CHUNK, compression=CompressionType.ZSTD)
@@ -130,7 +131,9 @@ class McapLog:
         whole, part = divmod(self._stamp(time), 10**9)
         stamp = {"sec": whole, "nsec": part}
         entry = {"timestamp": stamp, "level": level, "message": message, "name": name, "file": "", "line": 0}
-        self._add(self._channels["/findings"], time, entry)
+        # A verdict may be said later than one that began after it; readers take entries in the order of their log time.
+        self._found = max(self._found, time)
+        self._add(self._channels["/findings"], self._found, entry)
 
     def _topic(self, name: str, units: Mapping[str, str]) -> int:
         if name not in self._channels:

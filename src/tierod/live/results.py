@@ -117,6 +117,7 @@ class Sender:
         self._first = first
         self._bus: can.BusABC = open_bus(address)
         self._layouts: tuple[Layout, ...] = ()
+        self.identifiers: set[int] = set()
         self._last = -math.inf
 
     def send(self, shown: Sequence[Shown], now: float) -> None:
@@ -138,6 +139,7 @@ class Sender:
         if made != self._layouts:
             write_text(self.path, database(made))
             self._layouts = made
+            self.identifiers.update(layout.identifier for layout in made)
         for layout, each in zip(made, shown, strict=True):
             message = can.Message(
                 arbitration_id=layout.identifier, data=payload(layout, each), is_extended_id=False, check=False

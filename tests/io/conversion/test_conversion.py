@@ -103,3 +103,11 @@ def test_parts_without_a_common_time_are_refused(tmp_path):
     write(Recording({"yaw_rate": Channel("yaw_rate", TIME, YAW, "rad/s")}), tmp_path / "b.csv")
     with pytest.raises(InputError, match="not timed alike"):
         convert([tmp_path / "a.mcap", tmp_path / "b.csv"], tmp_path / "out.csv")
+
+
+def test_a_recording_that_begins_late_does_so_in_mcap(tmp_path):
+    time = 149.0 + np.arange(5) / 100.0
+    write(Recording({"yaw_rate": Channel("yaw_rate", time, np.ones(5), "rad/s")}), tmp_path / "late.mcap")
+    again = read(tmp_path / "late.mcap")
+    np.testing.assert_allclose(again["yaw_rate"].time, time, rtol=0, atol=5e-10)
+    assert again.metadata.get("origin", 0.0) == 0.0

@@ -106,7 +106,7 @@ class Reader:
                 unit = units.get(path, _unit(path) if message.topic.encoding != "json" else "")
                 self._columns.setdefault(name, (message.topic, path, unit))
                 found.setdefault(name, {"name": name, "unit": unit, "title": path})
-        self._origin = (first or 0) // 10**9 * 10**9
+        self._origin = _origin(metadata, first or 0)
         return {
             "columns": list(found.values()),
             "notes": self._notes,
@@ -337,6 +337,15 @@ def _flatten(path: str, value: Any, into: dict[str, float]) -> None:
         for name in (field.name for field in fields(value)):
             if name != "__msgtype__":
                 _flatten(f"{path}.{name}" if path else name, getattr(value, name), into)
+
+
+def _origin(metadata: dict[str, str], first: int) -> int:
+    """Calendar time of the time zero [ns]: as tierod wrote it, else the second in which the first message came."""
+    try:
+        origin = float(json.loads(metadata["description"])["origin"])
+        return round(origin) * 10**9 + round((origin - round(origin)) * 1e9)
+    except (KeyError, ValueError, TypeError, OverflowError):
+        return first // 10**9 * 10**9
 
 
 def _topic_of(channel: Any, schema: Any) -> Topic:

@@ -35,7 +35,8 @@ def effects(outcome: Outcome, estimate: Estimate | None, vehicle: Vehicle) -> Ef
     found = {} if estimate is None else _of_estimate(outcome, estimate)
     if estimate is None or not found:
         size = math.sqrt(sum(each * each for each in outcome.moves.values()))
-        scale = outcome.deviation / size if size > 0.0 and outcome.deviation > 0.0 else 1.0
+        deviations = 1.0 if estimate is None else estimate.standard_deviation
+        scale = outcome.deviation / size if size > 0.0 and outcome.deviation > 0.0 else deviations
         found = {name: scale * move for name, move in outcome.moves.items()}
         own = scale if estimate is None else estimate.standard_deviation
         unit = (outcome.unit if outcome.deviation > 0.0 else "") if estimate is None else estimate.unit
