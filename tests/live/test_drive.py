@@ -33,6 +33,9 @@ def test_a_drive_leaves_log_memory_and_checkpoint(tmp_path):
     outputs = Outputs(tmp_path / "log.mf4", None, tmp_path / "state.json", every=2.0)
     drive, inbox, events = started(tmp_path, outputs, tmp_path / "car.json")
     driven(drive, inbox, frames_of_drive(tmp_path, 8.0))
+    begun = time.monotonic()  # another thread writes it
+    while not (tmp_path / "state.json").exists() and time.monotonic() < begun + 60.0:
+        time.sleep(0.01)
     assert (tmp_path / "state.json").exists()
     drive.close()
     assert {"begin", "state", "verdict", "memory", "end"} <= set(kinds(events))

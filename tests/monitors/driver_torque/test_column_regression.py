@@ -22,6 +22,18 @@ def test_ratio_and_stiffness_come_out_whatever_the_offset():
     assert found.stiffness == pytest.approx(STIFFNESS, rel=0.01)
 
 
+@pytest.mark.parametrize("stretch", [0.03, 1.0])
+def test_an_error_that_goes_with_a_short_motion_moves_the_ratio_within_its_uncertainty(stretch):
+    wheel, motor, bar = signals()
+    motor = stretch * (motor - 5.0)
+    going = 8e-4 * np.sign(np.diff(motor, append=motor[-1]))
+    geometry = GeometryOverDrive()
+    geometry.add(motor / RATIO + bar / STIFFNESS + going + 3e-4 * np.sign(motor), motor, bar)
+    found = geometry.found()
+    assert abs(found.ratio / RATIO - 1.0) < 3.0 * found.ratio_uncertainty
+    assert (found.ratio_uncertainty > 0.01) == (stretch < 1.0)
+
+
 def test_pieces_add_up_and_missing_samples_are_left_out():
     whole, parts, rows = GeometryOverDrive(), GeometryOverDrive(), np.array(signals())
     whole.add(*rows)

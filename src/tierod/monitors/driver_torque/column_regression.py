@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -44,6 +45,7 @@ class ColumnGeometry(NamedTuple):
         torque_offset: of the bar's torque, were both angles zero on the unloaded bar [N m]
         late: the signal that is late most, against the other two or the other angle; "" where none stands out
         lag: of it [s]
+        ratio_uncertainty: share of the ratio by which errors of the angles that go with the motion may move it
     """
 
     ratio: float
@@ -51,6 +53,7 @@ class ColumnGeometry(NamedTuple):
     torque_offset: float = 0.0
     late: str = ""
     lag: float = 0.0
+    ratio_uncertainty: float = 0.0
 
 
 class GeometryOverDrive:
@@ -101,7 +104,13 @@ class GeometryOverDrive:
         means = self._first[:3] + self._products[_ONE, :3] / self._products[_ONE, _ONE]
         constant = float(means[_WHEEL] - by_motor * means[_MOTOR] - by_bar * means[_BAR])
         late = ("", 0.0) if moving is None else _latest(moving)
-        return ColumnGeometry(1.0 / by_motor, 1.0 / by_bar, -constant / by_bar, *late)
+        return ColumnGeometry(1.0 / by_motor, 1.0 / by_bar, -constant / by_bar, *late, self._uncertainty(shares))
+
+    def _uncertainty(self, shares: Solution) -> float:
+        """What is left over, against the motion: it is no white noise, and might go with the motion altogether."""
+        count = self._products[_ONE, _ONE]
+        power = self._products[_MOTOR, _MOTOR] - self._products[_MOTOR, _ONE] ** 2 / count
+        return math.sqrt(max(shares.left, 0.0) / power) / abs(float(shares.values[0]))
 
     def _shares(self, signals: tuple[int, ...]) -> Solution | None:
         """Shares of these signals in the wheel's angle; None where they are dependent."""
