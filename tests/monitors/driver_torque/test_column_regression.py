@@ -24,7 +24,7 @@ def test_ratio_and_stiffness_come_out_whatever_the_offset():
 
 @pytest.mark.parametrize("stretch", [0.03, 1.0])
 def test_an_error_that_goes_with_a_short_motion_moves_the_ratio_within_its_uncertainty(stretch):
-    wheel, motor, bar = signals()
+    _, motor, bar = signals()
     motor = stretch * (motor - 5.0)
     going = 8e-4 * np.sign(np.diff(motor, append=motor[-1]))
     geometry = GeometryOverDrive()
