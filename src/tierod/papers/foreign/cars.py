@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from tierod.core.claims import Claim, at_least, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.experiments.effort import Effort
-from tierod.papers.condition import tables
-from tierod.papers.condition.faults import DRIFT, LOSS, OFFSET, OFFSETS, OUTLIER, OUTLIER_FACTOR, STUCK, Injected
+from tierod.papers.condition import real_cars, tables
+from tierod.papers.condition.faults import DRIFT, OFFSETS, STUCK, Injected
 from tierod.papers.condition.real_cars import Judged, judged
 from tierod.papers.condition.scoring import DriveScore
 from tierod.papers.condition.summary import isolated, summary
@@ -22,20 +22,17 @@ TEXT = (
     "CommonRoad's multi-body car turns by its own Magic Formula tyres, springs and load transfer. Its vehicle file has "
     "its masses and lengths, and a stiffness from its tyres. The bank keeps the limits that were found on the RAV4. "
     "Faults are those of the study of real cars, and besides a reading that stands still and one that drifts by a "
-    "tenth of the offset a second, put into the recording alone. The seed follows from the code.",
+    "tenth of the offset a second, put into the recording alone. The seed follows from the judged monitor.",
 )
 
 
 def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]:
     """The faults of a sensor; arguments as in the study of real cars."""
-    end, size = start + lasting, OFFSETS[sensor]
+    end = start + lasting
     return (
-        Injected(sensor, LOSS, start=start, end=end),
-        Injected(sensor, OFFSET, size, start, end),
-        Injected(sensor, OFFSET, -size, start, end),
-        Injected(sensor, OUTLIER, OUTLIER_FACTOR, start, start + 1.0),
+        *real_cars.faults_of(sensor, start, lasting),
         Injected(sensor, STUCK, start=start, end=end),
-        Injected(sensor, DRIFT, 0.1 * size, start, end),
+        Injected(sensor, DRIFT, 0.1 * OFFSETS[sensor], start, end),
     )
 
 

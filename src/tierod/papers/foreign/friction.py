@@ -40,7 +40,7 @@ TEXT = (
     "Wheel and pinion on an elastic shaft, with friction by LuGre or by generalised Maxwell slip, in a car whose "
     "equations were written for this study and share none with tierod. Each car differs from the vehicle file; it "
     "drives once without fault, which gives its baseline, and again with each level. The truth is the mean level of "
-    "friction over the rates at which the monitor looked. Seeds follow from the code that is judged.",
+    "friction over the rates at which the monitor looked. Seeds follow from the judged monitor.",
 )
 
 

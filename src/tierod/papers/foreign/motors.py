@@ -31,7 +31,7 @@ ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
 TEXT = (
     "Drives that motulator simulates under its own current vector control: surface and interior magnets of three "
     "ratings, to and fro under loads that step. The vehicle file has the machine's true parameters, and tuning and "
-    "thresholds stay those of the 12 V motor. Faults are put into the recording. Seeds follow from the code.",
+    "thresholds stay those of the 12 V motor. Faults are put into the recording. Seeds follow from the judged monitor.",
 )
 Fault = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
 
