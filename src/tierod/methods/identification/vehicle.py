@@ -128,7 +128,7 @@ def identify_vehicle(
     built = _built(vehicle, usual, drives[0].angle)
     posterior = _searched(priors, drives, built, progress)
     alone = [_searched(priors, [each], built, start=posterior.place) for each in drives] if len(drives) > 1 else []
-    return _concluded(vehicle, drives, posterior, alone, built, free or tuple(SHOWN))
+    return _concluded(vehicle, drives, posterior, alone, built, free)
 
 
 def _searched(
@@ -200,8 +200,8 @@ def _concluded(
     free: tuple[str, ...],
 ) -> VehicleIdentification:
     names = tuple(prior.name for prior in posterior.priors if prior.name in SHOWN)
-    held = () if set(free) < set(SHOWN) else held_distances(vehicle)
-    every = [each for each in judged(posterior, names) if each.name in free]
+    held = () if free else held_distances(vehicle)
+    every = [each for each in judged(posterior, names) if each.name in (free or SHOWN)]
     every += [kept(name, vehicle[name], spread_of(name, vehicle)[0]) for name in held if name in vehicle]
     blocks = [built(posterior.values, k) for k in range(len(drives))]
     results = [scan(block, each.samples) for block, each in zip(blocks, drives, strict=True)]
