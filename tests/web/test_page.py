@@ -282,3 +282,12 @@ def test_a_bus_that_cannot_be_followed_says_why(page):
     assert page.get_by_role("alert").inner_text() == "The vehicle names no CAN database."
     assert page.get_by_text("No samples yet").count() == 0
     page.get_by_text("No signals yet").wait_for()
+
+
+def test_a_view_that_does_not_come_says_so(page):
+    opened(page, "/", "weave.parquet")
+    page.route("**/fleet.js", lambda route: route.abort())
+    page.locator("nav.views a", has_text="Fleet").click()
+    page.get_by_text("The server does not answer").wait_for()
+    assert page.slips
+    page.slips.clear()

@@ -1,5 +1,7 @@
 // Requests to the server: JSON, packets of numbers, and errors as sentences.
 
+export const SILENT = "The server does not answer: is “tierod serve” still running? Start it again, then reload.";
+
 export class Problem extends Error {
   constructor(message, status) { super(message); this.status = status; }
 }
@@ -10,7 +12,7 @@ async function answered(path, options = {}) {
     answer = await fetch(path, { credentials: "same-origin", ...options });
   } catch (error) {
     if (error.name === "AbortError") throw error;
-    throw new Problem("The server does not answer: is “tierod serve” still running? Start it again, then reload.", 0);
+    throw new Problem(SILENT, 0);
   }
   if (answer.ok) return answer;
   let sentence = `the server answered with status ${answer.status}`;

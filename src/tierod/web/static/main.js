@@ -1,6 +1,6 @@
 // The page: navigation, theme, and the view that the address names.
 import { html, stack, render, useEffect, useErrorBoundary, useState } from "./html.js";
-import { site as served } from "./api.js";
+import { SILENT, site as served } from "./api.js";
 import { follow, useAddress } from "./address.js";
 import { Loading, Trouble, useFetched } from "./parts.js";
 import { Files } from "./files.js";
@@ -13,7 +13,7 @@ function later(fetched, name) {
     const [error, put] = useState(null), [, again] = useState(0);
     useEffect(() => { if (!View) fetched().then((found) => { View = found[name]; again(1); }, put); }, []);
     // Browsers keep a module that could not be fetched as failed until the page is loaded anew.
-    if (error) return html`<${Trouble} error=${{ message: "The server does not answer: is “tierod serve” still running? Start it again, then reload." }} again=${() => location.reload()} />`;
+    if (error) return html`<${Trouble} error=${{ message: SILENT }} again=${() => location.reload()} />`;
     return View ? html`<${View} ...${properties} />` : html`<${Loading} />`;
   };
 }
