@@ -11,6 +11,8 @@ from models.friction_paper import CAR
 from tierod.core.graph import scan
 from tierod.monitors.friction.presets import consistent, printed, printed_open
 
+pytestmark = pytest.mark.usefixtures("shipped_kernels")
+
 LITERAL = (0.01, 0.01, 0.1, 1.0, 0.001)
 
 

@@ -12,6 +12,8 @@ from tierod.io.derive import complete
 from tierod.io.readers import read
 from tierod.physics.magic_formula import combined_forces, stiffness_per_load
 
+pytestmark = pytest.mark.usefixtures("shipped_kernels")
+
 
 @pytest.fixture(scope="module")
 def simulator():

@@ -78,29 +78,46 @@ def test_lost_records_are_remarked(tmp_path):
     assert "the file is damaged: 500 of 60000 samples of 'yaw_rate' are lost" in recording.warnings
 
 
-def child_code(monkeypatch, tmp_path, body: str) -> None:
+def child_code(monkeypatch, tmp_path, at_import: str, at_answer: str) -> None:
     """Put a script in the place of the one that reads."""
     script = tmp_path / "child.py"
-    script.write_text(f"import json, os, resource, signal, sys, time\n{body}\n")
+    script.write_text(
+        f"""
+import json, os, signal, sys, time
+def say(text):
+    for number in range(3, 30):
+        try:
+            os.write(number, text.encode())
+        except OSError:
+            pass
+class Reader:
+    def __init__(self, path):
+        pass
+    @staticmethod
+    def prepare():
+        {at_import}
+    def answer(self, request):
+        {at_answer}
+"""
+    )
     monkeypatch.setattr(reader_process.mdf_child, "__file__", str(script))
 
 
 @pytest.mark.parametrize(
-    ("body", "said"),
+    ("at_import", "at_answer", "said"),
     [
-        ("os.kill(os.getpid(), signal.SIGSEGV)", "asammdf ended with SIGSEGV on it"),
-        ("os._exit(3)", "asammdf ended with 3 on it"),
-        ("sys.stdin.readline(); os.kill(os.getpid(), signal.SIGXCPU)", "takes more than 5 s of computing"),
-        ("sys.stdin.readline(); print('no document', flush=True); sys.exit()", "asammdf ended with 0"),
-        ("sys.stdin.readline(); time.sleep(60)", "it gives no answer within 1 s"),
-        (
-            "sys.stdin.readline(); print(json.dumps({'arrays': {'x': ['|O', [3]]}}), flush=True); sys.exit()",
-            "ended with 0",
-        ),
+        ("os.kill(os.getpid(), signal.SIGSEGV)", "pass", "asammdf ended with SIGSEGV on it"),
+        ("pass", "os.kill(os.getpid(), signal.SIGSEGV)", "asammdf ended with SIGSEGV on it"),
+        ("os._exit(3)", "pass", "asammdf ended with 3 on it"),
+        ("pass", "os._exit(3)", "asammdf ended with 3 on it"),
+        ("pass", "os.kill(os.getpid(), signal.SIGXCPU)", "takes more than 5 s of computing"),
+        ("pass", "say('no document\\n'); os._exit(0)", "asammdf ended with 0"),
+        ("pass", "time.sleep(60)", "it gives no answer within 1 s"),
+        ("pass", "say(json.dumps({'arrays': {'x': ['|O', [3]]}}) + '\\n'); os._exit(0)", "ended with 0"),
     ],
 )
-def test_every_death_is_one_sentence(tmp_path, monkeypatch, body, said):
-    child_code(monkeypatch, tmp_path, body)
+def test_every_death_is_one_sentence(tmp_path, monkeypatch, at_import, at_answer, said):
+    child_code(monkeypatch, tmp_path, at_import, at_answer)
     if "no answer" in said:
         monkeypatch.setattr(reader_process, "BUDGET", Budget(seconds=1.0, patience=1.0))
     path = tmp_path / "drive.mf4"
@@ -138,13 +155,13 @@ def test_the_process_ends_with_what_started_it(tmp_path):
     write(Recording({"yaw_rate": Channel("yaw_rate", STAMPS, STAMPS, "rad/s")}), tmp_path / "drive.mf4")
     process = MdfProcess(tmp_path / "drive.mf4")
     process.ask({})
-    number = process._process.pid
+    number = process._reader.pid
     assert Path(f"/proc/{number}").exists()
     del process
     assert not Path(f"/proc/{number}").exists(), "neither running nor a zombie"
     code = (
         "import sys, time\nfrom pathlib import Path\nfrom tierod.io.readers.reader_process import MdfProcess\n"
-        "process = MdfProcess(Path(sys.argv[1]))\nprocess.ask({})\nprint(process._process.pid, flush=True)\n"
+        "process = MdfProcess(Path(sys.argv[1]))\nprocess.ask({})\nprint(process._reader.pid, flush=True)\n"
         "time.sleep(60)"
     )
     with subprocess.Popen([sys.executable, "-c", code, str(tmp_path / "drive.mf4")], stdout=subprocess.PIPE) as parent:
@@ -157,6 +174,21 @@ def test_the_process_ends_with_what_started_it(tmp_path):
     while _alive(number) and time.monotonic() < end:
         time.sleep(0.01)
     assert not _alive(number)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are looked up in /proc")
+def test_files_are_read_by_forks_of_one_process_which_is_replaced_when_it_was_killed(tmp_path):
+    write(Recording({"yaw_rate": Channel("yaw_rate", STAMPS, STAMPS, "rad/s")}), tmp_path / "drive.mf4")
+    parents = []
+    for kill in (False, True, False):
+        process = MdfProcess(tmp_path / "drive.mf4")
+        process.ask({})
+        status = Path(f"/proc/{process._reader.pid}/status").read_text()
+        parents.append(int(re.search(r"PPid:\s+(\d+)", status)[1]))
+        if kill:
+            os.kill(parents[-1], signal.SIGKILL)
+        del process
+    assert parents[0] == parents[1] != parents[2]
 
 
 def _alive(number: int) -> bool:

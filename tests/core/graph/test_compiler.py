@@ -17,6 +17,8 @@ from tierod.core.graph import batch, compiler, kernel_cache, scan
 from tierod.core.graph import kernel as kernels
 from tierod.core.graph.kernel_cache import KernelCache
 
+pytestmark = pytest.mark.usefixtures("shipped_kernels")
+
 SOURCE = "int one(void); int one(void) { return 1; }"
 PLANTED = "int one(void); int one(void) { return 666; }"
 
@@ -260,3 +262,12 @@ def test_a_user_without_a_home_has_kernels_too(places, monkeypatch):
     monkeypatch.setattr(compiler, "cache_folder", homeless)
     assert compiler.load(SOURCE, "kernel").one() == 1
     assert re.fullmatch(r"kernel-[0-9a-f]{24}\.kernel", *files(places))
+
+
+def test_options_of_the_user_win_and_name_another_kernel(monkeypatch):
+    command = compiler.compiler()
+    plain = compiler.kernel_name(command, "int x;", "kernel")
+    monkeypatch.setenv("TIEROD_CFLAGS", "-O1 -DTIEROD_ANYTHING")
+    assert compiler.kernel_name(command, "int x;", "kernel") != plain
+    source = "#ifndef TIEROD_ANYTHING\n#error without the option\n#endif\nint answer(void) { return 7; }\n"
+    assert compiler.load(source, "kernel").answer() == 7

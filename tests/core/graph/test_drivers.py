@@ -15,6 +15,8 @@ from tierod.core.graph import Memory, Scanner, Stream, batch, maths, scan, trace
 from tierod.core.graph.lanes import FEWEST
 from tierod.core.recording import Aligned
 
+pytestmark = pytest.mark.usefixtures("shipped_kernels")
+
 
 @pytest.fixture
 def samples():

@@ -1,9 +1,10 @@
 """The process that reads a file with a library whose native code can end the process on a damaged file.
 
-A script of its own that imports nothing of tierod, so that it starts fast. It takes requests, one JSON document a line,
-and answers each with such a line, followed by the arrays that the line lists. `tierod.io.readers.reader_process` is the
-other end; bare arrays, since what a damaged process sends must not be able to do harm there. The class `Reader` of the
-script that is named on the command line makes the answers.
+A script of its own that imports nothing of tierod, so that it starts fast. It imports the library, and forks for every
+file. The fork takes requests, one JSON document a line, and answers each with such a line, followed by the arrays that
+the line lists. `tierod.io.readers.reader_template` and `tierod.io.readers.reader_process` are the other ends; bare
+arrays, since what a damaged process sends must not be able to do harm there. The class `Reader` of the script that is
+named on the command line makes the answers.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import contextlib
 import json
 import os
 import runpy
+import socket
 import sys
 import warnings
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -19,31 +21,72 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 if TYPE_CHECKING:
     import numpy as np
 
+REQUEST = 1 << 16
+"""Bytes that hold every request for a reader: a path and some numbers."""
+
 
 def main() -> None:
-    """Answer requests until the other end closes the pipe."""
-    path, line, memory, script = sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), sys.argv[4]
-    end_with(line)
-    kind = runpy.run_path(script)["Reader"]
-    # Prints of the library must not get between the answers.
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
+    """Import the library, and start readers until the other end closes the line."""
+    line = socket.socket(fileno=os.dup(0))
+    kind = runpy.run_path(sys.argv[1])["Reader"]
     kind.prepare()
+    while message := socket.recv_fds(line, REQUEST, 3):
+        text, ends, _, _ = message
+        if not text:
+            return
+        request = json.loads(text)
+        if "ended" in request:
+            line.send(json.dumps({"code": _code(request["ended"])}).encode())
+            continue
+        pid = os.fork()
+        if not pid:
+            line.close()
+            read(kind, request["path"], request["memory"], ends)
+            return
+        for end in ends:
+            os.close(end)
+        line.send(json.dumps({"pid": pid}).encode())
+
+
+def _code(pid: int) -> int | None:
+    """How a reader ended, None while it runs."""
+    try:
+        found, status = os.waitpid(pid, os.WNOHANG)
+    except ChildProcessError:
+        return 0  # asked for once more
+    return os.waitstatus_to_exitcode(status) if found else None
+
+
+def read(kind: type, path: str, memory: int, ends: list[int]) -> None:
+    """Answer requests on one file until the other end closes the pipe.
+
+    Args:
+        kind: class that makes the answers
+        path: of the file
+        memory: to take beyond that of now [bytes]; 0 sets no limit
+        ends: of the pipes of requests, of answers, and of the one whose closing ends this process
+    """
+    requests, sent, life = ends
+    end_with(life)
+    os.dup2(requests, 0)
+    # Prints of the library go where errors go, and not between the answers.
+    os.dup2(2, 1)
     limit_memory(memory)
     begun = computed()
     warnings.simplefilter("ignore")
-    reader = kind(path)
-    for line_of_text in sys.stdin:
-        request = json.loads(line_of_text)
-        columns: dict[str, Any] = {}
-        try:
-            limit_time(begun + request["seconds"])
-            columns, answer = reader.answer(request)
-        except MemoryError:
-            answer = {"memory": memory}
-        except Exception as error:
-            answer = {"error": " ".join(str(error).split())[:160] or type(error).__name__}
-        _send(answers, columns, answer)
+    with os.fdopen(sent, "wb") as answers:
+        reader = kind(path)
+        for line_of_text in sys.stdin:
+            request = json.loads(line_of_text)
+            columns: dict[str, Any] = {}
+            try:
+                limit_time(begun + request["seconds"])
+                columns, answer = reader.answer(request)
+            except MemoryError:
+                answer = {"memory": memory}
+            except Exception as error:
+                answer = {"error": " ".join(str(error).split())[:160] or type(error).__name__}
+            _send(answers, columns, answer)
 
 
 def end_with(line: int) -> None:

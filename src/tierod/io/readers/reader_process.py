@@ -5,11 +5,8 @@ from __future__ import annotations
 import importlib.util
 import json
 import math
-import os
 import select
 import signal
-import subprocess
-import sys
 import weakref
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -20,8 +17,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from tierod.core.errors import DamagedFile, MissingExtra
-from tierod.io.readers import child, mat_child, mdf_child
+from tierod.io.readers import mat_child, mdf_child
 from tierod.io.readers.limits import VARIABLE, Limits, limits
+from tierod.io.readers.reader_template import TemplateEnded, started
 
 
 @dataclass(frozen=True)
@@ -64,19 +62,11 @@ class ReaderProcess:
         size = path.stat().st_size
         self._memory = int(BUDGET.memory * max(limits().largest / Limits.largest, 1.0))
         self._seconds, self._more = BUDGET.seconds, BUDGET.per_answer + BUDGET.per_byte * size
-        life, self._line = os.pipe()
-        threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
-        command = [sys.executable, "-P", str(child.__file__), str(path), str(life), str(self._memory + size)]
-        self._process = subprocess.Popen(
-            [*command, str(script.__file__)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env=os.environ | threads,
-            pass_fds=(life,),
-        )
-        os.close(life)
-        self.close = weakref.finalize(self, _end, self._process, self._line)
+        try:
+            self._reader = started(str(script.__file__), str(path.absolute()), self._memory + size)
+        except TemplateEnded as end:
+            raise self._ended(end.code) from None
+        self.close = weakref.finalize(self, self._reader.end)
 
     def ask(self, request: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """(what is said, the arrays that come with it) in answer to a request.
@@ -96,11 +86,9 @@ class ReaderProcess:
         return about, arrays
 
     def _answer(self, request: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        stdin, stdout = self._process.stdin, self._process.stdout
-        assert stdin is not None
-        assert stdout is not None
-        stdin.write(request)
-        stdin.flush()
+        stdout = self._reader.answers
+        self._reader.requests.write(request)
+        self._reader.requests.flush()
         if not select.select([stdout], [], [], BUDGET.patience * self._seconds)[0]:
             raise self._refused(f"it gives no answer within {BUDGET.patience * self._seconds:.0f} s")
         about = json.loads(stdout.readline())
@@ -113,20 +101,26 @@ class ReaderProcess:
 
     def _refused(self, reason: str) -> DamagedFile:
         self.close()
+        return self._damaged(reason)
+
+    def _damaged(self, reason: str) -> DamagedFile:
         return DamagedFile(
             f"{self.path} is damaged or cut off and cannot be read as {self._kind} ({reason}); export it again"
         )
 
     def _died(self) -> DamagedFile:
         """The sentence on how the process ended."""
-        try:
-            code = self._process.wait(BUDGET.patience)
-        except subprocess.TimeoutExpired:
+        code = self._reader.code(BUDGET.patience)
+        if code is None:
             return self._refused(f"the answer of {self._library} makes no sense")
+        self.close()
+        return self._ended(code)
+
+    def _ended(self, code: int) -> DamagedFile:
         if code == -signal.SIGXCPU:
-            return self._refused(f"it takes more than {self._seconds:.0f} s of computing")
+            return self._damaged(f"it takes more than {self._seconds:.0f} s of computing")
         name = signal.Signals(-code).name if code < 0 else str(code)
-        return self._refused(f"{self._library} ended with {name} on it")
+        return self._damaged(f"{self._library} ended with {name} on it")
 
 
 class MdfProcess(ReaderProcess):
@@ -182,12 +176,3 @@ def require_asammdf() -> None:
         found = None
     if found is None:
         raise MissingExtra("asammdf", "mdf", "reading an MDF file")
-
-
-def _end(process: subprocess.Popen[bytes], line: int) -> None:
-    process.kill()
-    for stream in (process.stdin, process.stdout):
-        if stream:
-            stream.close()
-    process.wait()
-    os.close(line)

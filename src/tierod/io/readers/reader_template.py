@@ -1,0 +1,202 @@
+"""The process that has imported one library, from which the readers of single files are forked."""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from typing import Annotated, Any, BinaryIO
+
+from tierod.io.readers import child
+
+REPLY = 256
+"""Bytes that hold every reply of a template."""
+
+PAUSE: Annotated[float, "s"] = 0.01
+"""Between two questions whether a reader has ended."""
+
+GRACE: Annotated[float, "s"] = 5.0
+"""That a template whose line is closed gets to end."""
+
+
+class TemplateEnded(Exception):
+    """A template ended before it could start a reader.
+
+    Args:
+        code: exit status, or a negative signal
+    """
+
+    def __init__(self, code: int):
+        super().__init__(f"the process ended with {code}")
+        self.code = code
+
+
+class Template:
+    """A process with a library imported, which starts readers; it ends when the process that made it is gone.
+
+    Importing takes half a second, a fork of what has imported a hundredth: many small files of a fleet are read in the
+    time of one.
+
+    Args:
+        script: path of the module whose class `Reader` reads a file
+    """
+
+    def __init__(self, script: str):
+        self.owner, self._lock = os.getpid(), threading.Lock()
+        self._line, other = socket.socketpair()
+        threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
+        with other:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", str(child.__file__), script],
+                stdin=other.fileno(),
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                env=os.environ | threads,
+            )
+
+    def start(self, path: str, memory: int, ends: tuple[int, int, int]) -> int:
+        """Start a reader and give its process number.
+
+        Args:
+            path: of the file, absolute
+            memory: that it may take beyond what the template has [bytes]
+            ends: of the pipes that it reads requests from, writes answers to, and ends with
+
+        Raises:
+            TemplateEnded: it has
+        """
+        return int(self._ask({"path": path, "memory": memory}, list(ends))["pid"])
+
+    def code(self, pid: int) -> int | None:
+        """How a reader ended: its exit status, a negative signal, or None while it runs.
+
+        Args:
+            pid: of the reader
+
+        Raises:
+            TemplateEnded: it has
+        """
+        code = self._ask({"ended": pid}, [])["code"]
+        return None if code is None else int(code)
+
+    def _ask(self, request: dict[str, object], ends: list[int]) -> dict[str, Any]:
+        reply = b""
+        with self._lock, contextlib.suppress(OSError):
+            socket.send_fds(self._line, [json.dumps(request).encode()], ends)
+            reply = self._line.recv(REPLY)
+        if not reply:
+            raise TemplateEnded(self.end())
+        found: dict[str, Any] = json.loads(reply)
+        return found
+
+    def end(self) -> int:
+        """End the process and give its exit status, a negative signal where one ended it."""
+        self._line.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            return self._process.wait(GRACE)
+        self._process.kill()
+        return self._process.wait()
+
+
+_templates: dict[str, Template] = {}
+_starting = threading.Lock()
+
+
+@dataclass(frozen=True)
+class Started:
+    """A reader and the pipes to it.
+
+    Args:
+        template: that it was forked from
+        pid: number of its process
+        requests: to it
+        answers: from it
+        life: end of the pipe whose closing ends it
+    """
+
+    template: Template
+    pid: int
+    requests: BinaryIO
+    answers: BinaryIO
+    life: int
+
+    def code(self, patience: float) -> int | None:
+        """How it ended, None where it still runs or where that is unknown.
+
+        Args:
+            patience: time that it gets to end [s]
+        """
+        until = time.monotonic() + patience
+        while True:
+            try:
+                code = self.template.code(self.pid)
+            except TemplateEnded:
+                return None
+            if code is not None or time.monotonic() > until:
+                return code
+            time.sleep(PAUSE)
+
+    def end(self) -> None:
+        """End it, close the pipes, and let its template forget it."""
+        with contextlib.suppress(OSError, TemplateEnded):
+            if self.template.code(self.pid) is None:
+                os.kill(self.pid, signal.SIGKILL)
+                self.code(1.0)
+        for stream in (self.requests, self.answers):
+            with contextlib.suppress(OSError):
+                stream.close()
+        os.close(self.life)
+
+
+def started(script: str, path: str, memory: int) -> Started:
+    """A reader of one file, forked from the template of its library.
+
+    Args:
+        script: path of the module whose class `Reader` reads the file
+        path: of the file, absolute
+        memory: that it may take [bytes]
+
+    Raises:
+        TemplateEnded: importing the library ends the process
+    """
+    requests, to_reader = os.pipe()
+    from_reader, answers = os.pipe()
+    life, line = os.pipe()
+    try:
+        template, pid = _forked(script, path, memory, (requests, answers, life))
+    except BaseException:
+        for end in (to_reader, from_reader, line):
+            os.close(end)
+        raise
+    finally:
+        for end in (requests, answers, life):
+            os.close(end)
+    return Started(template, pid, os.fdopen(to_reader, "wb"), os.fdopen(from_reader, "rb"), line)
+
+
+def _forked(script: str, path: str, memory: int, ends: tuple[int, int, int]) -> tuple[Template, int]:
+    """The template and the number of a new reader; a template that was ended from outside is started anew, once."""
+    with _starting:
+        template = _templates.get(script)
+        if template is not None and template.owner != os.getpid():
+            template = None  # of the process that this one was forked from
+        if template is not None:
+            with contextlib.suppress(TemplateEnded):
+                return template, template.start(path, memory, ends)
+        template = _templates[script] = Template(script)
+        return template, template.start(path, memory, ends)
+
+
+@atexit.register
+def _end_all() -> None:
+    for template in _templates.values():
+        if template.owner == os.getpid():
+            template.end()
