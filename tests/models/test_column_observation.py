@@ -1,6 +1,7 @@
 """The column with the torques of hands and friction as states."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,6 +26,16 @@ DT = 1e-3
 @pytest.fixture(scope="module")
 def known():
     return load("column-bench").parameters_for(ColumnParameters)
+
+
+@pytest.mark.parametrize("share", [0.8, 1.0, 1.25])
+def test_zeros_and_ones_of_the_sampled_column_are_structure_for_every_column(known, share):
+    """Rounding would leave 1e-20 there, at other places for each column, and each would compile a kernel of its own."""
+    column = without_gear(replace(known, torsion_bar_stiffness=share * known.torsion_bar_stiffness))
+    observed = observed_column(linear_column(TwoInertiaColumn, column), DT)
+    last = observed.discrete.A[-1]
+    assert observed.discrete.states[-1] == "disturbance_torque"
+    assert last.tolist() == [0.0] * (len(last) - 1) + [1.0]
 
 
 def test_states_have_their_names_and_units(known):

@@ -55,23 +55,6 @@ def test_zero_order_hold_is_the_limit_of_small_steps_and_stable_where_they_are_n
     assert abs(discretise(ContinuousCart, "rk4").transition(x, u, fine.Parameters(stiff, 0.1)).speed) > 1e6
 
 
-def test_zeros_and_ones_of_a_sampled_system_are_those_of_its_structure():
-    """Rounding would leave 1e-20 there, and a kernel of its own to compile for each set of parameters."""
-    for seed in range(20):
-        stiffness, damping, inertia = np.random.default_rng(seed).uniform(0.01, 300.0, 3)
-        A = np.zeros((5, 5))
-        A[0, 1] = 1.0
-        A[1, :] = [-stiffness / inertia, -damping / inertia, 1.0 / inertia, 0.0, 0.0]
-        A[2, 3] = 1.0
-        system = LinearSystem(A, np.zeros((5, 0)), np.eye(5), np.zeros((5, 0)), tuple("abcde"), (), tuple("abcde"))
-        found = sampled(system, 1e-3).A
-        assert np.array_equal(
-            found != 0.0, np.array([[1, 1, 1, 1, 0]] * 2 + [[0, 0, 1, 1, 0], [0] * 3 + [1, 0], [0] * 4 + [1]])
-        )
-        assert found[2, 2] == found[3, 3] == found[4, 4] == 1.0
-        assert found[2, 3] == pytest.approx(1e-3, rel=1e-15)
-
-
 @settings(deadline=None, max_examples=25)
 @given(st.integers(0, 10_000), st.integers(1, 5), st.integers(0, 2), st.integers(1, 3))
 def test_system_to_model_and_back(seed, n, inputs, outputs):
