@@ -38,19 +38,19 @@ def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:
     }
 
 
-def refuse_foreign(folder: str | Path, face: Interface) -> None:
+def refuse_foreign(folder: str | Path, own: str) -> None:
     """See that an export does not overwrite a file that is none of an earlier one.
 
     Args:
         folder: that shall take it
-        face: of the export
+        own: name of the header of the export, by which an earlier one is known
 
     Raises:
         OutputError: a README or Makefile lies there, and no header of this export
     """
     place = expanded(folder)
     taken = next((name for name in ("README.md", "Makefile") if (place / name).exists()), None)
-    if taken is not None and not (place / f"{face.prefix}.h").exists():
+    if taken is not None and not (place / own).exists():
         raise OutputError(f"{place} holds a {taken} that is not of this export; name a folder of its own with --output")
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph.operation_count import operation_count
 from tierod.export.c_export import write_folder
-from tierod.export.evidence.checks import checks
+from tierod.export.evidence.checks import checks, of_monitor
 from tierod.export.evidence.comparison import Difference, differences, table
 from tierod.export.evidence.targets import targets
 from tierod.export.interface import Interface
@@ -38,7 +38,7 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
         Heading("Back to back"),
         table(found, face.options.precision),
         Heading("Checks"),
-        *checks(face, folder),
+        *checks(of_monitor(face), folder),
         Heading("Targets"),
         targets(face, folder, vectors),
         Heading("Operations"),
