@@ -59,7 +59,7 @@ def test_what_a_scenario_drives_with_becomes_a_unit(tmp_path, capsys, what, fmi)
         (["plant"], "name it with --scenario"),
         (["assist", "--scenario", "steer-by-wire-lane-change"], "has no assist unit"),
         (["friction", "--vehicle", "midsize-eps", "--fmi", "1"], "the versions are 2 and 3"),
-        (["condition", "--vehicle", "smartload"], "--variant rules"),
+        (["condition", "--vehicle", "smartload"], "is a bank of 53 filters, of which no unit is made yet"),
     ],
 )
 def test_a_unit_that_cannot_be_made_is_refused_in_a_sentence(tmp_path, capsys, words, sentence):

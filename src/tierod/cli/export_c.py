@@ -67,7 +67,8 @@ def export_c(name: str, vehicle: str | None, variant: str | None, choice: CChoic
     """
     from tierod.cli.terminal import output as console
     from tierod.core.files import require_folder
-    from tierod.export.interface import Interface, Options
+    from tierod.export.c_export import interface_of
+    from tierod.export.interface import Options
     from tierod.export.subject import subject_of
     from tierod.monitors.diagnose import find
     from tierod.monitors.registry import MONITORS
@@ -84,7 +85,7 @@ def export_c(name: str, vehicle: str | None, variant: str | None, choice: CChoic
     car = load(vehicle)
     subject = subject_of(name, car, variant)
     options = Options("single" if choice.precision == "single" else "double", choice.validity, choice.libm)
-    face = Interface(subject, options)
+    face = interface_of(subject, options)
     written = _write(face, car, choice.drive, output)
     console().print(
         f"{subject.title} for {car.name}, {choice.precision} precision, parameters {subject.digest:08x}: "

@@ -51,12 +51,19 @@ def export_fmu(
 
 
 def _monitor(name: str, vehicle: str | None, variant: str | None) -> Model:
+    from tierod.core.graph.bank_graph import BankGraph
     from tierod.export.subject import subject_of
     from tierod.vehicles import load
 
     if vehicle is None:
         raise ParameterError(f"the unit of the monitor '{name}' needs its vehicle; name it with --vehicle")
-    return _model(subject_of(name, load(vehicle), variant), {}, False)
+    subject = subject_of(name, load(vehicle), variant)
+    if isinstance(subject.graph, BankGraph):
+        raise ParameterError(
+            f"the monitor '{name}', variant '{subject.variant}', is a bank of {subject.graph.count} filters, of which "
+            "no unit is made yet; export it as C, or its variant with rules (--variant rules)"
+        )
+    return _model(subject, {}, False)
 
 
 def _of_scenario(what: str, name: str | None) -> Model:
