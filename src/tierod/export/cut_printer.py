@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -14,6 +15,9 @@ from tierod.core.graph.trace import Graph
 from tierod.export.clocks import Clock, added, is_own
 from tierod.export.segments import LONGEST, Layout, Segment, layout
 from tierod.export.spelling import Spelling
+
+_PLAIN = re.compile(r"[\w.>\[\]-]+")
+"""C of an input that is a member as it stands."""
 
 Group = tuple[int, int]
 """(group, position) of an input or output."""
@@ -122,11 +126,13 @@ class CutPrinter(BranchingPrinter):
 
     def _segment(self, segment: Segment) -> str:
         own, program = set(segment.operations), self.program
-        named = self._names(own)
         indent = "        " if segment.condition or len(segment.operations) else "    "
         taken = {argument for index in segment.operations for argument in self._arguments(index)}
         taken = taken.union(*(self._needs[target] for target in segment.stores))
-        read = sorted(i for i in taken if program.operations[i].name == "input" and i not in program.invariant)
+        direct = self._direct(segment)
+        named = self._names(own) | direct
+        inputs = (i for i in taken if program.operations[i].name == "input" and i not in program.invariant)
+        read = sorted(i for i in inputs if i not in direct)
         places, notes = self._places(), self.notes()
         lines = [self.statement(index, named, places, notes, indent) for index in (*read, *segment.operations)]
         lines += [self._kept(index, indent) for index in segment.operations if index in self.layout.slots]
@@ -136,6 +142,20 @@ class CutPrinter(BranchingPrinter):
             return f"    {{\n{text}    }}\n" if own else text
         asked = self.spelling.spelt(self._truth(segment.condition.value, self._outside(segment.condition.value)))
         return f"    if ({asked if segment.condition.holds else f'!{asked}'}) {{\n{text}    }}\n"
+
+    def _direct(self, segment: Segment) -> dict[int, str]:
+        """C of the inputs that one operation alone takes, and no store: they need no name of their own."""
+        counted = Counter(argument for index in segment.operations for argument in self._arguments(index))
+        stored = {value for target in segment.stores for value in self._needs[target]}
+        texts = {
+            index: self.reach.taken(self.program.operations[index].constant)
+            for index, count in counted.items()
+            if count == 1
+            and index not in stored
+            and index not in self.program.invariant
+            and self.program.operations[index].name == "input"
+        }
+        return {index: text for index, text in texts.items() if _PLAIN.fullmatch(text)}
 
     def _arguments(self, index: int) -> tuple[int, ...]:
         """Values that a statement names: of a pick among inputs that are reached by number the number alone."""
