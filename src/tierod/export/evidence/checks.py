@@ -5,12 +5,16 @@ from __future__ import annotations
 import re
 import sys
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from tierod.core.content import Table
 from tierod.export.evidence.tools import ran, there, version
 from tierod.export.interface import Interface
+
+FURTHER = "build/further.csv"
+"""Drive, random samples and failed signals, as many as the evidence takes."""
 
 SANITIZERS = "address,undefined,float-cast-overflow"
 
@@ -25,6 +29,19 @@ REASONS = {
 }
 """Why a rule of MISRA C:2012 is departed from, by its number."""
 
+OF_OWN_FUNCTIONS = {
+    "2.2": "x - x, which is NaN of an infinite angle and zero else",
+    "10.3": "a whole number is taken as a truth, or for one of another width",
+    "10.4": "an unsigned number beside a constant without U",
+    "10.6": "a difference of whole numbers that becomes a wider one",
+    "10.8": "the sign of a difference of unsigned numbers",
+    "12.1": "advisory; polynomials without the brackets that C does not need",
+    "12.3": "advisory; several constants declared in one line",
+    "15.6": "a branch of one statement",
+    "17.7": "what memcpy returns is its own argument",
+}
+"""The same, of the kernels' own functions in place of those of the C library; their text is that of the kernels."""
+
 ADDONS = ("/usr/lib/x86_64-linux-gnu/cppcheck/addons", "/usr/share/cppcheck/addons", "/usr/lib/cppcheck/addons")
 """Folders in which Debian's and other packages keep the addon."""
 
@@ -37,12 +54,14 @@ class Checked(NamedTuple):
         parts: all sources of the export
         runs: arguments of the comparison, one after the other: vectors, and random samples
         counted: name of the function whose instructions are counted; "" for none
+        reasons: why a rule of MISRA C:2012 is departed from, by its number
     """
 
     code: str
     parts: tuple[str, ...]
     runs: tuple[tuple[str, str], ...]
     counted: str
+    reasons: Mapping[str, str]
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -51,9 +70,12 @@ class Checked(NamedTuple):
 
 
 def of_monitor(face: Interface) -> Checked:
-    """The export of a monitor, with `test/random.csv` beside the vectors."""
-    runs = tuple((each, "test/expected.csv") for each in ("test/inputs.csv", "test/random.csv"))
-    return Checked(f"{face.prefix}.c", (f"{face.prefix}.c", f"{face.prefix}_parameters.c"), runs, f"{face.prefix}_step")
+    """The export of a monitor, with `test/random.csv` and further samples beside the vectors."""
+    runs = tuple((each, "test/expected.csv") for each in ("test/inputs.csv", "test/random.csv", FURTHER))
+    own = {rule: f"in the kernels' own functions: {reason}" for rule, reason in OF_OWN_FUNCTIONS.items()}
+    reasons = REASONS if face.options.libm else {**own, **REASONS}
+    code = f"{face.prefix}.c"
+    return Checked(code, (code, f"{face.prefix}_parameters.c"), runs, f"{face.prefix}_step", reasons)
 
 
 def checks(export: Checked, folder: Path) -> list[Table]:
@@ -64,7 +86,7 @@ def checks(export: Checked, folder: Path) -> list[Table]:
         folder: that holds it
     """
     rows = [sanitized(export, folder, compiler) for compiler in ("gcc", "clang")]
-    rows += [*covered(export, folder), *([instructions(export, folder)] if export.counted else [])]
+    rows += [instructions(export, folder)] if export.counted else []
     return [Table("Checks on this machine", ("check", "tool", "result"), tuple(rows)), misra(export, folder)]
 
 
@@ -83,36 +105,6 @@ def sanitized(export: Checked, folder: Path, compiler: str) -> tuple[str, str, s
             return name, version(compiler), f"ended with {done.code}: {done.first}"
         reports += done.text.count("runtime error") + done.text.count("Sanitizer:")
     return name, version(compiler), f"{reports} reports"
-
-
-def covered(export: Checked, folder: Path) -> list[tuple[str, str, str]]:
-    """Statements and branches that vectors and random samples reach."""
-    built = ran(["gcc", "-std=c99", "-O0", "--coverage", "-I.", *export.sources, "-o", "build/covered", "-lm"], folder)
-    if built.code != 0:
-        return [("coverage", version("gcov"), f"not run: {built.first}")]
-    for given in export.runs:
-        ran(["build/covered", *given], folder)
-    notes = f"build/covered-{export.code.removesuffix('.c')}.gcda"
-    text = ran(["gcov", "-b", "-c", "-o", notes, export.code], folder).text
-    (folder / f"{export.code}.gcov").unlink(missing_ok=True)
-    part = text.partition(f"File '{export.code}'")[2]
-    rows = []
-    for name, pattern in (
-        ("statements executed", r"Lines executed:([\d.]+)% of (\d+)"),
-        ("branches taken", r"Taken at least once:([\d.]+)% of (\d+)"),
-    ):
-        found = re.search(pattern, part)
-        rows.append((name, version("gcov"), f"{found[1]} % of {found[2]}" if found else "not found in the report"))
-    rows.append(("conditions (MC/DC)", version("gcc"), _conditions(export, folder)))
-    return rows
-
-
-def _conditions(export: Checked, folder: Path) -> str:
-    """Coverage of conditions, which gcc has from its version 14 on."""
-    tried = ran(["gcc", "-fcondition-coverage", "-c", export.code, "-I.", "-o", "build/conditions.o"], folder)
-    return (
-        "available, see gcov --conditions" if tried.code == 0 else "this gcc has none (14 has); branches stand for it"
-    )
 
 
 def instructions(export: Checked, folder: Path) -> tuple[str, str, str]:
@@ -147,7 +139,7 @@ def misra(export: Checked, folder: Path) -> Table:
         for rule, count in re.findall(r"^\s*misra-c2012-(\d+\.\d+) .*: (\d+)$", judged.text, flags=re.MULTILINE):
             counted[rule] += int(count)
     rows = [
-        (f"rule {rule}", str(count), REASONS.get(rule, "no reason is recorded"))
+        (f"rule {rule}", str(count), export.reasons.get(rule, "no reason is recorded"))
         for rule, count in sorted(counted.items(), key=lambda each: [int(part) for part in each[0].split(".")])
     ]
     note = "Of the rules that this addon checks; rules of the whole program and directives need a tool of their own."

@@ -6,8 +6,9 @@ import re
 from pathlib import Path
 
 from tierod.core.content import Heading, Item, Table
-from tierod.export.evidence.checks import Checked, checks
+from tierod.export.evidence.checks import REASONS, Checked, checks
 from tierod.export.evidence.comparison import COMPILERS, FLAGS, LEVELS
+from tierod.export.evidence.coverage import covered
 from tierod.export.evidence.targets import GCC, M7, R5
 from tierod.export.evidence.tools import ran, there, version
 from tierod.export.fault_memory.texts import NAMES
@@ -15,7 +16,7 @@ from tierod.report.analysis.analysis import Analysis
 
 SOURCE = NAMES[1]
 VECTORS = ("test/inputs.csv", "test/expected.csv")
-MEMORY = Checked(SOURCE, (SOURCE,), (VECTORS,), "")
+MEMORY = Checked(SOURCE, (SOURCE,), (VECTORS,), "", REASONS)
 
 
 def memory_evidence(folder: Path) -> Analysis:
@@ -33,6 +34,7 @@ def memory_evidence(folder: Path) -> Analysis:
         Table("Comparisons", ("build", "result", "warnings"), tuple(built)),
         Heading("Checks"),
         *checks(MEMORY, folder),
+        *covered(MEMORY, folder),
         Heading("Target"),
         Table("Cortex-M7", ("what", "result"), _sized(folder), f"{version(GCC)}; -O2, {' '.join(M7)}."),
     ]
