@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tierod.core.graph import scan
-from tierod.export.c_export import files, write_folder
-from tierod.export.interface import Interface, Options
+from tierod.export.c_export import files, interface_of, write_folder
+from tierod.export.interface import Options
 from tierod.export.stimuli import random_inputs
 from tierod.export.vectors import rounded, vectors_of
 
@@ -20,7 +20,7 @@ needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc is in
 
 def exported(subject, folder, inputs=None, **options):
     """The interface of an export that was written into a folder."""
-    face = Interface(subject, Options(**options))
+    face = interface_of(subject, Options(**options))
     inputs = random_inputs(subject, 300) if inputs is None else inputs
     write_folder(files(face, vectors_of(subject, inputs, "a test")), folder)
     return face

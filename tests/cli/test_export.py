@@ -59,7 +59,7 @@ def test_what_a_scenario_drives_with_becomes_a_unit(tmp_path, capsys, what, fmi)
         (["plant"], "name it with --scenario"),
         (["assist", "--scenario", "steer-by-wire-lane-change"], "has no assist unit"),
         (["friction", "--vehicle", "midsize-eps", "--fmi", "1"], "the versions are 2 and 3"),
-        (["condition", "--vehicle", "smartload"], "--variant rules"),
+        (["condition", "--vehicle", "smartload"], "is a bank of 53 filters, of which no unit is made yet"),
     ],
 )
 def test_a_unit_that_cannot_be_made_is_refused_in_a_sentence(tmp_path, capsys, words, sentence):
@@ -80,3 +80,24 @@ def test_a_readme_of_the_user_is_not_overwritten(tmp_path, capsys):
     assert main(["export", "c", "sideslip", "--vehicle", "midsize-eps", "-o", str(tmp_path)]) == 3
     assert "name a folder of its own" in capsys.readouterr().err
     assert (tmp_path / "README.md").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("c fault-memory --vehicle midsize-eps --precision double", "--vehicle and --precision would have no effect"),
+        ("c fault-memory --no-libm", "--no-libm would have no effect on the fault memory"),
+        ("c friction --vehicle midsize-eps --fmi 2", "--fmi would have no effect on the C of a monitor; leave it out"),
+        ("fmu friction --vehicle midsize-eps --precision double", "--precision would have no effect on the unit"),
+        ("fmu plant --scenario weave-small-car --vehicle midsize-eps", "--vehicle would have no effect on the unit"),
+        ("fmu friction --vehicle midsize-eps --evidence", "--evidence would have no effect on the unit"),
+        ("c nope", "there is no monitor 'nope'"),
+        ("c fault-memry", "did you mean 'fault-memory'"),
+    ],
+)
+def test_options_without_effect_and_unknown_names_are_refused_in_a_sentence(tmp_path, capsys, words, sentence):
+    assert main(["export", *words.split(), "-o", str(tmp_path / "out")]) == 3
+    said = capsys.readouterr().err
+    assert sentence in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "out").exists()

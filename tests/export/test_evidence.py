@@ -5,8 +5,9 @@ import pytest
 
 from exported_c import exported, needs_gcc, rounded
 from tierod.export.evidence import tools
-from tierod.export.evidence.checks import covered, misra, sanitized
+from tierod.export.evidence.checks import FURTHER, misra, of_monitor, sanitized
 from tierod.export.evidence.comparison import differences, table
+from tierod.export.evidence.coverage import Stepped, covered
 from tierod.export.evidence.targets import targets
 from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of_block
@@ -59,24 +60,29 @@ def test_a_wrong_export_shows_as_different(watch, folder, monkeypatch):
 
 
 @needs_gcc
-def test_coverage_and_sanitizers_are_counted(watch, folder):
+def test_coverage_and_sanitizers_are_counted_and_branches_that_are_left_by_kind(watch, folder):
     face = exported(watch, folder)
-    rows = {name: result for name, _, result in covered(face, folder)}
-    assert rows["statements executed"].endswith(tuple("0123456789"))
-    assert float(rows["statements executed"].split()[0]) > 80.0
-    assert sanitized(face, folder, "gcc")[2] == "0 reports"
-    assert "not run" in sanitized(face, folder, "no-such-compiler")[2]
+    shutil.copy(folder / "test/random.csv", folder / FURTHER)
+    whole, left, *_ = covered(of_monitor(face), folder, Stepped(face.program, face.graph.state))
+    rows = {name: result for name, _, result in whole.rows}
+    assert float(rows["statements executed"].split()[0]) > 95.0
+    assert float(rows["branches taken"].split()[0]) > 60.0
+    kinds = dict(left.rows)
+    assert int(kinds["the end of a counter of steps, after 2^32 steps: 497 days at 100 Hz"]) >= 1
+    assert not list(folder.glob("*.gcov"))
+    assert sanitized(of_monitor(face), folder, "gcc")[2] == "0 reports"
+    assert "not run" in sanitized(of_monitor(face), folder, "no-such-compiler")[2]
 
 
 @needs_cppcheck
 def test_departures_from_misra_are_counted_by_rule(watch, folder):
     face = exported(watch, folder)
-    assert misra(face, folder).rows == (("none", "0", "no departure was found"),)
+    assert misra(of_monitor(face), folder).rows == (("none", "0", "no departure was found"),)
     source = folder / "tierod_watch.c"
     source.write_text(
         source.read_text() + "int odd(int a);\nint odd(int a)\n{\n    if (a) return 1;\n    return 2;\n}\n"
     )
-    rules = {row[0]: row for row in misra(face, folder).rows}
+    rules = {row[0]: row for row in misra(of_monitor(face), folder).rows}
     assert rules["rule 15.6"][2] == "no reason is recorded"
 
 

@@ -1,6 +1,7 @@
 """The fault memory in C does what that in Python does; power loss at any write leaves the old or the new one whole."""
 
 import ctypes
+import re
 import subprocess
 from dataclasses import replace
 
@@ -11,6 +12,8 @@ from exported_c import needs_gcc
 from tierod.cli import main
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
+from tierod.export.c_export import write_folder
+from tierod.export.evidence.memory_page import memory_evidence
 from tierod.export.fault_memory.texts import fault_memory_files
 
 pytestmark = needs_gcc
@@ -130,8 +133,7 @@ class Memory:
 @pytest.fixture(scope="module")
 def library(codes, tmp_path_factory):
     folder = tmp_path_factory.mktemp("memory")
-    for name, text in fault_memory_files(codes, PLACES).items():
-        (folder / name).write_text(text)
+    write_folder(fault_memory_files(codes, PLACES), folder)
     traps = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
     command = ["gcc", *FLAGS, *traps, "-fPIC", "-shared", "tierod_fault_memory.c", "-o", "memory.so"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
@@ -236,11 +238,37 @@ def test_a_store_that_holds_nothing_or_another_table_is_begun_anew(codes, librar
     assert not again("load")
 
 
-def test_the_command_line_writes_it(tmp_path, capsys):
-    assert main(["export", "c", "fault-memory", "-o", str(tmp_path / "ecu")]) == 0
-    assert "tierod_fault_memory.c" in capsys.readouterr().out
-    done = subprocess.run(
-        ["gcc", *FLAGS, "-c", "tierod_fault_memory.c"], cwd=tmp_path / "ecu", capture_output=True, check=False
-    )
-    assert done.returncode == 0
+def test_the_command_line_writes_what_make_compares_and_a_wrong_number_fails(tmp_path, capsys):
+    folder = tmp_path / "ecu"
+    assert main(["export", "c", "fault-memory", "-o", str(folder)]) == 0
+    assert "make -C" in capsys.readouterr().out
+    done = subprocess.run(["make", "-s", "-C", folder], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"\d+ rows, 0 different, 0 refused, [1-9]\d+ cuts of power, 0 broken", done.stdout)
+    table = folder / "test/expected.csv"
+    table.write_text(table.read_text().replace("80,0,-1", "80,1,-1", 1))
+    failed = subprocess.run(["make", "-s", "-C", folder], capture_output=True, text=True, check=False)
+    assert failed.returncode != 0
+    assert " 1 different" in failed.stdout
     assert main(["export", "fmu", "fault-memory", "-o", str(tmp_path / "m.fmu"), "--vehicle", "midsize-eps"]) == 3
+
+
+def test_a_store_without_a_second_slot_is_found_by_the_comparison(tmp_path):
+    texts = dict(fault_memory_files(load_trouble_codes()))
+    texts["tierod_fault_memory.c"] = texts["tierod_fault_memory.c"].replace("(uint8_t)(1U - memory->slot)", "0U")
+    write_folder(texts, tmp_path)
+    failed = subprocess.run(["make", "-s", "-C", tmp_path], capture_output=True, text=True, check=False)
+    assert failed.returncode != 0
+    assert " 0 different" in failed.stdout
+    assert not failed.stdout.strip().endswith(" 0 broken")
+
+
+def test_the_evidence_names_every_build_and_what_is_absent(tmp_path, monkeypatch):
+    monkeypatch.setattr("tierod.export.evidence.memory_page.COMPILERS", ("gcc", "no-such-compiler"))
+    monkeypatch.setattr("tierod.export.evidence.memory_page.LEVELS", (("-O0",),))
+    monkeypatch.setattr("tierod.export.evidence.memory_page.checks", lambda export, folder: [])
+    write_folder(fault_memory_files(load_trouble_codes()), tmp_path)
+    rows = memory_evidence(tmp_path).document["tables"]["Comparisons"]
+    assert " 0 different, 0 refused" in rows[0][1]
+    assert rows[0][2] == "0"
+    assert rows[1][1] == "no-such-compiler is not installed"

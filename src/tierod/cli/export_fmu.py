@@ -16,7 +16,7 @@ OF_SCENARIO = ("plant", "driver", "assist")
 
 
 def export_fmu(
-    what: str, vehicle: str | None, scenario: str | None, variant: str | None, version: Literal[2, 3], output: Path
+    what: str, vehicle: str | None, scenario: str | None, variant: str | None, fmi: int, output: Path
 ) -> None:
     """Write a unit, and print what it is.
 
@@ -25,16 +25,19 @@ def export_fmu(
         vehicle: of a monitor
         scenario: of what a scenario has
         variant: of a monitor
-        version: of the standard
+        fmi: version of the standard, 2 or 3
         output: file
 
     Raises:
-        ParameterError: vehicle or scenario is missing, or has nothing of the kind
+        ParameterError: another version, or vehicle or scenario is missing, or has nothing of the kind
     """
     from tierod.cli.terminal import output as console
     from tierod.core.files import require_folder
     from tierod.export.fmu.archive import write_unit
 
+    if fmi not in (2, 3):
+        raise ParameterError(f"--fmi is {fmi}; the versions are 2 and 3")
+    version: Literal[2, 3] = 2 if fmi == 2 else 3
     require_folder(output)
     model = _of_scenario(what, scenario) if what in OF_SCENARIO else _monitor(what, vehicle, variant)
     path = write_unit(model, version, output)
@@ -48,12 +51,19 @@ def export_fmu(
 
 
 def _monitor(name: str, vehicle: str | None, variant: str | None) -> Model:
+    from tierod.core.graph.bank_graph import BankGraph
     from tierod.export.subject import subject_of
     from tierod.vehicles import load
 
     if vehicle is None:
         raise ParameterError(f"the unit of the monitor '{name}' needs its vehicle; name it with --vehicle")
-    return _model(subject_of(name, load(vehicle), variant), {}, False)
+    subject = subject_of(name, load(vehicle), variant)
+    if isinstance(subject.graph, BankGraph):
+        raise ParameterError(
+            f"the monitor '{name}', variant '{subject.variant}', is a bank of {subject.graph.count} filters, of which "
+            "no unit is made yet; export it as C, or its variant with rules (--variant rules)"
+        )
+    return _model(subject, {}, False)
 
 
 def _of_scenario(what: str, name: str | None) -> Model:

@@ -8,12 +8,16 @@ from pathlib import Path
 
 from tierod.core.errors import OutputError
 from tierod.core.files import expanded, require_folder, write_text
+from tierod.core.graph.bank_graph import BankGraph
+from tierod.export.bank_interface import BankInterface
+from tierod.export.c_bank import bank_parameter_rows, bank_source, bank_structs
 from tierod.export.c_header import header
 from tierod.export.c_parameters import parameters
 from tierod.export.c_source import source
 from tierod.export.c_test import comparing_program
 from tierod.export.c_texts import makefile, readme
-from tierod.export.interface import Interface
+from tierod.export.interface import Interface, Options
+from tierod.export.subject import Subject
 from tierod.export.vectors import ROWS_BEYOND, Vectors, input_table, output_table, tolerances
 
 
@@ -24,12 +28,10 @@ def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:
         face: of the export
         vectors: that it is compared by
     """
-    prefix, subject = face.prefix, face.subject
+    subject = face.subject
     beyond = ROWS_BEYOND[face.options.precision]
     return {
-        f"{prefix}.h": header(face),
-        f"{prefix}.c": source(face),
-        f"{prefix}_parameters.c": parameters(face),
+        **monitor_files(face),
         "Makefile": makefile(face),
         "README.md": readme(face, vectors),
         "test/compare.c": comparing_program(face, tolerances(face, vectors), beyond),
@@ -38,19 +40,35 @@ def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:
     }
 
 
-def refuse_foreign(folder: str | Path, face: Interface) -> None:
+def monitor_files(face: Interface) -> dict[str, str]:
+    """Header, source and parameters, by name."""
+    prefix = face.prefix
+    if isinstance(face, BankInterface):
+        texts = (header(face, bank_structs(face)), bank_source(face), parameters(face, bank_parameter_rows(face)))
+    else:
+        texts = (header(face), source(face), parameters(face))
+    return dict(zip((f"{prefix}.h", f"{prefix}.c", f"{prefix}_parameters.c"), texts, strict=True))
+
+
+def interface_of(subject: Subject, options: Options) -> Interface:
+    """The interface of an export: of a straight line, or of a bank."""
+    kind = BankInterface if isinstance(subject.graph, BankGraph) else Interface
+    return kind(subject, options)
+
+
+def refuse_foreign(folder: str | Path, own: str) -> None:
     """See that an export does not overwrite a file that is none of an earlier one.
 
     Args:
         folder: that shall take it
-        face: of the export
+        own: name of the header of the export, by which an earlier one is known
 
     Raises:
         OutputError: a README or Makefile lies there, and no header of this export
     """
     place = expanded(folder)
     taken = next((name for name in ("README.md", "Makefile") if (place / name).exists()), None)
-    if taken is not None and not (place / f"{face.prefix}.h").exists():
+    if taken is not None and not (place / own).exists():
         raise OutputError(f"{place} holds a {taken} that is not of this export; name a folder of its own with --output")
 
 

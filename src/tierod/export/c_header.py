@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from tierod.core.findings import Status
 from tierod.core.statement import STATUSES
@@ -14,8 +14,13 @@ from tierod.export.members import Member, identifier
 WIDTH = 116
 
 
-def header(face: Interface) -> str:
-    """C of the header."""
+def header(face: Interface, own: str | None = None) -> str:
+    """C of the header.
+
+    Args:
+        face: of the export
+        own: C of the structs where they are not those of a straight line
+    """
     guard = f"{face.prefix.upper()}_H"
     parts = [
         banner(face, "types and functions"),
@@ -24,7 +29,7 @@ def header(face: Interface) -> str:
         f"typedef {'float' if face.options.precision == 'single' else 'double'} {face.spelling.real};\n\n",
         _statuses(face),
         _reasons(face),
-        _structs(face),
+        structs(face) if own is None else own,
         _functions(face),
         f"#endif /* {guard} */\n",
     ]
@@ -104,52 +109,84 @@ def _reasons(face: Interface) -> str:
     return _enumeration(face, "reason", "Why a verdict is withheld; the first reason that holds.", ",\n".join(rows))
 
 
-def _structs(face: Interface) -> str:
-    subject, real = face.subject, face.spelling.real
-    positions, plain_members = face.plain
-    state = [_member(each, real, tuple(subject.state[positions[k]] for k in each.places)) for each in plain_members]
-    state += [
-        comment([f"clock: steps of {note(subject.state[k])}"], "    ") + f"    uint32_t {name};\n"
-        for k, name in face.counted.items()
-    ]
-    for name, size in face.rings:
-        state.append(f"    /* delay line, and its place that is read and written next */\n    {real} {name}[{size}];\n")
-        state.append(f"    uint16_t {name}_head;\n")
-    kinds = dict.fromkeys(face.statuses, f"{face.prefix}_status_t")
-    sample = [_member(each, real, tuple(subject.sample[k] for k in each.places)) for each in face.sample]
-    output = [_member(each, kinds.get(each.places[0], real), _of(subject.output, each)) for each in face.output]
-    parameters = ["    /* stands for version, names and values of all parameters */\n    uint32_t hash;\n"]
-    parameters += [_member(each, real, _of(subject.tuning, each)) for each in face.parameters]
-    validity = _bits(face) if face.options.validity else ""
-    if face.options.validity:
-        sample.insert(
-            0, f"    /* bits {face.prefix.upper()}_VALID_... of the inputs that are valid */\n    uint32_t valid;\n"
-        )
-    missing = "an input whose bit is 0 is missing" if face.options.validity else "NaN where an input is missing"
-    carried = len(face.program.carried())
-    constants = [f"    {real} value[{max(carried, 1)}];\n"]
-    return validity + "".join(
-        _struct(face, name, text, rows)
+def structs(face: Interface) -> str:
+    """C of the structs of a straight line."""
+    parameters = [HASH, *rows_of(face, face.parameters, face.subject.tuning)]
+    constants = [f"    {face.spelling.real} value[{max(len(face.program.carried()), 1)}];\n"]
+    return outer_structs(face) + "".join(
+        struct(face, name, text, rows)
         for name, text, rows in (
-            ("sample", f"What is measured at one step; {missing}. SI units; left is positive (ISO 8855).", sample),
-            ("output", "What is stated after one step.", output),
             ("parameters", "Of the vehicle and of the monitor.", parameters),
             ("constants", "What depends on the parameters alone; shared by all instances.", constants),
-            ("state", "Memory of one instance; it belongs to the caller.", state or ["    uint8_t none;\n"]),
+            ("state", "Memory of one instance; it belongs to the caller.", state_rows(face)),
         )
     )  # fmt: skip
 
 
-def _of(known: Sequence[Described], each: Member) -> tuple[Described, ...]:
-    return tuple(known[k] for k in each.places)
+def outer_structs(face: Interface) -> str:
+    """C of sample and output."""
+    kinds = dict.fromkeys(face.statuses, f"{face.prefix}_status_t")
+    sample = rows_of(face, face.sample, face.subject.sample)
+    missing = "NaN where an input is missing"
+    if face.options.validity:
+        missing = "an input whose bit is 0 is missing"
+        known = f"bits {face.prefix.upper()}_VALID_... of the inputs that are valid"
+        sample.insert(0, f"    /* {known} */\n    uint32_t valid;\n")
+    measured = f"What is measured at one step; {missing}. SI units; left is positive (ISO 8855)."
+    return (
+        (_bits(face) if face.options.validity else "")
+        + struct(face, "sample", measured, sample)
+        + struct(
+            face, "output", "What is stated after one step.", rows_of(face, face.output, face.subject.output, kinds)
+        )
+    )
 
 
-def _member(each: Member, kind: str, known: tuple[Described, ...]) -> str:
-    return comment([note(known[0])], "    ") + f"    {kind} {each.declarator};\n"
+HASH = "    /* stands for version, names and values of all parameters */\n    uint32_t hash;\n"
 
 
-def _struct(face: Interface, name: str, text: str, rows: Sequence[str]) -> str:
-    return f"{comment([text])}typedef struct {{\n{''.join(rows)}}} {face.prefix}_{name}_t;\n\n"
+def state_rows(face: Interface, known: Sequence[Described] | None = None) -> list[str]:
+    """C of the members of a state: numbers, clocks and delay lines.
+
+    Args:
+        face: of what remembers
+        known: what is known of every number, where it is not the subject's own state
+    """
+    (positions, plain_members), real = face.plain, face.spelling.real
+    known = face.subject.state if known is None else known
+    rows = rows_of(face, plain_members, [known[k] for k in positions])
+    rows += [
+        comment([f"clock: steps of {note(known[k])}"], "    ") + f"    uint32_t {name};\n"
+        for k, name in face.counted.items()
+    ]
+    for name, size in face.rings:
+        rows.append(f"    /* delay line, and its place that is read and written next */\n    {real} {name}[{size}];\n")
+        rows.append(f"    uint16_t {name}_head;\n")
+    return rows
+
+
+def rows_of(
+    face: Interface, found: Sequence[Member], known: Sequence[Described], kinds: Mapping[int, str] | None = None
+) -> list[str]:
+    """C of members with their comments.
+
+    Args:
+        face: of the export
+        found: members
+        known: what is known of every number, by its position
+        kinds: types of those that are not plain numbers, by the position of their first
+    """
+    types, real = kinds or {}, face.spelling.real
+    return [
+        f"{comment([note(known[each.places[0]])], '    ')}    {types.get(each.places[0], real)} {each.declarator};\n"
+        for each in found
+    ]
+
+
+def struct(face: Interface, name: str, text: str, rows: Sequence[str]) -> str:
+    """C of one struct; one of a single byte where it has no members."""
+    body = "".join(rows) or "    uint8_t none;\n"
+    return f"{comment([text])}typedef struct {{\n{body}}} {face.prefix}_{name}_t;\n\n"
 
 
 def _bits(face: Interface) -> str:

@@ -56,19 +56,23 @@ def _reached(text: str, wanted: list[str]) -> str:
 
 
 def _renamed(spelling: Spelling, text: str) -> str:
-    fast = "FP_FAST_FMA" if spelling.precision == "double" else "FP_FAST_FMAF"
-    text = text.replace("TIEROD_FAST_FMA", fast).replace("TIEROD_INLINE ", "static ")
+    text = text.replace("#ifdef TIEROD_FAST_FMA", f"#if {_fast(spelling)}").replace("TIEROD_INLINE ", "static ")
     text = re.sub(r"\bTIEROD_(\w+)", lambda found: f"{spelling.prefix.upper()}_{found[1]}", text)
     text = re.sub(r"\btierod_(\w+)", lambda found: f"{spelling.prefix}_{found[1]}", text)
     return spelling.literals(re.sub(r"\breal\b", spelling.real, text))
+
+
+def _fast(spelling: Spelling) -> str:
+    """C that asks whether the target multiplies and adds in one instruction: newlib leaves the standard's macro out."""
+    name = "FP_FAST_FMA" if spelling.precision == "double" else "FP_FAST_FMAF"
+    return f"defined {name} || defined __{name}"
 
 
 def _helper(spelling: Spelling, name: str) -> str:
     """C of a helper; "" for what is none."""
     prefix, real = spelling.prefix, spelling.real
     if name == "fma":
-        fast = "FP_FAST_FMA" if spelling.precision == "double" else "FP_FAST_FMAF"
-        plain = f"#ifdef {fast}\n    return M(fma)(a, b, c);\n#else\n    return (a * b) + c;\n#endif\n"
+        plain = f"#if {_fast(spelling)}\n    return M(fma)(a, b, c);\n#else\n    return (a * b) + c;\n#endif\n"
         body = "    return M(fma)(a, b, c);\n" if spelling.fused else plain
         return f"static {real} {prefix}_fma({real} a, {real} b, {real} c)\n{{\n{body}}}\n"
     if name == "sign":

@@ -2,30 +2,53 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from tierod.export.c_header import banner, comment, note
+from tierod.export.described import Described
 from tierod.export.interface import Interface
 from tierod.export.members import Member
 
 
-def parameters(face: Interface) -> str:
-    """C of the parameters."""
+def parameters(face: Interface, rows: str | None = None) -> str:
+    """C of the parameters.
+
+    Args:
+        face: of the export
+        rows: C of the members where they are not those of a straight line
+    """
     prefix, subject = face.prefix, face.subject
-    rows = "".join(_row(face, each) for each in face.parameters)
+    own = parameter_rows(face, face.parameters, subject.tuning, subject.values) if rows is None else rows
     return (
         f'{banner(face, "parameters")}#include "{prefix}.h"\n\n#include <math.h>\n\n'
         f"const {prefix}_parameters_t {prefix}_parameters = {{\n"
-        f"    .hash = 0x{subject.digest:08x}UL,\n{rows}}};\n"
+        f"    .hash = 0x{subject.digest:08x}UL,\n{own}}};\n"
     )
 
 
-def _row(face: Interface, each: Member) -> str:
-    known = face.subject.tuning[each.places[0]]
-    return f"{comment([note(known)], '    ')}    .{each.name} = {_braced(face, each, each.shape, each.places)},\n"
+def parameter_rows(
+    face: Interface, found: Sequence[Member], known: Sequence[Described], values: Sequence[float]
+) -> str:
+    """C of members with their values.
+
+    Args:
+        face: of the export
+        found: members
+        known, values: of every number, by its position
+    """
+    return "".join(
+        f"{comment([note(known[each.places[0]])], '    ')}    .{each.name} = {braced(face, each, values)},\n"
+        for each in found
+    )
 
 
-def _braced(face: Interface, each: Member, shape: tuple[int, ...], places: tuple[int, ...]) -> str:
+def braced(face: Interface, each: Member, values: Sequence[float]) -> str:
+    """C of the value of a member: a number, or an array in braces."""
+    return _braced(face, each.shape, [values[place] for place in each.places])
+
+
+def _braced(face: Interface, shape: tuple[int, ...], values: Sequence[float]) -> str:
     if not shape:
-        return face.spelling.number(face.subject.values[places[0]])
-    width = len(places) // shape[0]
-    parts = [_braced(face, each, shape[1:], places[k * width : (k + 1) * width]) for k in range(shape[0])]
-    return "{" + ", ".join(parts) + "}"
+        return face.spelling.number(values[0])
+    width = len(values) // shape[0]
+    return "{" + ", ".join(_braced(face, shape[1:], values[k * width : (k + 1) * width]) for k in range(shape[0])) + "}"

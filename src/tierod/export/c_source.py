@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from tierod.core.graph.operations import NEXT_STATE, OUTPUT, PUSH, Program, drop_unused, invariant_of
 from tierod.export.c_header import banner, declared, reason_name, reasons
 from tierod.export.c_maths import helpers
 from tierod.export.clocks import Clock
-from tierod.export.cut_printer import CutPrinter, Group, Reach
+from tierod.export.cut_printer import CutPrinter, Gathered, Group, Reach
 from tierod.export.interface import PARAMETER, Interface
 
 
 def source(face: Interface) -> str:
     """C of the source."""
+    return assembled(face, "".join((prepare(face), "\n", init(face), "\n", step(face))))
+
+
+def assembled(face: Interface, own: str) -> str:
+    """The whole file around the functions of a monitor."""
     prefix = face.prefix
-    own = "".join((_prepare(face), "\n", _init(face), "\n", _step(face)))
     called = helpers(face.spelling, own, face.options.libm)
     includes = f'#include "{prefix}.h"\n\n#include <math.h>\n'
     includes += "#include <string.h>\n\n" if "memcpy(" in called else "\n"
@@ -31,35 +35,49 @@ def _identity(face: Interface) -> str:
     )
 
 
-def _prepare(face: Interface) -> str:
+def prepare(face: Interface, name: str = "prepare", static: bool = False) -> str:
     """What depends on the parameters alone."""
-    carried = face.program.carried()
-    outputs = {(OUTPUT, slot): value for slot, value in enumerate(carried)}
-    begun = _alone(face.program, outputs)
-    reach = Reach(face.taken, lambda target: face.carried(target[1]), face.carried, {}, {})
     arguments = {"p": declared(face, "p"), "c": declared(face, "c", writes=True)}
-    return _printed(face, begun, reach, {}, "prepare", arguments)
+    return constants(face, range(len(face.program.carried())), name, arguments, static)
 
 
-def _init(face: Interface) -> str:
-    """The state before the first sample."""
+def constants(face: Interface, slots: Iterable[int], name: str, arguments: Mapping[str, str], static: bool) -> str:
+    """A function that works out some of the values that depend on the parameters alone."""
+    carried = face.program.carried()
+    begun = _alone(face.program, {(OUTPUT, slot): carried[slot] for slot in slots})
+    reach = Reach(face.taken, lambda target: face.carried(target[1]), face.carried, {}, {})
+    return printed(face, begun, reach, {}, name, arguments, static)
+
+
+def init(face: Interface) -> str:
+    """The state before the first sample; a compound literal leaves no member out."""
+    arguments = {"p": declared(face, "p"), "x": declared(face, "x")}
+    return initial(face, "init", arguments, f"    *x = ({face.prefix}_state_t){{0}};\n")
+
+
+def initial(face: Interface, name: str, arguments: Mapping[str, str], zeroed: str, static: bool = False) -> str:
+    """A function that sets what the first state holds beside zeros.
+
+    Args:
+        face: of the state
+        name: of the function
+        arguments: C of the declaration of each argument, by its name
+        zeroed: C that makes all else zero; "" where it is
+        static: whether the function is static
+    """
     first = face.initial
     outputs = {t: v for t, v in first.outputs.items() if t[0] == NEXT_STATE and not _is_zero(first, v)}
     filled = {t: v for t, v in first.outputs.items() if t[0] == PUSH}
-    begun = _alone(first, outputs)
     reach = Reach(face.taken, face.given, face.carried, {}, {})
-    arguments = {"p": declared(face, "p"), "x": declared(face, "x")}
-    text = _printed(face, begun, reach, {}, "init", arguments)
+    text = printed(face, _alone(first, outputs), reach, {}, name, arguments, static)
     more = ""
     for (_, position), value in filled.items():
-        name, size = face.rings[position]
+        line, size = face.rings[position]
         number = face.spelling.number(float(first.operations[value].constant or 0.0))
-        more += f"    for (uint16_t k = 0U; k < {size}U; k++) {{\n        x->{name}[k] = {number};\n    }}\n"
-        more += f"    x->{name}_head = 0U;\n"
-    # All else is zero; a compound literal leaves no member out.
-    signature = f"void {face.prefix}_init({', '.join(arguments.values())})\n{{\n"
+        more += f"    for (uint16_t k = 0U; k < {size}U; k++) {{\n        x->{line}[k] = {number};\n    }}\n"
+        more += f"    x->{line}_head = 0U;\n"
+    signature = f"void {face.prefix}_{name}({', '.join(arguments.values())})\n{{\n"
     begun_text, _, rest = text.rpartition(signature)
-    zeroed = f"    *x = ({face.prefix}_state_t){{0}};\n"
     return f"{begun_text}{signature}{zeroed}{rest.removesuffix('}' + chr(10))}{more}}}\n"
 
 
@@ -68,16 +86,25 @@ def _is_zero(first: Program, value: int) -> bool:
     return operation.name == "constant" and operation.constant == 0.0
 
 
-def _step(face: Interface) -> str:
-    subject = face.subject
-    notes = {(OUTPUT, k): each.path for k, each in enumerate(subject.output)}
+def step(
+    face: Interface, name: str = "step", arguments: Mapping[str, str] | None = None, gathered: Gathered | None = None
+) -> str:
+    """One sample on.
+
+    Args:
+        face: of what steps
+        name: of the function
+        arguments: C of the declaration of each argument, by its name, where the function is a static one
+        gathered: see `CutPrinter`
+    """
+    notes = {(OUTPUT, k): path for k, path in enumerate(face.graph.output)}
     types = {(OUTPUT, k): f"{face.prefix}_status_t" for k in face.statuses}
     reach = Reach(face.taken, face.given, face.carried, notes, types)
-    arguments = {word: declared(face, word) for word in "cxuy"}
-    text = _printed(face, face.program, reach, face.clocks, "step", arguments)
+    words = arguments or {word: declared(face, word) for word in "cxuy"}
+    text = printed(face, face.program, reach, face.clocks, name, words, arguments is not None, gathered)
     more = "".join(
-        f"    x->{name}_head = ((x->{name}_head + 1U) < {size}U) ? (uint16_t)(x->{name}_head + 1U) : 0U;\n"
-        for name, size in face.rings
+        f"    x->{line}_head = ((x->{line}_head + 1U) < {size}U) ? (uint16_t)(x->{line}_head + 1U) : 0U;\n"
+        for line, size in face.rings
     )
     return f"{text.removesuffix('}' + chr(10))}{more}}}\n"
 
@@ -89,16 +116,19 @@ def _alone(operations: Program, outputs: Mapping[Group, int]) -> Program:
     return replace(operations, operations=tuple(renamed), outputs=moved, invariant=invariant_of(renamed))
 
 
-def _printed(
+def printed(
     face: Interface,
     operations: Program,
     reach: Reach,
     clocks: Mapping[int, Clock],
     name: str,
     arguments: Mapping[str, str],
+    static: bool = False,
+    gathered: Gathered | None = None,
 ) -> str:
-    printer = CutPrinter(face.subject.graph, operations, face.spelling, reach, clocks)
-    return printer.functions(f"{face.prefix}_{name}", arguments)
+    """The functions of a program."""
+    printer = CutPrinter(face.graph, operations, face.spelling, reach, clocks, gathered=gathered)
+    return printer.functions(f"{face.prefix}_{name}", arguments, static)
 
 
 def _reason(face: Interface) -> str:

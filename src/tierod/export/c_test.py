@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tierod.export.c_header import banner
+from tierod.export.c_header import banner, reason_name, reasons
 from tierod.export.clocks import added
 from tierod.export.interface import Interface
 from tierod.export.members import elements
@@ -52,6 +52,7 @@ int main(int count, char **words)
     long step = 0, k;
 
     begin();
+    failed += wrong_answers();
     more = read_row(expected, wanted, OUTPUTS + 1);
     while (read_row(inputs, u, INPUTS)) {
         one(u, y);
@@ -99,8 +100,24 @@ def comparing_program(face: Interface, tolerances: Sequence[float], beyond: floa
         f"#define TOLERANCES {{{limits}, 0.0}}\n#define ROWS_BEYOND {beyond!r}\n\n"
         f"static {prefix}_constants_t constants;\nstatic {prefix}_state_t state;\n\n"
         f'#ifndef TIEROD_NO_MAIN\nstatic const char *const names[OUTPUTS + 1] = {{\n{names},\n    ""\n}};\n\n'
-        f"static const char *version(void)\n{{\n    return {prefix}_version();\n}}\n#endif\n\n"
+        f"static const char *version(void)\n{{\n    return {prefix}_version();\n}}\n\n{_answers(face)}#endif\n\n"
         f"{_rows(face)}{_run(face)}{_MAIN}"
+    )
+
+
+def _answers(face: Interface) -> str:
+    """C that counts wrong answers of the functions that a step does not call: the hash, and the first reason."""
+    prefix, found = face.prefix, reasons(face)
+    named = elements(face.output)
+    lines = [f"    wrong += ({prefix}_parameter_hash(&{prefix}_parameters) == {prefix}_parameters.hash) ? 0 : 1;\n"]
+    if found:
+        lines.append(f"    wrong += ({prefix}_reason(&y) == {reason_name(face, None)}) ? 0 : 1;\n")
+    for place, each in reversed(found):
+        lines.append(f"    y.{named[place]} = 1;\n")
+        lines.append(f"    wrong += ({prefix}_reason(&y) == {reason_name(face, each)}) ? 0 : 1;\n")
+    declared = f"    static {prefix}_output_t y;\n" if found else ""
+    return (
+        f"static int wrong_answers(void)\n{{\n{declared}    int wrong = 0;\n\n{''.join(lines)}    return wrong;\n}}\n\n"
     )
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from tierod.core.graph.branches import branches
@@ -15,8 +16,14 @@ from tierod.export.clocks import Clock, added, is_own
 from tierod.export.segments import LONGEST, Layout, Segment, layout
 from tierod.export.spelling import Spelling
 
+_PLAIN = re.compile(r"[\w.>\[\]-]+")
+"""C of an input that is a member as it stands."""
+
 Group = tuple[int, int]
 """(group, position) of an input or output."""
+
+Gathered = Callable[[Sequence[int], str], str | None]
+"""C of one of several inputs, given their positions and C of the number that picks; None where there is none."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +55,7 @@ class CutPrinter(BranchingPrinter):
         reach: C of inputs and outputs
         clocks: states that are kept as whole numbers of steps
         longest: operations of one function
+        gathered: see `BranchingPrinter`
     """
 
     def __init__(
@@ -58,8 +66,9 @@ class CutPrinter(BranchingPrinter):
         reach: Reach,
         clocks: Mapping[int, Clock],
         longest: int = LONGEST,
+        gathered: Gathered | None = None,
     ):
-        super().__init__(graph, operations)
+        super().__init__(graph, operations, gathered)
         if not any(_is_tuning(each) for each in operations.operations):
             # What is worked out once, of constants alone too, is worked out here and nowhere else.
             self.program, self.carried = replace(self.program, invariant=frozenset()), {}
@@ -71,12 +80,13 @@ class CutPrinter(BranchingPrinter):
 
     # -- functions -----------------------------------------------------------------------------------------------
 
-    def functions(self, name: str, arguments: Mapping[str, str]) -> str:
-        """All functions and the one that calls them, which alone is no static one.
+    def functions(self, name: str, arguments: Mapping[str, str], static: bool = False) -> str:
+        """All functions and the one that calls them.
 
         Args:
             name: of the one that calls the others
             arguments: C of the declaration of each argument, by its name
+            static: whether the one that calls the others is static too
         """
         texts, calls = [], []
         given = {**arguments, **self._scratch_arguments()}
@@ -93,7 +103,7 @@ class CutPrinter(BranchingPrinter):
         whole = "".join(calls)
         unused = "".join(f"    (void){word};\n" for word in arguments if not re.search(rf"\b{word}\b", whole))
         declared = ", ".join(arguments.values())
-        return f"{''.join(texts)}void {name}({declared})\n{{\n{scratch}{unused}{whole}}}\n"
+        return f"{''.join(texts)}{'static ' if static else ''}void {name}({declared})\n{{\n{scratch}{unused}{whole}}}\n"
 
     def _scratch_arguments(self) -> dict[str, str]:
         numbers, truths = self.layout.sizes
@@ -116,11 +126,13 @@ class CutPrinter(BranchingPrinter):
 
     def _segment(self, segment: Segment) -> str:
         own, program = set(segment.operations), self.program
-        named = self._names(own)
         indent = "        " if segment.condition or len(segment.operations) else "    "
         taken = {argument for index in segment.operations for argument in self._arguments(index)}
         taken = taken.union(*(self._needs[target] for target in segment.stores))
-        read = sorted(i for i in taken if program.operations[i].name == "input" and i not in program.invariant)
+        direct = self._direct(segment)
+        named = self._names(own) | direct
+        inputs = (i for i in taken if program.operations[i].name == "input" and i not in program.invariant)
+        read = sorted(i for i in inputs if i not in direct)
         places, notes = self._places(), self.notes()
         lines = [self.statement(index, named, places, notes, indent) for index in (*read, *segment.operations)]
         lines += [self._kept(index, indent) for index in segment.operations if index in self.layout.slots]
@@ -131,8 +143,24 @@ class CutPrinter(BranchingPrinter):
         asked = self.spelling.spelt(self._truth(segment.condition.value, self._outside(segment.condition.value)))
         return f"    if ({asked if segment.condition.holds else f'!{asked}'}) {{\n{text}    }}\n"
 
+    def _direct(self, segment: Segment) -> dict[int, str]:
+        """C of the inputs that one operation alone takes, and no store: they need no name of their own."""
+        counted = Counter(argument for index in segment.operations for argument in self._arguments(index))
+        stored = {value for target in segment.stores for value in self._needs[target]}
+        texts = {
+            index: self.reach.taken(self.program.operations[index].constant)
+            for index, count in counted.items()
+            if count == 1
+            and index not in stored
+            and index not in self.program.invariant
+            and self.program.operations[index].name == "input"
+        }
+        return {index: text for index, text in texts.items() if _PLAIN.fullmatch(text)}
+
     def _arguments(self, index: int) -> tuple[int, ...]:
-        return self.program.operations[index].arguments
+        """Values that a statement names: of a pick among inputs that are reached by number the number alone."""
+        arguments = self.program.operations[index].arguments
+        return arguments[:1] if index in self._gathers else arguments
 
     def _names(self, own: set[int]) -> dict[int, str]:
         crossing = {
@@ -219,6 +247,22 @@ class CutPrinter(BranchingPrinter):
         if operation.name == "input":
             return f"{indent}const real v{index} = {self.reach.taken(operation.constant)};\n"
         return super().statement(index, named, places, notes, indent).replace("const int v", "const bool v", 1)
+
+    def _picked(self, index: int, named: dict[int, str], indent: str) -> str:
+        """A value by its number, with brackets where checkers of C ask for them."""
+        number, *values = self.program.operations[index].arguments
+        given, last = self._real(number, named), len(values) - 1
+        lines = (
+            f"{indent}const bool k{index} = ({given} >= R(1.0)) && ({given} <= R({last}.0));\n"
+            f"{indent}const int32_t j{index} = k{index} ? (int32_t){given} : 0;\n"
+            f"{indent}const int32_t i{index} = ({given} == (real)j{index}) ? j{index} : 0;\n"
+        )
+        if index in self._gathers:
+            return f"{lines}{indent}const real v{index} = {self._gathers[index]};\n"
+        table = ", ".join(self._real(each, named) for each in values)
+        return (
+            f"{lines}{indent}const real t{index}[] = {{{table}}};\n{indent}const real v{index} = t{index}[i{index}];\n"
+        )
 
     def constant(self, index: int) -> str | None:
         """A constant as C writes it; None for what is none."""

@@ -7,6 +7,7 @@ from functools import cached_property
 
 from tierod.core.graph.initial import initial_program
 from tierod.core.graph.operations import NEXT_STATE, OUTPUT, RING, SAMPLE, TUNING, Program, program
+from tierod.core.graph.trace import Graph
 from tierod.export.clocks import Clock, clocks
 from tierod.export.described import Described
 from tierod.export.members import Member, elements, identifier, members
@@ -58,10 +59,16 @@ class Interface:
         """Of all names."""
         return self.spelling.prefix
 
+    @property
+    def graph(self) -> Graph:
+        """Of one step."""
+        graph: Graph = self.subject.graph
+        return graph
+
     @cached_property
     def program(self) -> Program:
         """Of one step."""
-        return program(self.subject.graph.function)
+        return program(self.graph.function)
 
     @cached_property
     def initial(self) -> Program:
@@ -78,33 +85,33 @@ class Interface:
     @cached_property
     def sample(self) -> tuple[Member, ...]:
         """Of one sample."""
-        return members(self.subject.graph.sample)
+        return members(self.graph.sample)
 
     @cached_property
     def output(self) -> tuple[Member, ...]:
         """Of one output."""
-        return members(self.subject.graph.output)
+        return members(self.graph.output)
 
     @cached_property
     def parameters(self) -> tuple[Member, ...]:
         """Of the parameters."""
-        return members(self.subject.graph.tuning)
+        return members(self.graph.tuning)
 
     @cached_property
     def plain(self) -> tuple[tuple[int, ...], tuple[Member, ...]]:
         """Positions of the states that are no clocks, and their members."""
-        positions = tuple(k for k in range(len(self.subject.graph.state)) if k not in self.clocks)
-        return positions, members([self.subject.graph.state[k] for k in positions])
+        positions = tuple(k for k in range(len(self.graph.state)) if k not in self.clocks)
+        return positions, members([self.graph.state[k] for k in positions])
 
     @cached_property
     def counted(self) -> dict[int, str]:
         """Names of the clocks by their position."""
-        return {k: f"{identifier(self.subject.graph.state[k])}_steps" for k in self.clocks}
+        return {k: f"{identifier(self.graph.state[k])}_steps" for k in self.clocks}
 
     @cached_property
     def rings(self) -> tuple[tuple[str, int], ...]:
         """(name, size) of every delay line."""
-        return tuple((identifier(path), size) for path, size in self.subject.graph.rings)
+        return tuple((identifier(path), size) for path, size in self.graph.rings)
 
     @property
     def statuses(self) -> tuple[int, ...]:
@@ -120,7 +127,8 @@ class Interface:
         return {k: f"x->{text}" for k, text in {**named, **self.counted}.items()}
 
     @cached_property
-    def _named(self) -> dict[tuple[str, int], str]:
+    def named(self) -> dict[tuple[str, int], str]:
+        """C of every number of sample, output and parameters, by the letter of its struct and its position."""
         groups = {"u": self.sample, "y": self.output, "p": self.parameters}
         return {(word, k): f"{word}->{text}" for word, all_ in groups.items() for k, text in enumerate(elements(all_))}
 
@@ -133,14 +141,14 @@ class Interface:
         """C of an output of the program."""
         group, position = target
         if group == OUTPUT:
-            return self._named["y", position]
+            return self.named["y", position]
         return self._state[position] if group == NEXT_STATE else self.ring(position)
 
     def taken(self, source: tuple[int, int]) -> str:
         """C of an input of the program, as a number."""
         group, position = source
         if group in (TUNING, PARAMETER):
-            return self._named["p", position]
+            return self.named["p", position]
         if group == RING:
             return self.ring(position)
         if group == SAMPLE:
@@ -150,14 +158,14 @@ class Interface:
         return self._state[position]
 
     def _sampled(self, position: int) -> str:
-        text = self._named["u", position]
+        text = self.named["u", position]
         if not self.options.validity:
             return text
         return f"((u->valid & {self.prefix.upper()}_VALID_{self.bit(position)}) != 0U) ? {text} : (real)NAN"
 
     def bit(self, position: int) -> str:
         """Name of the bit of an input in the mask of valid ones."""
-        return identifier(self.subject.graph.sample[position]).upper()
+        return identifier(self.graph.sample[position]).upper()
 
     def _step(self, clock: Clock) -> str:
         operation = self.program.operations[clock.step]
@@ -165,8 +173,7 @@ class Interface:
             return self.spelling.number(float(operation.constant))
         return self.carried(self.program.carried().index(clock.step))
 
-    @staticmethod
-    def carried(slot: int) -> str:
+    def carried(self, slot: int) -> str:
         """C of a value that depends on the parameters alone."""
         return f"c->value[{slot}]"
 

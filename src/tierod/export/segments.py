@@ -9,8 +9,10 @@ from dataclasses import dataclass, replace
 from tierod.core.graph.branches import Branch, Condition
 from tierod.core.graph.operations import NEXT_STATE, STATE, Program
 
-LONGEST = 40
-"""Statements of one function: checkers of C take hours for the functions of thousands that a kernel is made of."""
+LONGEST = 60
+"""Operations of one function: checkers of C take hours for the functions of thousands that a kernel is made of. With 40
+a step of the friction monitor takes 5 % more instructions of a Cortex-M7, with 120 and more again, since values cross
+functions or do not fit in registers."""
 
 Target = tuple[int, int]
 """(group, position) of an output of the program."""

@@ -69,3 +69,43 @@ def _stretches(generator: np.random.Generator, count: int, often: int) -> list[t
     starts = generator.integers(0, count, number)
     lengths = generator.integers(1, LONGEST_GAP, number)
     return [(int(start), int(min(start + length, count))) for start, length in zip(starts, lengths, strict=True)]
+
+
+def disturbed_inputs(inputs: np.ndarray, count: int, seed: int = SEED) -> np.ndarray:
+    """Samples (count, inputs) of a drive, over and over, in which signals fail: for the coverage of what faults reach.
+
+    Args:
+        inputs: (n, inputs) of a drive
+        count: of samples
+        seed: of all chance
+    """
+    generator = np.random.default_rng(seed)
+    values = np.resize(inputs, (count, inputs.shape[1])).copy()
+    spread = np.nanstd(np.where(np.isfinite(inputs), inputs, np.nan), axis=0)
+    spread = np.where(np.isfinite(spread) & (spread > 0.0), spread, 1.0)
+    for start in range(len(inputs) // 2, count, DISTURBED_EVERY):
+        stop = min(start + int(generator.integers(DISTURBED_EVERY // 8, DISTURBED_EVERY)), count)
+        failing = generator.random(inputs.shape[1]) < generator.choice([0.15, 0.3, 1.0], p=[0.6, 0.3, 0.1])
+        for k in np.flatnonzero(failing):
+            values[start:stop, k] = _failed(generator, values[start:stop, k], float(spread[k]))
+    return values
+
+
+DISTURBED_EVERY = 1500
+"""Samples from one failure to the next."""
+
+
+def _failed(generator: np.random.Generator, given: np.ndarray, spread: float) -> np.ndarray:
+    size = generator.choice([0.3, 3.0, 100.0]) * spread
+    kinds = (
+        lambda: np.full(len(given), np.nan),
+        lambda: np.where(generator.random(len(given)) < 0.5, np.nan, given),
+        lambda: given + size,
+        lambda: given * generator.choice([0.0, 0.5, 2.0, -1.0]),
+        lambda: np.full(len(given), given[0]),
+        lambda: given + np.linspace(0.0, size, len(given)),
+        lambda: given + size * generator.standard_normal(len(given)),
+        lambda: np.where(generator.random(len(given)) < 0.02, given + 10.0 * size, given),
+        lambda: np.full(len(given), generator.choice([np.inf, -np.inf])),
+    )
+    return np.asarray(kinds[int(generator.integers(len(kinds)))]())

@@ -11,9 +11,8 @@ import numpy as np
 from tierod import __version__
 from tierod.core.block import Ring, Tree, leaves, tuning
 from tierod.core.errors import ParameterError
-from tierod.core.graph import Graph, trace
-from tierod.core.graph.bank_graph import BankGraph
-from tierod.core.graph.memory_layout import flat_memory
+from tierod.core.graph import trace
+from tierod.core.graph.memory_layout import BankState, flat_memory
 from tierod.export.described import Described, described, of_signals
 from tierod.export.members import identifier
 from tierod.monitors.diagnose import find, usual_monitor
@@ -32,8 +31,9 @@ class Subject:
         vehicle: name of the one whose parameters it has
         rate: of the samples [Hz]
         block: that runs
-        graph: of the block
-        sample, state, output, tuning: what is known of every number, in the order of the graph
+        graph: of the block, which may be a bank
+        sample, state, output, tuning: what is known of every number, in the order of the graph; of a bank's states
+            those of its judge
         values: of the tuning
         memory: state before the first sample, flat
     """
@@ -45,7 +45,7 @@ class Subject:
     vehicle: str
     rate: float
     block: Any
-    graph: Graph
+    graph: Any
     sample: tuple[Described, ...]
     state: tuple[Described, ...]
     output: tuple[Described, ...]
@@ -91,12 +91,6 @@ def subject_of(monitor: str | None, vehicle: Vehicle | str, variant: str | None 
             f"the monitor '{definition.name}', variant '{chosen.name}', judges a recording as a whole and is no block "
             "that steps from sample to sample; export one that is, for example friction"
         )
-    graph: Any = trace(block)
-    if isinstance(graph, BankGraph):
-        raise ParameterError(
-            f"the monitor '{definition.name}', variant '{chosen.name}', is a bank of {graph.count} filters, of which "
-            "no C for control units is printed yet; export its variant with rules (--variant rules)"
-        )
     stem = definition.name if chosen.name == definition.default else f"{definition.name}_{chosen.name}"
     names = (definition.title, definition.name, chosen.name, car.name)
     return subject_of_block(identifier(stem), block, definition.rate, *names)
@@ -109,7 +103,7 @@ def subject_of_block(
 
     Args:
         name: identifier of C that all names begin with, without "tierod_"
-        block: whose graph is a straight line
+        block: whose graph is a straight line, or a bank of such
         rate: of the samples [Hz]
         title: for people
         monitor, variant, vehicle: names, "" where there is none
@@ -118,6 +112,7 @@ def subject_of_block(
         TraceError: the block cannot be traced
     """
     graph, initial = trace(block), block.init()
+    remembered = initial.judge if isinstance(initial, BankState) else initial
     pairs = list(tuning(block))
     known = {each.path: each for each in described(block)}
     return Subject(
@@ -130,7 +125,7 @@ def subject_of_block(
         block=block,
         graph=graph,
         sample=of_signals(graph.sample, graph.sample_tree),
-        state=tuple(each for each, leaf in _with_leaves(initial) if not isinstance(leaf, Ring)),
+        state=tuple(each for each, leaf in _with_leaves(remembered) if not isinstance(leaf, Ring)),
         output=tuple(described(graph.output_tree)),
         tuning=tuple(known.get(path, Described(path)) for path, _ in pairs),
         values=tuple(value for _, value in pairs),

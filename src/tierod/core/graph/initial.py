@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.block import Block, Ring, Tree, leaves, tuning, with_tuning
-from tierod.core.graph.bank_graph import BankGraph
 from tierod.core.graph.operations import NEXT_STATE, PUSH, Operation, Program, program
-from tierod.core.graph.trace import trace
 
 
 def initial_program(block: Block) -> Program:
@@ -19,11 +17,8 @@ def initial_program(block: Block) -> Program:
 
     Args:
         block: whose graph is a straight line
-
-    Raises:
-        TraceError: the block cannot be traced
     """
-    if isinstance(trace(block), BankGraph):
+    if hasattr(block, "traced"):
         raise TypeError("lanes and judge of a bank begin each by itself")
     values = [value for _, value in tuning(block)]
     plain, rings = _parted(block.init())

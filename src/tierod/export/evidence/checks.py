@@ -5,11 +5,16 @@ from __future__ import annotations
 import re
 import sys
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 from tierod.core.content import Table
 from tierod.export.evidence.tools import ran, there, version
 from tierod.export.interface import Interface
+
+FURTHER = "build/further.csv"
+"""Drive, random samples and failed signals, as many as the evidence takes."""
 
 SANITIZERS = "address,undefined,float-cast-overflow"
 
@@ -18,93 +23,105 @@ REASONS = {
     "10.5": "advisory; a status that was computed as a number becomes its enumeration",
     "10.8": "a status that was computed as a number becomes its enumeration",
     "14.4": "the checker does not know the type bool of stdbool.h",
+    "15.5": "advisory; a function of the fault memory returns as soon as its answer is known",
     "20.9": "macros of math.h that a C library may lack",
+    "21.15": "the bytes of a number become a whole number by memcpy, in place of a union",
 }
 """Why a rule of MISRA C:2012 is departed from, by its number."""
+
+OF_OWN_FUNCTIONS = {
+    "2.2": "x - x, which is NaN of an infinite angle and zero else",
+    "10.3": "a whole number is taken as a truth, or for one of another width",
+    "10.4": "an unsigned number beside a constant without U",
+    "10.6": "a difference of whole numbers that becomes a wider one",
+    "10.8": "the sign of a difference of unsigned numbers",
+    "12.1": "advisory; polynomials without the brackets that C does not need",
+    "12.3": "advisory; several constants declared in one line",
+    "15.6": "a branch of one statement",
+    "17.7": "what memcpy returns is its own argument",
+}
+"""The same, of the kernels' own functions in place of those of the C library; their text is that of the kernels."""
 
 ADDONS = ("/usr/lib/x86_64-linux-gnu/cppcheck/addons", "/usr/share/cppcheck/addons", "/usr/lib/cppcheck/addons")
 """Folders in which Debian's and other packages keep the addon."""
 
 
-def checks(face: Interface, folder: Path) -> list[Table]:
+class Checked(NamedTuple):
+    """An export as the tools see it.
+
+    Args:
+        code: source that is covered
+        parts: all sources of the export
+        runs: arguments of the comparison, one after the other: vectors, and random samples
+        counted: name of the function whose instructions are counted; "" for none
+        reasons: why a rule of MISRA C:2012 is departed from, by its number
+    """
+
+    code: str
+    parts: tuple[str, ...]
+    runs: tuple[tuple[str, str], ...]
+    counted: str
+    reasons: Mapping[str, str]
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """All that the comparison is built from."""
+        return (*self.parts, "test/compare.c")
+
+
+def of_monitor(face: Interface) -> Checked:
+    """The export of a monitor, with `test/random.csv` and further samples beside the vectors."""
+    runs = tuple((each, "test/expected.csv") for each in ("test/inputs.csv", "test/random.csv", FURTHER))
+    own = {rule: f"in the kernels' own functions: {reason}" for rule, reason in OF_OWN_FUNCTIONS.items()}
+    reasons = REASONS if face.options.libm else {**own, **REASONS}
+    code = f"{face.prefix}.c"
+    return Checked(code, (code, f"{face.prefix}_parameters.c"), runs, f"{face.prefix}_step", reasons)
+
+
+def checks(export: Checked, folder: Path) -> list[Table]:
     """Tables of all checks.
 
     Args:
-        face: of the export
-        folder: that holds it, with `test/random.csv` beside the vectors
+        export: that is checked
+        folder: that holds it
     """
-    rows = [sanitized(face, folder, compiler) for compiler in ("gcc", "clang")]
-    rows += [*covered(face, folder), instructions(face, folder)]
-    return [Table("Checks on this machine", ("check", "tool", "result"), tuple(rows)), misra(face, folder)]
+    rows = [sanitized(export, folder, compiler) for compiler in ("gcc", "clang")]
+    rows += [instructions(export, folder)] if export.counted else []
+    return [Table("Checks on this machine", ("check", "tool", "result"), tuple(rows)), misra(export, folder)]
 
 
-def _sources(face: Interface) -> list[str]:
-    return [f"{face.prefix}.c", f"{face.prefix}_parameters.c", "test/compare.c"]
-
-
-def sanitized(face: Interface, folder: Path, compiler: str) -> tuple[str, str, str]:
+def sanitized(export: Checked, folder: Path, compiler: str) -> tuple[str, str, str]:
     """Reports of the address and undefined-behaviour sanitizers over vectors and random samples."""
     name = "address and undefined-behaviour sanitizers"
     program = f"build/sanitized-{compiler}"
     flags = ["-std=c99", "-O0", "-g", f"-fsanitize={SANITIZERS}", "-I."]
-    built = ran([compiler, *flags, *_sources(face), "-o", program, "-lm"], folder)
+    built = ran([compiler, *flags, *export.sources, "-o", program, "-lm"], folder)
     if built.code != 0:
         return name, version(compiler), f"not run: {built.first}"
     reports = 0
-    for inputs in ("test/inputs.csv", "test/random.csv"):
-        done = ran([program, inputs, "test/expected.csv"], folder)
+    for given in export.runs:
+        done = ran([program, *given], folder)
         if done.code not in (0, 1):
             return name, version(compiler), f"ended with {done.code}: {done.first}"
         reports += done.text.count("runtime error") + done.text.count("Sanitizer:")
     return name, version(compiler), f"{reports} reports"
 
 
-def covered(face: Interface, folder: Path) -> list[tuple[str, str, str]]:
-    """Statements and branches that vectors and random samples reach."""
-    built = ran(["gcc", "-std=c99", "-O0", "--coverage", "-I.", *_sources(face), "-o", "build/covered", "-lm"], folder)
-    if built.code != 0:
-        return [("coverage", version("gcov"), f"not run: {built.first}")]
-    for inputs in ("test/inputs.csv", "test/random.csv"):
-        ran(["build/covered", inputs, "test/expected.csv"], folder)
-    stem = f"build/covered-{face.prefix}"
-    text = ran(["gcov", "-b", "-c", "-o", f"{stem}.gcda", f"{face.prefix}.c"], folder).text
-    part = text.partition(f"File '{face.prefix}.c'")[2]
-    rows = []
-    for name, pattern in (
-        ("statements executed", r"Lines executed:([\d.]+)% of (\d+)"),
-        ("branches taken", r"Taken at least once:([\d.]+)% of (\d+)"),
-    ):
-        found = re.search(pattern, part)
-        rows.append((name, version("gcov"), f"{found[1]} % of {found[2]}" if found else "not found in the report"))
-    rows.append(("conditions (MC/DC)", version("gcc"), _conditions(face, folder)))
-    return rows
-
-
-def _conditions(face: Interface, folder: Path) -> str:
-    """Coverage of conditions, which gcc has from its version 14 on."""
-    source = f"{face.prefix}.c"
-    tried = ran(["gcc", "-fcondition-coverage", "-c", source, "-I.", "-o", "build/conditions.o"], folder)
-    return (
-        "available, see gcov --conditions" if tried.code == 0 else "this gcc has none (14 has); branches stand for it"
-    )
-
-
-def instructions(face: Interface, folder: Path) -> tuple[str, str, str]:
+def instructions(export: Checked, folder: Path) -> tuple[str, str, str]:
     """Instructions of one step on this machine, counted by callgrind."""
     name = "instructions of one step, x86-64, -O2"
-    built = ran(["gcc", "-std=c99", "-O2", "-g", "-I.", *_sources(face), "-o", "build/counted", "-lm"], folder)
+    built = ran(["gcc", "-std=c99", "-O2", "-g", "-I.", *export.sources, "-o", "build/counted", "-lm"], folder)
     if built.code != 0:
         return name, version("gcc"), f"not run: {built.first}"
-    step = f"{face.prefix}_step"
-    words = ["valgrind", "--tool=callgrind", f"--toggle-collect={step}", "--callgrind-out-file=/dev/null"]
-    text = ran([*words, "build/counted", "test/inputs.csv", "test/expected.csv"], folder).text
+    words = ["valgrind", "--tool=callgrind", f"--toggle-collect={export.counted}", "--callgrind-out-file=/dev/null"]
+    text = ran([*words, "build/counted", *export.runs[0]], folder).text
     collected, steps = re.search(r"Collected : (\d+)", text), re.search(r"(\d+) steps", text)
     if not collected or not steps:
         return name, version("valgrind"), "not run"
     return name, version("valgrind"), f"{int(collected[1]) / int(steps[1]):.0f}"
 
 
-def misra(face: Interface, folder: Path) -> Table:
+def misra(export: Checked, folder: Path) -> Table:
     """Departures from MISRA C:2012 of monitor and parameters, counted by rule, with the reason of each."""
     header = ("rule", "count", "reason")
     title = f"Departures from MISRA C:2012 ({version('cppcheck')} with its addon)"
@@ -112,16 +129,17 @@ def misra(face: Interface, folder: Path) -> Table:
     if addon is None or not there("cppcheck"):
         return Table(title, header, (("not run", "", "cppcheck and its addon misra.py are not installed"),))
     counted: Counter[str] = Counter()
-    for name in (f"{face.prefix}.c", f"{face.prefix}_parameters.c"):
+    for name in export.parts:
         dumped = ran(["cppcheck", "--dump", "--std=c99", "--quiet", "-I.", name], folder)
         judged = ran([sys.executable, str(addon), f"{name}.dump"], folder)
-        (folder / f"{name}.dump").unlink(missing_ok=True)
+        for left in ("dump", "ctu-info"):
+            (folder / f"{name}.{left}").unlink(missing_ok=True)
         if dumped.code != 0 or "Checking" not in judged.text:
             return Table(title, header, (("not run", "", (dumped if dumped.code else judged).first),))
         for rule, count in re.findall(r"^\s*misra-c2012-(\d+\.\d+) .*: (\d+)$", judged.text, flags=re.MULTILINE):
             counted[rule] += int(count)
     rows = [
-        (f"rule {rule}", str(count), REASONS.get(rule, "no reason is recorded"))
+        (f"rule {rule}", str(count), export.reasons.get(rule, "no reason is recorded"))
         for rule, count in sorted(counted.items(), key=lambda each: [int(part) for part in each[0].split(".")])
     ]
     note = "Of the rules that this addon checks; rules of the whole program and directives need a tool of their own."

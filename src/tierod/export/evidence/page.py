@@ -10,13 +10,16 @@ from typing import Any
 import numpy as np
 
 from tierod.core.content import Heading, Item, Table
+from tierod.core.files import write_text
 from tierod.core.graph.operation_count import operation_count
 from tierod.export.c_export import write_folder
-from tierod.export.evidence.checks import checks
+from tierod.export.evidence.checks import FURTHER, checks, of_monitor
 from tierod.export.evidence.comparison import Difference, differences, table
+from tierod.export.evidence.coverage import Stepped, covered
 from tierod.export.evidence.targets import targets
 from tierod.export.interface import Interface
-from tierod.export.vectors import Vectors, input_table
+from tierod.export.stimuli import disturbed_inputs
+from tierod.export.vectors import Vectors, input_table, rounded
 from tierod.report.analysis.analysis import Analysis
 
 
@@ -33,12 +36,16 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
     last = list(samples.values())[-1]
     write_folder({"test/random.csv": input_table(face.subject, Vectors(last[:10_000], vectors.outputs, ""))}, folder)
     (folder / "build").mkdir(exist_ok=True)
+    first = next(iter(samples.values()))
+    further = np.concatenate([*samples.values(), disturbed_inputs(first, 2 * len(first))])
+    write_text(folder / FURTHER, input_table(face.subject, Vectors(rounded(further), vectors.outputs, "")))
     found = differences(face, folder, samples)
     items: list[Item] = [
         Heading("Back to back"),
         table(found, face.options.precision),
         Heading("Checks"),
-        *checks(face, folder),
+        *checks(of_monitor(face), folder),
+        *covered(of_monitor(face), folder, Stepped(face.program, face.graph.state)),
         Heading("Targets"),
         targets(face, folder, vectors),
         Heading("Operations"),

@@ -14,7 +14,8 @@ from tierod.export.interface import Interface
 from tierod.export.vectors import Vectors
 
 GCC = "arm-none-eabi-gcc"
-COMMON = ("-std=c99", "-O2", "-fno-math-errno", "-ffp-contract=off", "-I.", "--specs=rdimon.specs")
+FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off", "-I.")
+COMMON = (*FLAGS, "--specs=rdimon.specs")
 M7 = ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard", "-mthumb")
 R5 = ("-mcpu=cortex-r5", "-mfpu=vfpv3-d16", "-mfloat-abi=hard")
 BOARD = ("qemu-system-arm", "-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic")
@@ -57,7 +58,7 @@ def targets(face: Interface, folder: Path, vectors: Vectors) -> Table:
         *_sized(face, folder),
     ]
     tools = ", ".join(map(version, (GCC, "qemu-system-arm", "qemu-arm")))
-    return Table("Targets", header, tuple(rows), f"{tools}; -O2, {' '.join(M7)}; {' '.join(R5)}.")
+    return Table("Targets", header, tuple(rows), f"{tools}; {' '.join(FLAGS[1:-1])}, {' '.join(M7)}; {' '.join(R5)}.")
 
 
 def _sources(face: Interface) -> list[str]:
@@ -117,7 +118,7 @@ def _measured(face: Interface, folder: Path) -> list[tuple[str, str, str]]:
 
 def _sized(face: Interface, folder: Path) -> list[tuple[str, str, str]]:
     """Text of monitor and parameters, and the stack that the compiler states."""
-    flags = ["-std=c99", "-O2", "-fno-math-errno", "-ffp-contract=off", "-I.", "-fstack-usage", "-c"]
+    flags = [*FLAGS, "-fstack-usage", "-c"]
     objects = [f"build/{name}.o" for name in ("monitor", "parameters")]
     for name, made in zip(_sources(face), objects, strict=True):
         built = ran([GCC, *M7, *flags, name, "-o", made], folder)

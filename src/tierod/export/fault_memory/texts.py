@@ -11,16 +11,26 @@ from tierod import __version__
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.fault_memory import CAUSE_DELAY, PLACES
 from tierod.diagnosis.trouble_codes import TroubleCodes
+from tierod.export.fault_memory.vectors import CYCLES, memory_vectors
 from tierod.export.members import identifier
 
 NAMES = ("tierod_fault_memory.h", "tierod_fault_memory.c")
+
+TEMPLATES = {
+    NAMES[0]: "memory.h.j2",
+    NAMES[1]: "memory.c.j2",
+    "Makefile": "Makefile.j2",
+    "README.md": "README.md.j2",
+    "test/compare.c": "compare.c.j2",
+}
+"""File of the export -> its template."""
 
 HEADER, FIXED, FRAME = 24, 20, 12
 """Bytes before the first record of a slot, of a record without its frames, of a frame without its values."""
 
 
 def fault_memory_files(codes: TroubleCodes, places: int = PLACES) -> Mapping[str, str]:
-    """Header and source, by name; the same table gives the same bytes.
+    """All files of an export, by path in its folder; the same table gives the same bytes.
 
     Args:
         codes: the table
@@ -36,8 +46,9 @@ def fault_memory_files(codes: TroubleCodes, places: int = PLACES) -> Mapping[str
         keep_trailing_newline=True,
     )
     values = _values(codes, places)
-    texts = {name: environment.get_template(f"memory.{name[-1]}.j2").render(values) for name in NAMES}
-    return {**texts}
+    texts = {name: environment.get_template(template).render(values) for name, template in TEMPLATES.items()}
+    inputs, expected = memory_vectors(codes, places)
+    return {**texts, "test/inputs.csv": inputs, "test/expected.csv": expected}
 
 
 def _values(codes: TroubleCodes, places: int) -> dict[str, object]:
@@ -65,6 +76,7 @@ def _values(codes: TroubleCodes, places: int) -> dict[str, object]:
         "places": places,
         "record": record,
         "slot": HEADER + record * len(rows) + 4,
+        "cycles": CYCLES,
         "cause_delay": round(1000.0 * CAUSE_DELAY),
         "digest": f"0x{digest:08X}",
         "version": f"tierod {__version__}",

@@ -1,0 +1,222 @@
+"""The structs of an exported bank: lanes with a table of what they differ in, and their judge."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from tierod.core.block import leaves
+from tierod.core.errors import TraceError
+from tierod.core.graph.bank_graph import BankGraph
+from tierod.core.graph.initial import initial_program
+from tierod.core.graph.operations import OUTPUT, SAMPLE, TUNING, Program, program
+from tierod.core.graph.trace import Graph
+from tierod.export.described import Described, described
+from tierod.export.interface import Interface
+from tierod.export.members import Member, elements, identifier, members
+
+
+class LaneInterface(Interface):
+    """What the C of one lane reaches: its own state, outputs and parameters, and those that all lanes share."""
+
+    @property
+    def bank(self) -> BankGraph:
+        """Of the whole."""
+        bank: BankGraph = self.subject.graph
+        return bank
+
+    @property
+    def graph(self) -> Graph:
+        """Of one step of a lane."""
+        return self.bank.lane
+
+    @cached_property
+    def initial(self) -> Program:
+        """Of the first state.
+
+        Raises:
+            TraceError: lanes begin differently, and not by their parameters
+        """
+        lanes = self.subject.block.lanes
+        found = initial_program(lanes[0])
+        follows = any(each.name == "input" for each in found.operations)
+        starts = [[leaf for _, leaf in leaves(lane.init())] for lane in lanes]
+        if not follows and any(start != starts[0] for start in starts):
+            raise TraceError(
+                f"the lanes of {self.subject.title} begin with different states that do not follow from their "
+                "parameters; let `init` work them out of the fields with the functions of tierod.core.graph.maths"
+            )
+        return found
+
+    @cached_property
+    def statuses(self) -> tuple[int, ...]:
+        """A lane states none."""
+        return ()
+
+    @cached_property
+    def own(self) -> tuple[int, ...]:
+        """Positions of the parameters in which lanes differ."""
+        count = len(self.graph.tuning)
+        rows = np.array(self.subject.values[: count * self.bank.count]).reshape(self.bank.count, count)
+        return tuple(int(k) for k in np.flatnonzero((rows != rows[0]).any(axis=0)))
+
+    @cached_property
+    def shared(self) -> tuple[int, ...]:
+        """Positions of the parameters in which all lanes agree."""
+        return tuple(k for k in range(len(self.graph.tuning)) if k not in set(self.own))
+
+    @cached_property
+    def shared_members(self) -> tuple[Member, ...]:
+        """Of the parameters that all lanes share."""
+        return members([f"lanes.{self.graph.tuning[k]}" for k in self.shared])
+
+    @cached_property
+    def own_members(self) -> tuple[Member, ...]:
+        """Of the parameters that a lane has of its own."""
+        return members([self.graph.tuning[k] for k in self.own])
+
+    @cached_property
+    def feedback(self) -> tuple[Member, ...]:
+        """What the judge gives to every lane with the next sample."""
+        return members(self.bank.feedback)
+
+    @cached_property
+    def named(self) -> dict[tuple[str, int], str]:
+        """C of every number, by the letter of its struct and its position."""
+        inputs = len(self.bank.sample)
+        found = {("u", k): f"u->{text}" for k, text in enumerate(elements(members(self.bank.sample)))}
+        found |= {("u", inputs + k): f"f->{text}" for k, text in enumerate(elements(self.feedback))}
+        found |= {("y", k): f"o->{text}" for k, text in enumerate(elements(self.output))}
+        for letter, places, all_ in (("p", self.shared, self.shared_members), ("q", self.own, self.own_members)):
+            texts = elements(all_)
+            found |= {("p", place): f"{letter}->{text}" for place, text in zip(places, texts, strict=True)}
+        return found
+
+    @cached_property
+    def slots(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Values that depend on the parameters alone: those of all lanes alike, and those of every lane."""
+        varying: set[int] = set()
+        own = set(self.own)
+        for index, operation in enumerate(self.program.operations):
+            is_own = operation.name == "input" and operation.constant[0] == TUNING and operation.constant[1] in own
+            if is_own or not varying.isdisjoint(operation.arguments):
+                varying.add(index)
+        carried = self.program.carried()
+        alike = tuple(slot for slot, value in enumerate(carried) if value not in varying)
+        return alike, tuple(slot for slot, value in enumerate(carried) if value in varying)
+
+    def carried(self, slot: int) -> str:
+        """C of a value that depends on the parameters alone."""
+        alike, own = self.slots
+        return f"c->value[{alike.index(slot)}]" if slot in alike else f"k->value[{own.index(slot)}]"
+
+    def _sampled(self, position: int) -> str:
+        return super()._sampled(position) if position < len(self.bank.sample) else self.named["u", position]
+
+    def bit(self, position: int) -> str:
+        """Name of the bit of an input in the mask of valid ones."""
+        return identifier(self.bank.sample[position]).upper()
+
+    def known(self, positions: Sequence[int]) -> tuple[Described, ...]:
+        """What is known of parameters of a lane."""
+        return tuple(self.subject.tuning[k] for k in positions)
+
+    @cached_property
+    def known_state(self) -> tuple[Described, ...]:
+        """What is known of the states of a lane."""
+        return tuple(described(self.subject.block.lanes[0].init()))
+
+    @cached_property
+    def known_output(self) -> tuple[Described, ...]:
+        """What is known of the outputs of a lane."""
+        return tuple(described(self.graph.output_tree))
+
+
+class BankInterface(Interface):
+    """What the C of a bank looks like from outside, and what its judge reaches."""
+
+    @property
+    def bank(self) -> BankGraph:
+        """Of the whole."""
+        bank: BankGraph = self.subject.graph
+        return bank
+
+    @cached_property
+    def lane(self) -> LaneInterface:
+        """Of the lanes."""
+        return LaneInterface(self.subject, self.options)
+
+    @cached_property
+    def graph(self) -> Graph:
+        """Of one step of the judge, with the inputs and outputs of the bank."""
+        judge = self.bank.judge
+        return replace(
+            judge,
+            state=tuple(f"judge.{name}" for name in judge.state),
+            tuning=tuple(f"judge.{name}" for name in judge.tuning),
+            rings=tuple((f"judge.{name}", size) for name, size in judge.rings),
+            sample=self.bank.sample,
+            output=self.bank.output,
+        )
+
+    @cached_property
+    def program(self) -> Program:
+        """Of one step of the judge."""
+        return program(self.bank.judge.function)
+
+    @cached_property
+    def initial(self) -> Program:
+        """Of the first state of the judge."""
+        return initial_program(self.subject.block.judge)
+
+    @cached_property
+    def known_feedback(self) -> tuple[Described, ...]:
+        """What is known of the judge's feedback."""
+        return tuple(described(self.subject.block.judge.feedback()))
+
+    @property
+    def fed_first(self) -> tuple[float, ...]:
+        """Feedback with the first sample."""
+        return tuple(float(leaf) for _, leaf in leaves(self.subject.block.judge.feedback()))
+
+    @property
+    def tuned(self) -> int:
+        """Parameters of all lanes, which come before those of the judge."""
+        return self.bank.count * len(self.bank.lane.tuning)
+
+    def carried(self, slot: int) -> str:
+        """C of a value that depends on the parameters alone: the judge's lie behind those of all lanes."""
+        return f"c->value[{len(self.lane.slots[0]) + slot}]"
+
+    def taken(self, source: tuple[int, int]) -> str:
+        """C of an input of the judge, as a number."""
+        group, position = source
+        place = position - len(self.bank.sample)
+        if group != SAMPLE or place < 0:
+            return super().taken(source)
+        number, output = divmod(place, len(self.bank.lane.output))
+        return f"x->said[{number}].{self._said[output]}"
+
+    def given(self, target: tuple[int, int]) -> str:
+        """C of an output of the judge: of the bank, adopted lanes, feedback."""
+        group, position = target
+        place = position - len(self.bank.output)
+        if group != OUTPUT or place < 0:
+            return super().given(target)
+        if place < self.bank.count:
+            return f"a[{place}]"
+        return f"x->feedback.{elements(self.lane.feedback)[place - self.bank.count]}"
+
+    def gathered(self, positions: Sequence[int], number: str) -> str | None:
+        """C of one output of a lane by the lane's number; None unless these are this output of lanes 0, 1, ..."""
+        first, width = positions[0] - len(self.bank.sample), len(self.bank.lane.output)
+        if not 0 <= first < width or any(each != positions[0] + width * k for k, each in enumerate(positions)):
+            return None
+        return f"x->said[{number}].{self._said[first]}"
+
+    @cached_property
+    def _said(self) -> tuple[str, ...]:
+        return elements(self.lane.output)

@@ -1,0 +1,159 @@
+"""Statements and branches that an export's vectors reach, and of what kind the branches are that they do not reach."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from tierod.core.content import Table
+from tierod.core.graph.branches import with_picks
+from tierod.core.graph.operations import STATE, TUNING, Program
+from tierod.export.evidence.checks import Checked
+from tierod.export.evidence.tools import ran, version
+
+REASONS = {
+    "clock": "the end of a counter of steps, after 2^32 steps: 497 days at 100 Hz",
+    "presence": "whether a value is there that the monitor has worked out itself from inputs that it holds: none of "
+    "the samples, whole signals missing among them, makes it missing; the block asks because it stands elsewhere too",
+    "age": "how long ago a value was there that the monitor works out itself: with these samples it is always there",
+    "store": "a checksum that is right over contents that are not",
+    "other": "no reason is recorded: drive, random samples and failed signals do not reach them; listed below",
+}
+"""Why branches are not reached, by their kind."""
+
+LONGEST = 110
+"""Characters of a line of C that is listed."""
+
+_LINE = re.compile(r"\s*[-#\d=*]+:\s*(\d+):(.*)")
+_MISSED = re.compile(r"branch\s+\d+ (?:taken 0\b|never executed)")
+_NAMED = re.compile(r"\bconst \w+ v(\d+) =")
+
+
+class Stepped(NamedTuple):
+    """What the numbers in the C of a step stand for.
+
+    Args:
+        program: of the step that is printed
+        state: dotted names of its states
+    """
+
+    program: Program
+    state: tuple[str, ...]
+
+
+def covered(export: Checked, folder: Path, stepped: Stepped | None = None) -> list[Table]:
+    """Coverage of all runs together, and the branches that are left, counted by kind.
+
+    Args:
+        export: that is run
+        folder: that holds it
+        stepped: what the numbers of the C stand for; None for what is no monitor
+    """
+    title, header = "Coverage by vectors, random samples and failed signals", ("what", "tool", "result")
+    command = ["gcc", "-std=c99", "-O0", "--coverage", "-I.", *export.sources, "-o", "build/covered", "-lm"]
+    built = ran(command, folder)
+    if built.code != 0:
+        return [Table(title, header, (("coverage", version("gcov"), f"not run: {built.first}"),))]
+    for given in export.runs:
+        ran(["build/covered", *given], folder)
+    notes = f"build/covered-{export.code.removesuffix('.c')}.gcda"
+    text = ran(["gcov", "-b", "-c", "-o", notes, export.code], folder).text
+    listing = folder / f"{export.code}.gcov"
+    missed = list(_missed(listing.read_text(encoding="utf-8"), stepped)) if listing.exists() else []
+    listing.unlink(missing_ok=True)
+    part = text.partition(f"File '{export.code}'")[2]
+    rows = [(name, version("gcov"), _found(part, pattern)) for name, pattern in _PATTERNS]
+    rows.append(("conditions (MC/DC)", version("gcc"), _conditions(export, folder)))
+    counted = Counter(kind for kind, _, _ in missed)
+    left = tuple((REASONS[kind], str(count)) for kind, count in sorted(counted.items()))
+    named = tuple(dict.fromkeys((line, text[:LONGEST]) for kind, line, text in missed if kind == "other"))
+    return [
+        Table(title, header, tuple(rows)),
+        Table("Branches that are not reached", ("what they decide", "branches"), left or (("none is left", "0"),)),
+        *(
+            [Table("Decisions that fall one way alone, without a recorded reason", ("line", "C"), named)]
+            if named
+            else []
+        ),
+    ]
+
+
+_PATTERNS = (
+    ("statements executed", r"Lines executed:([\d.]+)% of (\d+)"),
+    ("branches taken", r"Taken at least once:([\d.]+)% of (\d+)"),
+)
+
+
+def _found(part: str, pattern: str) -> str:
+    found = re.search(pattern, part)
+    return f"{found[1]} % of {found[2]}" if found else "not found in the report"
+
+
+def _missed(listing: str, stepped: Stepped | None) -> Iterator[tuple[str, str, str]]:
+    """Kind, line and text of every branch that gcov lists as not taken."""
+    line, text, function = "", "", ""
+    numbered = stepped and stepped._replace(program=with_picks(stepped.program))
+    for each in listing.splitlines():
+        if source := _LINE.match(each):
+            line, text = source.groups()
+        elif each.startswith("function "):
+            function = each.split()[1]
+        elif _MISSED.match(each):
+            yield _kind(text, numbered if "_step" in function or "_judge" in function else None), line, text.strip()
+
+
+def _kind(line: str, stepped: Stepped | None) -> str:
+    if "UINT32_MAX" in line:
+        return "clock"
+    if "TIEROD_MEMORY_CODES) ? (int16_t)" in line:
+        return "store"
+    named = _NAMED.search(line)
+    if stepped is None or not named:
+        return "other"
+    if _rests_on_presence(stepped.program, int(named[1])):
+        return "presence"
+    return "age" if _rests_on_age(stepped, int(named[1])) else "other"
+
+
+def _rests_on_age(stepped: Stepped, index: int) -> bool:
+    """Whether a selection asks for the age of a held value alone."""
+    operations = stepped.program.operations
+    waiting = list(operations[index].arguments[:1]) if operations[index].name in ("select", "if") else []
+    ages = 0
+    while waiting:
+        operation = operations[waiting.pop()]
+        if operation.name == "input" and operation.constant[0] != TUNING:
+            if operation.constant[0] != STATE or not stepped.state[operation.constant[1]].endswith(".age"):
+                return False
+            ages += 1
+        waiting += operation.arguments
+    return ages > 0
+
+
+def _rests_on_presence(program: Program, index: int) -> bool:
+    """Whether a selection or conjunction asks whether a value is there that is no input of the sample."""
+    operation = program.operations[index]
+    asked = operation.arguments[:1] if operation.name in ("select", "if") else operation.arguments
+    return operation.name in ("select", "if", "and", "or") and any(_is_presence(program, each) for each in asked)
+
+
+def _is_presence(program: Program, index: int) -> bool:
+    operations = program.operations
+    while operations[index].name == "not":
+        index = operations[index].arguments[0]
+    if operations[index].name != "lt":
+        return False
+    value, limit = (operations[each] for each in operations[index].arguments)
+    endless = limit.name == "constant" and limit.constant == float("inf")
+    return endless and value.name == "fabs" and operations[value.arguments[0]].name != "input"
+
+
+def _conditions(export: Checked, folder: Path) -> str:
+    """Coverage of conditions, which gcc has from its version 14 on."""
+    tried = ran(["gcc", "-fcondition-coverage", "-c", export.code, "-I.", "-o", "build/conditions.o"], folder)
+    return (
+        "available, see gcov --conditions" if tried.code == 0 else "this gcc has none (14 has); branches stand for it"
+    )

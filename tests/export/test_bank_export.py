@@ -1,0 +1,55 @@
+"""A bank in C: one function for all lanes with tables, its judge, and lanes that take over the states of others."""
+
+import subprocess
+
+import numpy as np
+import pytest
+
+from bank_of_graph import bank
+from exported_c import exported, needs_gcc, reference, run, worst_share
+from tierod.export.stimuli import random_inputs
+from tierod.export.subject import subject_of, subject_of_block
+
+NATIVE = ("-O3", "-march=native", "-ffp-contract=off")
+
+
+@pytest.fixture(scope="module")
+def small():
+    return subject_of_block("small", bank(), 100.0, "A bank")
+
+
+@needs_gcc
+@pytest.mark.parametrize(("precision", "validity", "share"), [("double", False, 1e-13), ("single", True, 1e-4)])
+def test_a_bank_with_feedback_delay_lines_and_exchanged_lanes_states_what_scan_states(
+    small, tmp_path, precision, validity, share
+):
+    inputs = random_inputs(small, 400)
+    face = exported(small, tmp_path, inputs=inputs, precision=precision, validity=validity)
+    wanted = reference(small, inputs)
+    assert np.ptp(wanted[:, 1]) > 0.0  # lanes are taken over, now these, now those
+    assert worst_share(run(face, tmp_path, inputs), wanted).max() <= share
+
+
+@needs_gcc
+def test_with_the_kernels_functions_a_bank_equals_scan_to_the_last_bit(small, tmp_path):
+    inputs = random_inputs(small, 400)
+    face = exported(small, tmp_path, inputs=inputs, precision="double", libm=False)
+    assert np.array_equal(run(face, tmp_path, inputs, flags=NATIVE), reference(small, inputs), equal_nan=True)
+
+
+@needs_gcc
+def test_make_compares_a_bank(small, tmp_path):
+    exported(small, tmp_path)
+    done = subprocess.run(["make", "-s", "-C", tmp_path], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr + done.stdout
+
+
+def test_lanes_share_one_function_and_the_parameters_in_which_they_agree(tmp_path):
+    lanes = subject_of("condition", "smartload")
+    face = exported(lanes, tmp_path, inputs=random_inputs(lanes, 20))
+    source = (tmp_path / "tierod_condition.c").read_text()
+    assert source.count("tierod_condition_lane(c, &c->lane[i], &x->lanes[i], u, &x->said[i]);") == 1
+    assert f"i < {face.bank.count}U" in source
+    values = (tmp_path / "tierod_condition_parameters.c").read_text()
+    assert values.count(".trusted_yaw_rate =") == face.bank.count
+    assert values.count(".lanes_vehicle_mass =") == 1
