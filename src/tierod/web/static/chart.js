@@ -211,12 +211,13 @@ function keyed(props) {
 /** One panel: curves over the common time axis. */
 export function TimeChart(given) {
   const { curves, view, height = 180, label } = given;
-  const props = useRef(given), now = useRef(null), drawnCurves = useRef(null), drawnFor = useRef(null), bars = useRef(new Map()), measured = given.measured || {};
+  const props = useRef(given), now = useRef(null), drawnCurves = useRef(null), bars = useRef(new Map()), measured = given.measured || {};
   props.current = { onView: () => {}, onCursor: () => {}, onMeasure: () => {}, at: () => now.current, ...given };
   const shape = curves.map((c) => [c.name, c.label, c.colour, c.dashed, !!c.band, c.lower === c.upper].join("|")).join("\n");
   const [place, made] = useUplot((target, width) => {
     const { data, series, bands, scales, drawnAt } = tables(props.current.curves);
     bars.current = drawnAt;
+    drawnCurves.current = props.current.curves;
     const own = Object.fromEntries(scales.map((s) => [s, { auto: true, range: ranged }]));
     const u = new uPlot({
       width, height, series, bands, padding: [8, 8, 0, 0],
@@ -243,12 +244,11 @@ export function TimeChart(given) {
   useLayoutEffect(() => {
     const u = made.current;
     if (!u) return;
-    if (drawnCurves.current !== curves || drawnFor.current !== u) {
+    if (drawnCurves.current !== curves) {
       const { data, drawnAt } = tables(curves);
       bars.current = drawnAt;
       u.batch(() => { u.setData(data, false); u.setScale("x", { min: view[0], max: view[1] }); });
       drawnCurves.current = curves;
-      drawnFor.current = u;
     } else u.setScale("x", { min: view[0], max: view[1] });
   }, [curves, view[0], view[1], measured.a || 0, measured.b || 0, given.levels, given.stretches, given.moments]);
   return html`<div class="plot" ref=${place} tabindex="0" role="application" aria-label=${label} aria-roledescription="chart" onKeyDown=${keyed(props)}></div>`;
