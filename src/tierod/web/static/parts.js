@@ -20,7 +20,7 @@ export const spread = (value, deviation) => { const [middle, low, high] = interv
 /** A moment, as finely as a stretch of `width` seconds needs it. */
 export function clock(seconds, width = NaN) {
   if (!Number.isFinite(seconds)) return "–";
-  const fine = width > 0 ? Math.min(Math.max(2 - Math.floor(Math.log10(width)), 0), 6) : NaN, sign = seconds < 0 ? "−" : "", whole = Math.abs(seconds);
+  const fine = width > 0 ? Math.min(Math.max(2 - Math.floor(Math.log10(1.000001 * width)), 0), 6) : NaN, sign = seconds < 0 ? "−" : "", whole = Math.abs(seconds);
   if (whole < 120) return `${+whole.toFixed(fine || 0) === 0 && fine === 0 ? "" : sign}${Number.isFinite(fine) ? whole.toFixed(fine) : figure(whole, 4)} s`;
   const digits = fine > 1 ? fine : 0, total = Math.floor(whole * 10 ** digits) / 10 ** digits;
   const h = Math.floor(total / 3600), m = Math.floor(total / 60) % 60, s = (total % 60).toFixed(digits);
