@@ -82,7 +82,8 @@ def listing(
 
 
 def _gone(site: Site) -> list[str]:
-    return [root.name for root in (*site.roots, *site.results) if not _there(root)]
+    # The demo is made while the page is open.
+    return [] if site.demo else [root.name for root in (*site.roots, *site.results) if not _there(root)]
 
 
 def _root(site: Site, folder: str) -> Root:

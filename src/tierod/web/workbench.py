@@ -307,6 +307,8 @@ class Workbench:
             Absent: no such results folder
         """
         results = self._results(name)
+        if self.site.demo and not (results / "ledger").is_dir():
+            raise Absent("the demo fleet is still being made; try again in some seconds")
         key = fleets.key_of(results)
         found = self.fleets.loaded(key)
         if found is not None:

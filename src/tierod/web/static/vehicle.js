@@ -69,7 +69,7 @@ function Parameters({ address, site }) {
   return stack`<section class="card"><div class="row"><h2 class="grow">Parameters</h2><label><span class="small">vehicle</span><select onChange=${(e) => set({ name: e.target.value })}>${names.map((n) => html`<option value=${n} selected=${n === name}>${n.split("/").pop()}</option>`)}</select></label></div>
     ${found.error && html`<${Trouble} error=${found.error} />`}
     ${found.data && html`<p>${sentence(found.data.description)} <span class="small">${sentence(found.data.source)}</span></p>${found.data.not_good_for.map((n) => html`<p class="note">Not good for: ${n}</p>`)}
-    <${Table} dense caption="Parameters" rows=${found.data.parameters} columns=${[
+    <${Table} dense blocks caption="Parameters" rows=${found.data.parameters} columns=${[
       { title: "parameter", show: (p) => html`<span title=${p.meaning}>${p.name.replaceAll("_", " ")}</span>` },
       { title: "value", n: true, show: (p) => figure(p.value, 5) }, { title: "± standard deviation", n: true, show: (p) => (p.standard_deviation === null ? html`<span title="not known">?</span>` : figure(p.standard_deviation, 2)) },
       { title: "unit", show: (p) => shownIn("")[1] + p.unit.replaceAll("**2", "²").replaceAll("*", "·") },
