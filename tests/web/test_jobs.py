@@ -89,3 +89,16 @@ def test_a_scenario_that_cannot_be_is_told_without_lines_of_a_file(tmp_path):
     chosen = {"folder": str(tmp_path), "car": "midsize-eps", "course": "mixed", "seconds": 60.0, "faults": [late]}
     with pytest.raises(ParameterError, match="^the fault begins at 120 s, but the run ends at 60 s"):
         drive(chosen, lambda *_: None)
+
+
+def test_a_channel_map_of_the_page_holds_when_the_vehicle_is_changed(working, analysed):
+    file = "drives/weave.parquet"
+    own = {"signals": {"yaw_rate": {"source": "yaw_rate", "sign": -1, "factor": 1, "optional": True}}}
+    chosen = Analysed(file=file, vehicle="midsize-eps", channel_map=own, spread=False)
+    first = ended(working.jobs, working.analyse(chosen))
+    assert first.state == DONE
+    assert first.found["series"] != analysed.series
+    assert working.state(file).corrected
+    again = working.analyse(Analysed(file=file, vehicle="revsted-car", spread=False))
+    assert again.given["channel_map"] == own
+    assert ended(working.jobs, again).found["series"] == first.found["series"]

@@ -291,3 +291,57 @@ def test_a_view_that_does_not_come_says_so(page):
     page.get_by_text("The server does not answer").wait_for()
     assert page.slips
     page.slips.clear()
+
+
+def test_a_window_that_is_widened_gets_finer_curves(page):
+    asked = []
+    page.on("request", lambda request: asked.append(request.url) if "/window?" in request.url else None)
+    page.set_viewport_size({"width": 420, "height": 850})
+    opened(page, f"/recording?file={FILE}&signals=driver_torque", "Driver torque [N·m]")
+    charts(page, 1)
+    with page.expect_response(lambda answer: "/window?" in answer.url):
+        page.set_viewport_size({"width": 1300, "height": 850})
+    points = [int(urllib.parse.parse_qs(urllib.parse.urlsplit(each).query)["points"][0]) for each in asked]
+    assert points[-1] > 2 * points[0]
+
+
+def test_an_address_without_view_is_a_sentence(page):
+    answer = page.goto("/nothing/here?a=1")
+    assert answer.status == 404
+    page.get_by_role("heading", name="There is nothing at this address").wait_for()
+    page.get_by_role("link", name="recordings", exact=True).click()
+    page.get_by_role("heading", name="Recordings").wait_for()
+    page.slips.clear()  # the browser names the 404 itself
+
+
+def test_units_in_doubt_are_named_once_and_lead_to_the_channel_map(page, tmp_path):
+    path = tmp_path / "degrees.csv"
+    signs = [(n, (-1) ** (n // 100)) for n in range(900)]
+    rows = [f"{0.01 * n:.2f},{400 * sign},{20 + 0.01 * n:.2f},{15 * sign}" for n, sign in signs]
+    path.write_text("time,steering_wheel_angle,vehicle_speed,yaw_rate\n" + "\n".join(rows), encoding="utf-8")
+    opened(page, "/new", "Upload a recording")
+    page.locator("input[type=file]").set_input_files(path)
+    page.get_by_role("heading", name="Channel map").wait_for()
+    page.goto("/recording?file=uploads/degrees.csv")
+    page.get_by_role("heading", name="Verdicts").wait_for()
+    assert page.get_by_text("steering wheel angle was taken as rad and looks like deg").count() == 1
+    assert page.get_by_text("has no unit in the file").count() == 0
+    page.set_viewport_size({"width": 420, "height": 850})
+    page.get_by_role("link", name="Correct the units").click()
+    page.get_by_role("heading", name="Channel map").wait_for()
+    field = page.get_by_label("column of steering_wheel_angle").bounding_box()
+    assert field["x"] + field["width"] <= 420
+
+
+def test_few_samples_are_points_and_a_folder_that_is_gone_is_named(page):
+    opened(page, f"/recording?file={FILE}&signals=driver_torque&from=10&to=10.1", "Driver torque [N·m]")
+    charts(page, 1)
+    page.get_by_text("10.000 s to 10.100 s").wait_for()
+
+    def gone(route):
+        answer = route.fetch()
+        route.fulfill(response=answer, json={**answer.json(), "gone": ["disk"]})
+
+    page.route("**/api/files?*", gone)
+    page.goto("/")
+    page.get_by_text("The folder “disk” is gone").wait_for()

@@ -14,7 +14,8 @@ import tierod
 from tierod.cli import main
 from tierod.core.errors import InputError, MissingExtra, ParameterError
 from tierod.web import server
-from tierod.web.server import listening, require_web, site_of, token_of
+from tierod.web.guard import Trust, own_names
+from tierod.web.server import listening, outward, require_web, site_of, token_of
 
 pytest.importorskip("fastapi", reason="the extra 'web' is not installed")
 
@@ -110,3 +111,9 @@ def alive(process):
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+def test_every_address_is_shown_as_one_that_others_reach():
+    shown = outward("0.0.0.0")
+    assert shown not in ("0.0.0.0", "127.0.0.1")
+    assert Trust(8765, "t" * 16, False, own_names()).host(f"{shown}:8765")

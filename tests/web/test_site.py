@@ -149,3 +149,15 @@ def test_a_file_is_known_until_it_changes(tmp_path):
     path.unlink()
     with pytest.raises(Absent, match="gone"):
         stamp_of(path)
+
+
+def test_a_served_folder_that_vanished_is_named_and_not_listed(tmp_path):
+    for name in ("here", "gone"):
+        (tmp_path / name).mkdir()
+    site = Site(roots_of([tmp_path / "here", tmp_path / "gone"])[0], (), tmp_path)
+    assert listing(site, "").gone == []
+    (tmp_path / "gone").rmdir()
+    found = listing(site, "")
+    assert [each.name for each in found.entries] == ["here"]
+    assert found.gone == ["gone"]
+    assert listing(site, "", search="x").gone == ["gone"]

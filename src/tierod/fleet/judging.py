@@ -162,6 +162,11 @@ def _date(metadata: Mapping[str, object], start: float | None) -> float | None:
     return start
 
 
+def _judged_share(evidence: Mapping[str, float]) -> float:
+    """The share of the drive in which everything was there without which nothing is judged."""
+    return evidence.get("required_signals_share", evidence.get("signals_complete_share", 1.0))
+
+
 def _rows(concluded: Mapping[str, Concluded], car: Vehicle, span: int, heat: _Mean) -> list[Row]:
     rows = []
     for name, each in concluded.items():
@@ -171,7 +176,7 @@ def _rows(concluded: Mapping[str, Concluded], car: Vehicle, span: int, heat: _Me
             "span": span,
             "start_s": float(diagnosis.recording["start_s"]),
             "duration_s": duration,
-            "judged_s": duration * diagnosis.findings[0].evidence.get("signals_complete_share", 1.0),
+            "judged_s": duration * _judged_share(diagnosis.findings[0].evidence),
             "temperature_K": heat.value,
             "monitor": name,
             "variant": each.variant,

@@ -94,7 +94,7 @@ def _estimates(each: Shown) -> list[tuple[str, str]]:
         if deviation is None:
             continue
         factor, unit = in_shown_unit(each.units.get(name, ""))
-        text = f"{name} {factor * value:.4g} ± {factor * 1.96 * deviation:.2g} {unit}"
+        text = f"{name} {factor * value:.4g} ± {factor * deviation:.2g} {unit}"
         found.append((text, sparkline(each.history.get(name, ()))))
     return found
 

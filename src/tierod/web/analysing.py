@@ -30,6 +30,7 @@ from tierod.vehicles import Vehicle, load
 from tierod.web.pyramid import SeriesReader, SeriesWriter
 from tierod.web.store import Store, stamp_of
 from tierod.web.watching import Watched
+from tierod.web.wording import in_the_page
 
 SCHEMA = "tierod.web-result/1"
 
@@ -139,7 +140,7 @@ def _vehicle(reading: Reading, vehicle: str) -> tuple[Vehicle | None, str]:
     try:
         return load(vehicle_named_in(reading.path, dbc, used)), ""
     except ParameterError as error:
-        return None, str(error)
+        return None, in_the_page(str(error))
 
 
 def digest(path: Path) -> str:

@@ -8,16 +8,16 @@ from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse, Response
+from fastapi.responses import HTMLResponse, JSONResponse, Response
 from starlette.exceptions import HTTPException
 
 from tierod import __version__
 from tierod.core.errors import TierodError
 from tierod.web.errors import status_of
 from tierod.web.fleet_endpoints import fleet_endpoints
-from tierod.web.guard import BodyTooLong, Guard, Trust
+from tierod.web.guard import SAFE, BodyTooLong, Guard, Trust
 from tierod.web.live_endpoint import live_endpoint
-from tierod.web.page import page
+from tierod.web.page import files, page
 from tierod.web.recording_endpoints import recording_endpoints
 from tierod.web.relay import Relay
 from tierod.web.work_endpoints import work_endpoints
@@ -74,7 +74,13 @@ def _errors(app: FastAPI) -> None:
         return problem(422, f"the request is not valid: {place}: {str(first['msg'])[:200]}".replace(": :", ":"))
 
     @app.exception_handler(HTTPException)
-    async def of_http(_: Request, error: HTTPException) -> Response:
+    async def of_http(request: Request, error: HTTPException) -> Response:
+        if (
+            error.status_code == 404
+            and request.method in SAFE
+            and not request.url.path.startswith(("/api/", "/static/"))
+        ):
+            return HTMLResponse(files().html, 404)  # which view is shown the page decides, and it has none for this
         words = {404: "there is nothing at this address; begin at /", 405: "this address does not take that method"}
         return problem(error.status_code, words.get(error.status_code, str(error.detail)[:300]))
 

@@ -43,7 +43,7 @@ def key_of(results: Path) -> str:
         if not folder.is_dir():
             if name == "findings":
                 continue
-            raise Absent(f"{results} holds no results any more: there is no folder '{name}' in it")
+            raise Absent(f"{results.name} holds no results any more, or not yet: there is no folder '{name}' in it")
         for path in sorted(folder.rglob("*.parquet")):
             with contextlib.suppress(OSError):
                 status = os.stat(path)

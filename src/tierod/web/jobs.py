@@ -23,6 +23,7 @@ from tierod.core.errors import OutputError, ParameterError
 from tierod.experiments.executor import Failure
 from tierod.web.errors import Absent, Busy
 from tierod.web.site import Limits
+from tierod.web.wording import in_the_page
 from tierod.web.worker import serve
 
 KEPT = 500
@@ -238,7 +239,7 @@ def _named(reason: str, given: Mapping[str, Any]) -> str:
     """A reason in which files go by their names: where they lie on this machine is nothing for the page."""
     for path in filter(None, (given.get("path"), *given.get("paths", ()))):
         reason = reason.replace(path, Path(path).name)
-    return reason
+    return in_the_page(reason)
 
 
 def workers_of(given: int | None) -> int:

@@ -32,17 +32,23 @@ class Entry(BaseModel):
 
 
 class Listing(BaseModel):
-    """A part of a folder's list; `total` counts all entries that match."""
+    """A part of a folder's list; `total` counts all entries that match, `gone` are served folders that vanished."""
 
     folder: str
     total: int
     entries: list[Entry]
     complete: bool = True
+    gone: list[str] = []
 
 
 def roots(site: Site) -> list[Entry]:
-    """The folders that are served, as entries of a list."""
-    return [Entry(name=root.name, file=root.name, folder=True, bytes=0, modified=0.0) for root in site.roots]
+    """The folders that are served, as entries of a list; those that vanished, or were never made, are left out."""
+    there = [root for root in site.roots if _there(root)]
+    return [Entry(name=root.name, file=root.name, folder=True, bytes=0, modified=0.0) for root in there]
+
+
+def _there(root: Root) -> bool:
+    return (root.path / root.only).exists()
 
 
 def listing(
@@ -62,7 +68,7 @@ def listing(
     """
     if not folder and not search:
         found = roots(site)
-        return Listing(folder="", total=len(found), entries=found)
+        return Listing(folder="", total=len(found), entries=found, gone=_gone(site))
     complete = True
     if search:
         found, complete = _searched(site, folder, search.casefold())
@@ -71,7 +77,13 @@ def listing(
         found = list(_entries(path, folder, _root(site, folder)))
     key = {"modified": lambda each: -each.modified, "bytes": lambda each: -each.bytes}.get(sort)
     found.sort(key=key or (lambda each: (not each.folder, each.name.casefold())))
-    return Listing(folder=folder, total=len(found), entries=found[offset : offset + count], complete=complete)
+    return Listing(folder=folder, total=len(found), entries=found[offset : offset + count], complete=complete,
+                   gone=_gone(site) if search and not folder else [])  # fmt: skip
+
+
+def _gone(site: Site) -> list[str]:
+    # The demo is made while the page is open.
+    return [] if site.demo else [root.name for root in (*site.roots, *site.results) if not _there(root)]
 
 
 def _root(site: Site, folder: str) -> Root:

@@ -13,6 +13,7 @@ from fastapi.responses import HTMLResponse, Response
 from starlette.exceptions import HTTPException
 
 from tierod.report.html import TEMPLATES
+from tierod.web.bundle import bundled
 
 STATIC = Path(__file__).parent / "static"
 COLOURS = TEMPLATES / "tokens.css"
@@ -20,6 +21,13 @@ COLOURS = TEMPLATES / "tokens.css"
 
 VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "identify", "scenario", "jobs", "interface")
 """Addresses of the page; which of them is shown the page itself decides."""
+
+SCRIPT, STYLE = "first.js", "first.css"
+"""Files that are made of others, so that the first picture waits for few."""
+
+DRAWING = "vendor/uPlot.iife.min.js"
+
+STYLES = ("vendor/uPlot.min.css", COLOURS.name, "page.css")
 
 KINDS = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".svg": "image/svg+xml"}
 
@@ -46,12 +54,23 @@ def files() -> Files:
     paths = {path.relative_to(STATIC).as_posix(): path for path in STATIC.rglob("*") if path.suffix in KINDS}
     paths[COLOURS.name] = COLOURS
     content = {name: path.read_bytes() for name, path in sorted(paths.items())}
+    content |= _together(content)
     index = (STATIC / "index.html").read_text(encoding="utf-8")
     whole = hashlib.sha256(index.encode())
     for name, each in content.items():
         whole.update(f"\0{name}\0{len(each)}\0".encode() + each)
     digest = whole.hexdigest()[:16]
     return Files(content, digest, index.replace("/static/", f"/static/{digest}/"))
+
+
+def _together(content: dict[str, bytes]) -> dict[str, bytes]:
+    """What the first view needs in few files: its style, and its modules behind the library that draws."""
+    texts = {name: each.decode() for name, each in content.items() if name.endswith((".js", ".css"))}
+    first, stands = bundled(texts, "main.js", SCRIPT)
+    made = {name: text.encode() for name, text in stands.items()}
+    made[SCRIPT] = f"{texts[DRAWING]}\n{first}".encode()
+    made[STYLE] = "\n".join(texts[name] for name in STYLES).encode()
+    return made
 
 
 def page(app: FastAPI) -> None:

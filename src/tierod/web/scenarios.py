@@ -6,7 +6,7 @@ import json
 import math
 import re
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -83,8 +83,8 @@ def drive(given: Mapping[str, Any], progress: Callable[[float], None]) -> tuple[
     except ParameterError as error:
         source.unlink()
         # Whoever chose in the page sees no file and no lines.
-        plain = re.sub(rf"{re.escape(str(source))}, (line \d+: )?", "", str(error))
-        raise ParameterError(plain.replace(str(source), "the scenario")) from None
+        plain = re.sub(rf"{re.escape(str(source))}, (line \d+: )?", "", str(error)).replace(str(source), "the scenario")
+        raise ParameterError(_as_chosen(plain, given.get("faults", ()))) from None
     path = source.with_suffix(".parquet")
     write(outcome.recording, path)
     return path, {
@@ -95,6 +95,18 @@ def drive(given: Mapping[str, Any], progress: Callable[[float], None]) -> tuple[
         "diverged_at": outcome.diverged_at,
         "seconds": whole.duration,
     }
+
+
+def _as_chosen(plain: str, faults: Iterable[Mapping[str, Any]]) -> str:
+    """An error on a scenario file in words of the fields of the page."""
+    usual = {each["name"]: each["size"] for each in catalogue()["faults"]}
+    for number, fault in enumerate(faults):
+        name, size = fault.get("name"), str(fault.get("size") or "").strip()
+        said = re.sub(rf"^'[\w.]+' is '{re.escape(size)}'", f"the size of {name} is '{size}'", plain) if size else plain
+        if said != plain:
+            return f"{said}; give such as {usual.get(name)}"
+        plain = plain.replace(f"'faults.{number}.start'", f"the begin of {name}")
+    return plain
 
 
 def scenario_text(given: Mapping[str, Any]) -> str:

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 LOOPBACK = "127.0.0.1"
 
+EVERYWHERE = ("0.0.0.0", "::")
+"""Every address of this machine."""
+
 LEAST_TOKEN = 16
 """Characters of a token that is given."""
 
@@ -83,7 +86,7 @@ def serve(
     with listening(bind, port) as sockets, Workbench(site, workers_of(workers)) as bench:
         taken = sockets.getsockname()[1]
         trust = Trust(taken, token, loopback, names, site.limits.upload, site.limits.body)
-        shown = LOOPBACK if loopback or bind in ("0.0.0.0", "::") else bind
+        shown = LOOPBACK if loopback else outward(bind) if bind in EVERYWHERE else bind
         address = f"http://{f'[{shown}]' if ':' in shown else shown}:{taken}/{f'?token={token}' if token else ''}"
         say(f"serving at {address} (Ctrl-C ends it)")
         if browser:
@@ -91,6 +94,20 @@ def serve(
         config = uvicorn.Config(application(bench, trust, _relay(site)), **_SERVER)
         with contextlib.suppress(KeyboardInterrupt), _ended_by_sigterm():
             uvicorn.Server(config).run(sockets=[sockets])
+
+
+def outward(bind: str) -> str:
+    """An address of this machine under which others reach it: of the interface that leads out, else its name.
+
+    Args:
+        bind: every address of IPv4 or of IPv6
+    """
+    # A datagram socket that is connected has an address of its own, and sends nothing.
+    family, far = (socket.AF_INET6, "2001:db8::1") if ":" in bind else (socket.AF_INET, "192.0.2.1")
+    with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as made:
+        made.connect((far, 9))
+        return str(made.getsockname()[0])
+    return socket.gethostname()
 
 
 _SERVER: dict[str, Any] = {

@@ -18,20 +18,25 @@ class Given(BaseModel):
 
 
 class Analysed(Given):
-    """A recording that shall be analysed; `channel_map` is content of a channel map as the page corrects it."""
+    """A recording that shall be analysed; `channel_map` is content of a channel map as the page corrects it.
+
+    `dbc` names databases in the folders that are served. Where neither is given, those of the last time hold.
+    """
 
     file: str = Name
     vehicle: str = Field("", max_length=4096)
     channel_map: dict[str, Any] | None = None
+    dbc: list[str] = Field(default_factory=list, max_length=10)
     spread: bool = True
 
 
 class Asked(Given):
-    """A recording that is looked at."""
+    """A recording that is looked at; arguments as of `Analysed`."""
 
     file: str = Name
     vehicle: str = Field("", max_length=4096)
     channel_map: dict[str, Any] | None = None
+    dbc: list[str] = Field(default_factory=list, max_length=10)
 
 
 class Identified(Given):
@@ -82,7 +87,10 @@ class JobShape(BaseModel):
 
 
 class State(BaseModel):
-    """What is known of a recording; keys are "" where nothing is kept; `why` there is no verdict."""
+    """What is known of a recording; keys are "" where nothing is kept; `why` there is no verdict.
+
+    `corrected`: whether it was read with a channel map or database that was chosen in the page.
+    """
 
     file: str
     name: str
@@ -92,6 +100,7 @@ class State(BaseModel):
     result: str = ""
     vehicle: str = ""
     why: str = ""
+    corrected: bool = False
 
 
 class SignalShape(BaseModel):

@@ -61,7 +61,7 @@ def work_endpoints(bench: Workbench) -> APIRouter:
     @router.post("/proposals", status_code=202)
     def proposals(asked: Asked) -> JobShape:
         """Propose a channel map for a recording."""
-        return JobShape.of(bench.propose(asked.file))
+        return JobShape.of(bench.propose(asked.file, asked.dbc))
 
     @router.post("/inspections", status_code=202)
     def inspections(asked: Asked) -> JobShape:

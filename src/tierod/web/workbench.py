@@ -11,6 +11,7 @@ import os
 import shutil
 import threading
 from collections import OrderedDict
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
@@ -29,6 +30,7 @@ from tierod.web.listing import Listing, listing
 from tierod.web.pyramid import SeriesReader
 from tierod.web.site import UPLOADS, Root, Site
 from tierod.web.store import Store, stamp_of
+from tierod.web.wording import in_the_page
 
 READERS = 32
 """Recordings whose list of signals stays in memory."""
@@ -133,6 +135,7 @@ class Workbench:
             result=result if result and self.store.holds("results", result) else "",
             vehicle=known.get("vehicle", ""),
             why=known.get("why", ""),
+            corrected=bool(known.get("chosen")),
         )
 
     def opened(self, file: str) -> shapes.Opened:
@@ -154,9 +157,9 @@ class Workbench:
         given = {**self._given(asked), "spread": asked.spread}
         return self.jobs.submit("analyse", given, f"analysing {Path(given['path']).name}")
 
-    def propose(self, file: str) -> Job:
-        """Have a channel map proposed; errors as of `analyse`."""
-        given = self._given(shapes.Asked(file=file, vehicle="", channel_map=None))
+    def propose(self, file: str, dbc: Sequence[str] = ()) -> Job:
+        """Have a channel map proposed, with databases of the folders that are served; errors as of `analyse`."""
+        given = self._given(shapes.Asked(file=file, vehicle="", channel_map=None, dbc=list(dbc)))
         return self.jobs.submit("propose", given, f"looking for the signals of {Path(given['path']).name}")
 
     def inspect(self, asked: shapes.Asked) -> Job:
@@ -206,9 +209,12 @@ class Workbench:
         if path.stat().st_size == 0:
             raise InputError(f"{path.name} is empty; record or copy it again")
         vehicle = self.vehicle(asked.vehicle)
-        chosen = asked.channel_map if asked.channel_map is not None else self.site.channel_map or None
-        return {"path": str(path), "vehicle": vehicle, "dbc": list(self.site.dbc), "channel_map": chosen,
-                "cache": str(self.site.cache)}  # fmt: skip
+        before = self.store.known(stamp_of(path)).get("chosen", {})
+        chosen = {"channel_map": asked.channel_map, "dbc": [str(self.site.file(each[:4096])) for each in asked.dbc]}
+        chosen = {name: value or before.get(name) for name, value in chosen.items()}
+        return {"path": str(path), "vehicle": vehicle, "dbc": chosen["dbc"] or list(self.site.dbc),
+                "channel_map": chosen["channel_map"] or self.site.channel_map or None,
+                "cache": str(self.site.cache), "chosen": {k: v for k, v in chosen.items() if v}}  # fmt: skip
 
     def vehicle(self, name: str) -> str:
         """A vehicle as `load` takes it: that of the site where not given, a shipped name, or a file that is served.
@@ -275,7 +281,7 @@ class Workbench:
         """
         try:
             path = self.store.path("results", key) / "result.json"
-            found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+            found: dict[str, Any] = json.loads(in_the_page(path.read_text(encoding="utf-8")))
         except (OSError, ValueError):
             raise Absent("the result is not kept any more; open the recording again from the list") from None
         estimates = series_shape(key, self.reader("results", key)).signals
@@ -301,6 +307,8 @@ class Workbench:
             Absent: no such results folder
         """
         results = self._results(name)
+        if self.site.demo and not (results / "ledger").is_dir():
+            raise Absent("the demo fleet is still being made; try again in some seconds")
         key = fleets.key_of(results)
         found = self.fleets.loaded(key)
         if found is not None:
@@ -368,4 +376,6 @@ class Workbench:
     def _finished(self, job: Job) -> None:
         if path := job.given.get("path") or job.found.get("path"):
             self.store.forget_read(stamp_of(Path(path)))
+            if job.kind == "analyse" and (chosen := job.given.get("chosen")):
+                self.store.remember(stamp_of(Path(path)), {"chosen": chosen})
         self.store.sweep(self.site.limits.cache)

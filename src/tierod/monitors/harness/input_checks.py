@@ -11,6 +11,7 @@ from tierod.core.recording import Aligned, Recording
 from tierod.io.derive import ingredients
 from tierod.monitors.harness.input_defects import InputDefects, contradicted, with_defects
 from tierod.monitors.harness.judged_time import JudgedTime
+from tierod.monitors.harness.missing_stretches import MissingStretches
 from tierod.monitors.harness.named_vehicle import other_vehicle
 from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
 from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange
@@ -33,6 +34,8 @@ class InputChecks:
         self.quality = QualityOverChunks(used)
         self.stuck = StuckOverDrive(signals, monitor.rate, monitor.subjects)
         self.judged = JudgedTime(monitor.required, monitor.rate)
+        self.missing = MissingStretches([name for name in signals if name not in monitor.subjects], monitor.rate)
+        self._there: set[str] = set()
         self.defects = InputDefects(self.stuck.names)
         self.needs = tuple(dict.fromkeys((*used, *self.stuck.beside)))
         self._paced = False
@@ -54,7 +57,9 @@ class InputChecks:
             start: of the recording [s]
             usable: what the monitor takes, without what is stuck
         """
-        self.judged.add(usable)
+        self._there.update(name for name in usable.names if name in whole)
+        self.judged.add(usable, self._there)
+        self.missing.add(usable)
         self.defects.add(whole, start, float(usable.time[-1]), self.stuck.spans())
 
     def limited(self, conclusion: Conclusion, contradictions: Sequence[str]) -> Conclusion:
@@ -93,6 +98,7 @@ class InputChecks:
             *finding.warnings,
             *((other,) if other else ()),
             *self.stuck.warnings(self.quality.units),
+            *self.missing.warnings(self.quality.rates(), {each.name for each in self.stuck.spans()}),
             *contradictions,
             *self.quality.range_warnings(),
             *metadata.get("warnings", ()),

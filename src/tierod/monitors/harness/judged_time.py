@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,11 +26,17 @@ class JudgedTime:
         self.required, self.rate = tuple(required), rate
         self.last: float | None = None
         self.end: float | None = None
-        self._count = self._complete = 0
+        self._count = self._complete = self._whole = 0
+        self._whole_last: float | None = None
         self._last: dict[str, float] = {}
 
-    def add(self, aligned: Aligned) -> None:
-        """The next samples, as the monitor takes them."""
+    def add(self, aligned: Aligned, used: Collection[str] = ()) -> None:
+        """The next samples, as the monitor takes them.
+
+        Args:
+            aligned: follows on the ones before
+            used: signals that the monitor takes where the recording has them, as this one does
+        """
         if not len(aligned.time):
             return
         self._count += len(aligned.time)
@@ -46,6 +52,12 @@ class JudgedTime:
         self._complete += int(np.count_nonzero(complete))
         if complete.any():
             self.last = float(aligned.time[np.flatnonzero(complete)[-1]])
+        for name in used:
+            if name in aligned.names:
+                complete &= np.isfinite(aligned.values[:, aligned.names.index(name)])
+        self._whole += int(np.count_nonzero(complete))
+        if complete.any():
+            self._whole_last = float(aligned.time[np.flatnonzero(complete)[-1]])
 
     @property
     def rest(self) -> float:
@@ -54,10 +66,11 @@ class JudgedTime:
 
     def evidence(self) -> dict[str, float]:
         """Figures for a finding."""
-        share = self._complete / self._count if self._count else 0.0
-        return {"signals_complete_share": share} | (
-            {} if self.last is None else {"signals_complete_until_s": self.last}
-        )
+        count = max(self._count, 1)
+        shares = {"signals_complete_share": self._whole / count}
+        if self._complete != self._whole:
+            shares["required_signals_share"] = self._complete / count
+        return shares | ({} if self._whole_last is None else {"signals_complete_until_s": self._whole_last})
 
     def limited(self, finding: Finding, title: str, reaction: float, stuck: Mapping[str, Stuck]) -> Finding:
         """The finding; no longer healthy, and a doubt second, where the end was not judged for the reaction time.

@@ -64,6 +64,10 @@ class QualityOverChunks:
             for name, row in self._rows.items()
         )
 
+    def rates(self) -> dict[str, float]:
+        """At which rate each channel comes [Hz]; NaN where a single sample came."""
+        return {name: row.rate for name, row in self._rows.items()}
+
     def contradictions(self) -> tuple[str, ...]:
         """Which signal has probably the wrong sign, or which of them the wrong unit, beside the others."""
         if not len(self._reduced):

@@ -42,7 +42,7 @@ export function axis(more) {
   return { stroke: token("muted"), grid: { stroke: token("line"), width: 0.6 }, ticks: { stroke: token("line"), width: 1, size: 5 }, font: "12px system-ui, sans-serif", ...more };
 }
 
-const minutes = (v) => `${v < 0 ? "−" : ""}${Math.floor(Math.abs(v) / 60)}:${String(Math.round(Math.abs(v) % 60)).padStart(2, "0")}`;
+const minutes = (v) => { const s = Math.round(Math.abs(v)); return `${v < 0 ? "−" : ""}${Math.floor(s / 60)}:${String(s % 60).padStart(2, "0")}`; };
 const timeText = (self, values) => values.map((v) => (Math.abs(values[values.length - 1]) < 120 || values[1] - values[0] < 1 ? `${figure(v, 7)} s` : Math.abs(v) < 3600 ? minutes(v) : clock(v)));
 
 /** Nearest place of a time in rising times. */
@@ -52,6 +52,14 @@ export function nearest(times, at) {
   return Math.abs((times[low] ?? Infinity) - at) <= Math.abs((times[high] ?? Infinity) - at) ? low : high;
 }
 
+/** Whether the samples of a curve stand so far apart in the picture that each is shown as a point. */
+function sparse(u, at) {
+  const [first, last] = u.series[0].idxs;
+  let count = 0;
+  for (let i = first; i <= last && count <= 200; i++) if (u.data[at][i] !== null && u.data[at][i] !== undefined) count++;
+  return count > 0 && count * 12 < u.width;
+}
+
 /** Curves on one time axis: [{name, title, label, colour, dashed, time, lower, upper, band}] -> uPlot data and series. */
 function tables(curves) {
   const parts = [], series = [{}], bands = [], drawnAt = new Map();
@@ -59,6 +67,7 @@ function tables(curves) {
   for (const c of curves) {
     const scale = c.label || "1", at = series.length, binned = c.lower !== c.upper, shade = ink(c.colour);
     const line = { scale, stroke: shade, width: 1.2, points: { show: false }, spanGaps: false, dash: c.dashed ? [6, 4] : undefined };
+    if (!binned) line.points = { show: sparse, size: 4, fill: shade, stroke: shade };
     parts.push([c.time, c.lower, ...(binned ? [c.upper] : []), ...(c.band ? [c.band.lower, c.band.upper] : [])]);
     if (binned) {
       series.push({ ...line, paths: () => null }, { ...line, paths: () => null });
@@ -211,13 +220,14 @@ function keyed(props) {
 /** One panel: curves over the common time axis. */
 export function TimeChart(given) {
   const { curves, view, height = 180, label } = given;
-  const props = useRef(given), now = useRef(null), drawnCurves = useRef(null), drawnFor = useRef(null), bars = useRef(new Map()), measured = given.measured || {};
+  const props = useRef(given), now = useRef(null), drawnCurves = useRef(null), bars = useRef(new Map()), measured = given.measured || {};
   props.current = { onView: () => {}, onCursor: () => {}, onMeasure: () => {}, at: () => now.current, ...given };
   const shape = curves.map((c) => [c.name, c.label, c.colour, c.dashed, !!c.band, c.lower === c.upper].join("|")).join("\n");
   const [place, made] = useUplot((target, width) => {
     const { data, series, bands, scales, drawnAt } = tables(props.current.curves);
     bars.current = drawnAt;
-    const own = Object.fromEntries(scales.map((s) => [s, { auto: true, range: ranged }]));
+    drawnCurves.current = props.current.curves;
+    const own = Object.fromEntries(scales.map((s) => [s, { auto: true, range: (self, low, high) => ranged(self, ...withBands(self, bands, s, low, high)) }]));
     const u = new uPlot({
       width, height, series, bands, padding: [8, 8, 0, 0],
       scales: { x: { time: false, auto: false, min: props.current.view[0], max: props.current.view[1] }, ...own },
@@ -243,15 +253,28 @@ export function TimeChart(given) {
   useLayoutEffect(() => {
     const u = made.current;
     if (!u) return;
-    if (drawnCurves.current !== curves || drawnFor.current !== u) {
+    if (drawnCurves.current !== curves) {
       const { data, drawnAt } = tables(curves);
       bars.current = drawnAt;
       u.batch(() => { u.setData(data, false); u.setScale("x", { min: view[0], max: view[1] }); });
       drawnCurves.current = curves;
-      drawnFor.current = u;
     } else u.setScale("x", { min: view[0], max: view[1] });
   }, [curves, view[0], view[1], measured.a || 0, measured.b || 0, given.levels, given.stretches, given.moments]);
   return html`<div class="plot" ref=${place} tabindex="0" role="application" aria-label=${label} aria-roledescription="chart" onKeyDown=${keyed(props)}></div>`;
+}
+
+/** The range of the curves, widened so that most of each band is in it, up to eight times: a band says how well a curve is known. */
+function withBands(u, bands, scale, low, high) {
+  if (low === null || high === null || !Number.isFinite(low)) return [low, high];
+  const room = 8 * (high - low), [first, last] = u.series[0].idxs;
+  let [least, most] = [low, high];
+  for (const { series: [above, below] } of bands) {
+    if (u.series[above].scale !== scale) continue;
+    const edge = (at, share) => { const found = u.data[at].slice(first, last + 1).filter((v) => v !== null && v !== undefined).sort((a, b) => a - b); return found[Math.floor(share * (found.length - 1))]; };
+    least = Math.min(least, Math.max(edge(below, 0.1) ?? low, low - room));
+    most = Math.max(most, Math.min(edge(above, 0.9) ?? high, high + room));
+  }
+  return [least, most];
 }
 
 function ranged(u, low, high) {

@@ -19,6 +19,7 @@ export function Files({ address, site }) {
       <a class="button" href="/new">New recording</a></div>
     ${found.error && html`<${Trouble} error=${found.error} again=${found.again} />`}
     ${!list && found.loading && html`<${Loading} what="Listing" />`}
+    ${list && list.gone.map((name) => html`<p class="note" key=${name}>The folder “${name}” is gone, or cannot be reached: bring it back under its name, or start “tierod serve” with the folder where it is now. <button onClick=${found.again}>Look again</button></p>`)}
     ${list && html`<${Table} caption="Recordings" rows=${list.entries.map((e) => ({ ...e, key: e.file }))} columns=${[
       { title: "name", text: true, show: (e) => (e.folder ? html`<a href=${link("", { ...address, view: undefined, folder: e.file, search: "", at: "" })}>${e.name}/</a>` : html`<a href=${link("recording", { file: e.file })} onClick=${(ev) => { if (!ev.ctrlKey && !ev.metaKey) { ev.preventDefault(); ev.stopPropagation(); open(e); } }}>${e.name}</a>${search ? html` <span class="small">${e.file}</span>` : ""}`) },
       { title: "", show: (e) => (e.analysed ? html`<span class="badge good">analysed</span>` : "") },

@@ -1,6 +1,6 @@
 // Findings: in words, and on the time axis.
 import { html, stack } from "./html.js";
-import { Badge, clock, figure, kind, sentence } from "./parts.js";
+import { Badge, clock, figure, interval, kind, sentence } from "./parts.js";
 
 const NEAR = 0.02;
 
@@ -47,15 +47,21 @@ function around(mark, span, onView) {
 const shownUnits = { rad: [180 / Math.PI, "°"], "rad/s": [180 / Math.PI, "°/s"], "m/s": [3.6, "km/h"] };
 export const shownIn = (unit) => shownUnits[unit] || [1, (unit || "").replaceAll("**2", "²").replaceAll("**3", "³").replaceAll("*", "·")];
 
-export function Verdict({ monitor, each, result }) {
+function Estimated({ estimate }) {
+  const [factor, unit] = shownIn(estimate.unit);
+  const [value, low, high] = interval(factor * estimate.value, factor * estimate.standard_deviation, estimate.quantity.endsWith(", rms") ? 0 : -Infinity);
+  const levels = Object.entries(estimate.reference).map(([name, level]) => `; ${name} ${figure(factor * level)}`).join("");
+  return html`<p><span class="value">${value} ${unit}</span><span class="small"> 95 %: ${low} to ${high}. ${sentence(estimate.quantity).replace(/\.$/, "")}${levels}</span></p>`;
+}
+
+export function Verdict({ monitor, each, result, above = new Set() }) {
   return stack`<article class="card"><h2>${monitor} <span class="small">${each.variant}</span></h2>
     ${each.findings.map((f) => html`<div class=${`finding ${kind(f.word || f.status)}`}>
       <p><${Badge} status=${f.word || f.status} /> ${sentence(f.headline)}</p>
-      ${f.estimate && html`<p><span class="value">${figure(shownIn(f.estimate.unit)[0] * f.estimate.value)} ${shownIn(f.estimate.unit)[1]}</span>
-        <span class="small"> ± ${figure(1.96 * shownIn(f.estimate.unit)[0] * f.estimate.standard_deviation, 2)} (95 %), ${f.estimate.quantity}${Object.entries(f.estimate.reference).map(([name, value]) => `; ${name} ${figure(shownIn(f.estimate.unit)[0] * value)}`).join("")}</span></p>`}
+      ${f.estimate && html`<${Estimated} estimate=${f.estimate} />`}
       ${f.cause && html`<p class="small">${sentence(f.cause)}</p>`}
       ${f.action && f.action !== "none" && html`<p>${sentence(f.action)}</p>`}
-      ${f.warnings.map((w) => html`<p class="note">${sentence(w)}</p>`)}</div>`)}
+      ${f.warnings.filter((w) => !above.has(w) && !f.headline.includes(w)).map((w) => html`<p class="note">${sentence(w)}</p>`)}</div>`)}
     ${each.elements.some((e) => e.status !== "healthy") && html`<details><summary>${each.elements.length} sensors and actuators</summary><ul>${each.elements.map((e) => html`<li>${e.name.replaceAll("_", " ")}: ${e.status}${e.cause ? ` (${e.cause})` : ""}</li>`)}</ul></details>`}
     <p><a class="button" href=${`/recording?report=${result.key}/${monitor}`}>Report</a></p></article>`;
 }

@@ -2,7 +2,7 @@
 import { html, stack, useEffect, useRef, useState } from "./html.js";
 import { get } from "./api.js";
 import { link, set } from "./address.js";
-import { Badge, date, figure, kind, Loading, sentence, Table, Trouble, useFetched, useJob, Work } from "./parts.js";
+import { Badge, date, figure, kind, Loading, sentence, spread, Table, Trouble, useFetched, useJob, Work } from "./parts.js";
 import { shownIn } from "./findings.js";
 
 const COUNT = 50;
@@ -57,7 +57,7 @@ function Cars({ address, name, fleet }) {
       { title: "vehicle", sort: "vehicle", show: (r) => html`<a href=${link("vehicle", { results: name, car: r.vehicle })}>${r.vehicle}</a>` },
       { title: "state", sort: "state", show: (r) => (r.state ? html`<${Badge} status=${r.state} />` : html`<span class="small">no remark</span>`) },
       { title: "why", text: true, key: "why" },
-      { title: `level ± 95 % [${unit}]`, n: true, sort: "level", show: (r) => (r.level === undefined || r.level === null ? "–" : `${figure(factor * r.level, 3)} ± ${figure(1.96 * factor * r.deviation, 2)}`) },
+      { title: `level (95 % interval) [${unit}]`, n: true, sort: "level", show: (r) => (r.level === undefined || r.level === null ? "–" : spread(factor * r.level, factor * r.deviation)) },
       { title: "limit in 90 d", n: true, sort: "chance", show: (r) => (r.chance === undefined || r.chance === null ? "–" : r.chance < 1e-3 ? "< 0.1 %" : `${figure(100 * r.chance, 2)} %`) },
       { title: "drives", n: true, key: "drives", sort: "drives" },
       { title: "last", n: true, sort: "last", show: (r) => (r.last || "–").slice(0, 10) },
@@ -71,7 +71,7 @@ function Cohorts({ fleet }) {
     const [factor, unit] = shownIn(q.unit), widest = Math.max(...q.cohorts.map((c) => Math.abs(c.effect) + 1.96 * c.deviation), 1e-12);
     const at = (value) => `${50 + (48 * value) / widest}%`;
     return stack`<section class="card times"><h2>Cohorts: ${q.quantity}</h2><p class="small">Effect against the rest of the fleet with its 95 % interval, the likeliest first; cars differ by ${figure(factor * q.between_cars, 2)} ${unit} from each other.</p>
-      ${q.cohorts.slice(0, 15).map((c) => { const low = c.effect - 1.96 * c.deviation, high = c.effect + 1.96 * c.deviation, sure = c.log_odds > 0; return stack`<div class="lane" key=${c.kind + c.name}><span>${c.kind} ${c.name} <span class="small">(${c.cars})</span></span><div class="track" title=${`${figure(factor * c.effect, 3)} ± ${figure(1.96 * factor * c.deviation, 2)} ${unit}; ${sure ? "rather differs" : "rather does not differ"}`}>
+      ${q.cohorts.slice(0, 15).map((c) => { const low = c.effect - 1.96 * c.deviation, high = c.effect + 1.96 * c.deviation, sure = c.log_odds > 0; return stack`<div class="lane" key=${c.kind + c.name}><span>${c.kind} ${c.name} <span class="small">(${c.cars})</span></span><div class="track" title=${`${spread(factor * c.effect, factor * c.deviation)} ${unit}; ${sure ? "rather differs" : "rather does not differ"}`}>
         <i style=${{ left: at(low), width: `calc(${at(high)} - ${at(low)})` }}></i><i style=${{ left: "50%", width: "1px", background: "var(--muted)" }}></i><span class=${`mark ${sure ? "bad" : "open"}`} style=${{ position: "absolute", left: at(c.effect), width: "3px", height: "20px", background: "var(--kind)" }}></span></div></div>`; })}</section>`;
   });
 }

@@ -50,11 +50,11 @@ function Found({ found, served, files }) {
   const value = (p, v, s) => (v === null || v === undefined ? "–" : `${figure(shownIn(p.unit)[0] * v)}${s ? ` ± ${figure(shownIn(p.unit)[0] * s, 2)}` : ""}`);
   return stack`<section class="card"><h2>${sentence(d.subject).slice(0, -1)} of ${d.vehicle}, from ${d.files.join(", ")}</h2>
       ${d.doubt && html`<p class="note">No vehicle file is written: ${sentence(d.doubt)}</p>`}
-      ${!d.parameters.length && html`<p>The recordings taught no parameter.</p>`}
+      ${!d.parameters.length && html`<p>The recordings identify no parameter.</p>`}
       ${d.parameters.length > 0 && html`<${Table} dense caption="Parameters found" rows=${d.parameters} columns=${[
         { title: "parameter", show: (p) => p.name.replaceAll("_", " ") },
-        { title: "before (one σ)", n: true, show: (p) => value(p, p.before, p.before_standard_deviation) },
-        { title: "found (one σ)", n: true, show: (p) => value(p, p.value, p.standard_deviation) },
+        { title: "before ± standard deviation", n: true, show: (p) => value(p, p.before, p.before_standard_deviation) },
+        { title: "found ± standard deviation", n: true, show: (p) => value(p, p.value, p.standard_deviation) },
         { title: "95 % interval", n: true, show: (p) => `${value(p, p.interval[0])} to ${value(p, p.interval[1])}` },
         { title: "unit", show: (p) => shownIn(p.unit)[1] },
       ]} />`}

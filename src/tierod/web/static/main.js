@@ -26,6 +26,8 @@ const VIEWS = { "": [Files, "Recordings"], recording: [Recording, ""],
   scenario: [later(() => import("./scenario.js"), "Scenario"), "Scenario"], live: [later(() => import("./live.js"), "Live"), "Live"],
   jobs: [later(jobs, "JobList"), "Work"], interface: [later(jobs, "Interface"), ""] };
 
+const Nowhere = () => stack`<h1>There is nothing at this address</h1><p>“${location.pathname.slice(0, 200)}” is no view of this page. Begin with the <a href="/">recordings</a>, or choose a view above.</p>`;
+
 function Theme() {
   const dark = () => (document.documentElement.dataset.theme || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")) === "dark";
   const [now, put] = useState(dark());
@@ -47,7 +49,7 @@ function Theme() {
 function Shell() {
   const address = useAddress();
   const site = useFetched(served, []);
-  const [View, title] = VIEWS[address.view] || VIEWS[""];
+  const [View, title] = VIEWS[address.view] || [Nowhere, "Nothing here"];
   useEffect(() => { document.title = `${address.file ? `${address.file.split("/").pop()} · ` : title ? `${title} · ` : ""}tierod`; }, [address.view, address.file]);
   const current = address.view === "recording" ? "" : address.view;
   return stack`<a class="skip" href="#content">To the content</a>

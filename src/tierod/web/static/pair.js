@@ -15,7 +15,7 @@ export function PairChart({ address, signals, byName, seriesKey, result, view })
     <div class="row tools">${choices}
     ${usual && html`<button onClick=${() => set({ x: "steering_wheel_angle", y: "driver_torque" })}>Hysteresis of the steering</button>`}</div>
     ${found.error && html`<${Trouble} error=${found.error} />`}
-    ${along && up && found.data && html`<${Cloud} data=${found.data} along=${along} up=${up} />${found.data.step > 1 && html`<p class="small">Every ${found.data.step}th sample; zoom in for all.</p>`}`}</details>`;
+    ${along && up && found.data && html`<${Cloud} data=${found.data} along=${along} up=${up} />${found.data.step > 1 && html`<p class="small">One sample of ${found.data.step} is drawn; zoom in for all.</p>`}`}</details>`;
 }
 
 function Cloud({ data, along, up }) {

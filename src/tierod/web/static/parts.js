@@ -8,12 +8,23 @@ export function figure(value, digits = 4) {
   return String(+value.toPrecision(digits)).replace("-", "−");
 }
 
-export function clock(seconds) {
+/** [value, lower end, upper end] of the 95 % interval, rounded by its own width; a figure with ± is one standard deviation. */
+export function interval(value, deviation, least = -Infinity) {
+  const half = 1.96 * deviation;
+  const decimals = Number.isFinite(half) && half > 0 ? Math.min(Math.max(1 - Math.floor(Math.log10(half)), 0), 4) : 2;
+  return [value, Math.max(value - half, least), value + half].map((v) => (Number.isFinite(v) ? v.toFixed(decimals).replace(/^-(0(\.0*)?)$/, "$1").replace("-", "−") : "–"));
+}
+
+export const spread = (value, deviation) => { const [middle, low, high] = interval(value, deviation); return `${middle} (${low} to ${high})`; };
+
+/** A moment, as finely as a stretch of `width` seconds needs it. */
+export function clock(seconds, width = NaN) {
   if (!Number.isFinite(seconds)) return "–";
-  const sign = seconds < 0 ? "−" : "", whole = Math.abs(seconds);
-  if (whole < 120) return `${sign}${figure(whole, 4)} s`;
-  const h = Math.floor(whole / 3600), m = Math.floor(whole / 60) % 60, s = Math.floor(whole % 60);
-  return `${sign}${h ? `${h}:` : ""}${String(m).padStart(h ? 2 : 1, "0")}:${String(s).padStart(2, "0")}`;
+  const fine = width > 0 ? Math.min(Math.max(2 - Math.floor(Math.log10(1.000001 * width)), 0), 6) : NaN, sign = seconds < 0 ? "−" : "", whole = Math.abs(seconds);
+  if (whole < 120) return `${+whole.toFixed(fine || 0) === 0 && fine === 0 ? "" : sign}${Number.isFinite(fine) ? whole.toFixed(fine) : figure(whole, 4)} s`;
+  const digits = fine > 1 ? fine : 0, total = Math.floor(whole * 10 ** digits) / 10 ** digits;
+  const h = Math.floor(total / 3600), m = Math.floor(total / 60) % 60, s = (total % 60).toFixed(digits);
+  return `${sign}${h ? `${h}:` : ""}${String(m).padStart(h ? 2 : 1, "0")}:${s.padStart(digits ? 3 + digits : 2, "0")}`;
 }
 
 export function size(bytes) {
@@ -25,7 +36,7 @@ export function size(bytes) {
 
 export const date = (seconds) => (seconds ? new Date(seconds * 1000).toISOString().slice(0, 16).replace("T", " ") : "–");
 
-const KINDS = { healthy: ["good", "✓"], consistent: ["good", "✓"], rising: ["watch", "▲"], suspect: ["watch", "▲"], inconsistent: ["watch", "▲"], fault: ["bad", "✕"], failed: ["bad", "✕"], done: ["good", "✓"], "can run": ["good", "✓"],
+const KINDS = { healthy: ["good", "✓"], estimated: ["open", "≈"], consistent: ["good", "✓"], rising: ["watch", "▲"], suspect: ["watch", "▲"], inconsistent: ["watch", "▲"], fault: ["bad", "✕"], failed: ["bad", "✕"], done: ["good", "✓"], "can run": ["good", "✓"],
   judged: ["good", "✓"], "limit soon": ["bad", "▲"], changed: ["watch", "▲"], "probably changed": ["watch", "▲"], "near the limit": ["watch", "▲"], running: ["open", "…"], waiting: ["open", "…"] };
 export const kind = (status) => (KINDS[status] || ["open", "?"])[0];
 export const Badge = ({ status }) => html`<span class=${`badge ${kind(status)}`}><span aria-hidden="true">${(KINDS[status] || ["", "?"])[1]} </span>${status}</span>`;
@@ -85,12 +96,12 @@ export function Work({ job, again }) {
     <progress max="1" value=${job.share} aria-label=${job.about}></progress></div>`;
 }
 
-/** A table that scrolls inside its frame; columns: {key, title, n, show(row), sort}. */
-export function Table({ columns, rows, caption, sort, onSort, dense }) {
+/** A table that scrolls inside its frame; columns: {key, title, n, show(row), sort}; a narrow page shows each row of `blocks` as a block. */
+export function Table({ columns, rows, caption, sort, onSort, dense, blocks }) {
   const up = sort && !sort.startsWith("-"), by = (sort || "").replace("-", "");
-  return html`<div class="wide" tabindex="0" role="region" aria-label=${caption}><table class=${dense ? "dense" : ""}>
+  return html`<div class="wide" tabindex="0" role="region" aria-label=${caption}><table class=${`${dense ? "dense" : ""} ${blocks ? "blocks" : ""}`}>
     <thead><tr>${columns.map((c) => html`<th scope="col" class=${c.n ? "n" : ""} aria-sort=${by === c.sort && c.sort ? (up ? "ascending" : "descending") : undefined}>
       ${c.sort && onSort ? html`<button onClick=${() => onSort(by === c.sort && up ? `-${c.sort}` : c.sort)}>${c.title}${by === c.sort ? (up ? " ▲" : " ▼") : ""}</button>` : c.title}</th>`)}</tr></thead>
-    <tbody>${rows.map((row, at) => html`<tr key=${row.key || at}>${columns.map((c) => html`<td class=${c.n ? "n" : c.text ? "text" : ""}>${c.show ? c.show(row) : row[c.key]}</td>`)}</tr>`)}</tbody>
+    <tbody>${rows.map((row, at) => html`<tr key=${row.key || at}>${columns.map((c) => html`<td class=${c.n ? "n" : c.text ? "text" : ""} data-title=${blocks ? c.title : undefined}>${blocks ? html`<div>${c.show ? c.show(row) : row[c.key]}</div>` : c.show ? c.show(row) : row[c.key]}</td>`)}</tr>`)}</tbody>
   </table></div>`;
 }

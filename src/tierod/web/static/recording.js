@@ -6,6 +6,7 @@ import { colour, nearest, picture, TimeChart } from "./chart.js";
 import { clock, figure, Loading, sentence, Trouble, useFetched, useJob, Work } from "./parts.js";
 import { added, names, parse, usual, without, write } from "./panels.js";
 import { TimeAxis, Verdict } from "./findings.js";
+import { Remarks, shared } from "./remarks.js";
 import { Tree } from "./tree.js";
 import { PairChart } from "./pair.js";
 
@@ -44,15 +45,17 @@ function Report({ place }) {
 function Bench({ address }) {
   const one = useAnalysed(address.file, address.vehicle), other = useAnalysed(address.over || "", address.vehicle);
   const series = one.series.data, result = one.result.data;
-  const title = address.file.split("/").pop();
+  const title = address.file.split("/").pop(), warnings = (series && series.facts.warnings) || [];
   return stack`<div class="row"><h1 class="grow">${title}</h1><${VehicleChoice} address=${address} now=${result && result.vehicle} /><a class="button tools" href=${link("identify", { files: address.file, name: address.vehicle || (one.state.data && one.state.data.state.result && one.state.data.state.vehicle) })}>Identify from it</a></div>
     ${one.state.error && html`<${Trouble} error=${one.state.error} again=${one.state.again} />`}
     <${Work} job=${one.job} again=${one.start} />
-    ${one.job && one.job.state === "failed" && html`<p>Signals under other names, or a bus log without database? <a href=${link("new", { file: address.file })}>Correct the channel map</a>.</p>`}
-    ${one.why && html`<p class="note">No verdict: ${one.why}. Choose a vehicle above.</p>`}
+    ${one.job && one.job.state === "failed" && html`<p>Signals under other names, or a bus log without database? <a href=${link("new", { file: address.file })}>Choose them under “New recording”</a>.</p>`}
+    ${one.why && html`<p class="note">No verdict: ${sentence(one.why)}</p>`}
+    ${one.state.data && one.state.data.state.corrected && html`<p class="small">Read with the channel map or database that was chosen under <a href=${link("new", { file: address.file })}>“New recording”</a>.</p>`}
     ${address.over && html`<${Work} job=${other.job} again=${other.start} />`}
+    <${Remarks} warnings=${warnings} file=${address.file} />
     ${series ? html`<${Charts} address=${address} series=${series} result=${result} over=${other.series.data} overResult=${other.result.data} />` : one.state.error || (one.job && one.job.state === "failed") ? "" : html`<${Loading} what="Reading the recording" />`}
-    ${result && html`<${Verdicts} result=${result} file=${address.file} />`}`;
+    ${result && html`<${Verdicts} result=${result} file=${address.file} warnings=${warnings} />`}`;
 }
 
 function VehicleChoice({ address, now }) {
@@ -64,8 +67,10 @@ function VehicleChoice({ address, now }) {
     ${now && html`<a class="button tools" href=${link("vehicle", { name: address.vehicle || now })}>Its parameters</a>`}`;
 }
 
-function Verdicts({ result, file }) {
-  return stack`<h2>Verdicts, as ${result.vehicle}</h2><div class="cards">${Object.entries(result.monitors).map(([monitor, each]) => html`<${Verdict} key=${monitor} monitor=${monitor} each=${each} result=${result} />`)}</div>
+function Verdicts({ result, file, warnings }) {
+  const common = shared(result.monitors, warnings), above = new Set([...common.keys(), ...warnings]);
+  return stack`<h2>Verdicts, as ${result.vehicle}</h2><p class="small">A figure with ± has one standard deviation behind it; “95 %” and the bands of the charts are 95 % intervals.</p>${[...common].map(([text, names]) => html`<p class="note">${sentence(text)} <span class="small">(${[...names].join(", ")})</span></p>`)}
+    <div class="cards">${Object.entries(result.monitors).map(([monitor, each]) => html`<${Verdict} key=${monitor} monitor=${monitor} each=${each} result=${result} above=${above} />`)}</div>
     ${Object.keys(result.not_run).length > 0 && html`<details class="card" open=${Object.keys(result.monitors).length === 0}><summary>Monitors that did not run (${Object.keys(result.not_run).length})</summary><ul>${Object.entries(result.not_run).map(([name, why]) => html`<li><b>${name}</b>: ${sentence(why)}</li>`)}</ul><p>Signals under other names? <a href=${link("new", { file })}>Correct the channel map</a>.</p></details>`}`;
 }
 
@@ -88,6 +93,7 @@ function Charts({ address, series, result, over, overResult }) {
   return stack`<div class="bench"><aside class="side card">${tree}</aside>
     <div ref=${place}>
       <${Tools} address=${address} series=${series} result=${result} over=${over} overResult=${overResult} wanted=${wanted} view=${view} span=${span} onView=${onView} place=${place} />
+      ${series.signals.every((each) => each.count < 2) && html`<p class="note">Every signal has one sample at most: the recording broke off, or the export kept a single row. Record or export it again.</p>`}
       ${result && html`<${TimeAxis} result=${result} span=${span} view=${view} onView=${onView} />`}
       ${data.error && html`<${Trouble} error=${data.error} again=${data.again} />`}
       ${panels.map((panel, at) => html`<${Panel} key=${panel[0]} at=${at} panel=${panel} panels=${panels} byName=${byName} result=${result} data=${data.found} overData=${overData.found} shift=${shift} view=${view} onView=${onView} measured=${measured} change=${change} />`)}
@@ -129,6 +135,19 @@ export function clipped(from, to, span) {
   return [a, b];
 }
 
+/** Bins over the width of a chart; more of them are wanted once the window is widened. */
+function useFineness() {
+  const fineness = () => Math.min(Math.max(Math.round(0.5 * innerWidth), 300), 1300);
+  const [now, put] = useState(fineness);
+  useEffect(() => {
+    let timer;
+    const resized = () => { clearTimeout(timer); timer = setTimeout(() => put(fineness()), 150); };
+    addEventListener("resize", resized);
+    return () => { clearTimeout(timer); removeEventListener("resize", resized); };
+  }, []);
+  return now;
+}
+
 /** The stretches that the charts show, with a margin for panning; the picture before stays until they come. */
 function useWindows(key, result, wanted, byName, view, span) {
   const [state, put] = useState({ found: new Map() });
@@ -142,15 +161,16 @@ function useWindows(key, result, wanted, byName, view, span) {
     }
     return [...set].slice(0, 60);
   }, [wanted.join("\n"), byName]);
+  const fineness = useFineness();
   const held = useRef({}), asked = useRef(-Infinity), flying = useRef(new Set()), shown = useRef(0);
   const chosen = `${key}\n${result}\n${all.join("\n")}\n${turn}`;
   useLayoutEffect(() => () => { flying.current.forEach((stop) => stop.abort()); flying.current.clear(); }, [chosen]);
   useLayoutEffect(() => {
     if (!key || !all.length) { put({ found: new Map() }); return undefined; }
     const width = view[1] - view[0], have = held.current, same = have.chosen === chosen;
-    if (same && have.from <= view[0] && have.to >= view[1] && have.width <= 1.3 * width) return undefined;
+    if (same && have.from <= view[0] && have.to >= view[1] && have.width <= 1.3 * width && have.fineness >= 0.8 * fineness) return undefined;
     const margin = 0.5 * width, from = Math.max(view[0] - margin, span[0]), to = Math.min(view[1] + margin, span[1]);
-    const points = Math.round(Math.min(Math.max(0.5 * innerWidth, 300), 1300) * Math.min((to - from) / width, 2));
+    const points = Math.round(fineness * Math.min((to - from) / width, 2));
     const ask = () => {
       const begun = performance.now(), stop = new AbortController();
       asked.current = begun;
@@ -159,7 +179,7 @@ function useWindows(key, result, wanted, byName, view, span) {
         (found) => {
           if (begun < shown.current) return; // a later question was answered before
           shown.current = begun;
-          held.current = { chosen, from: from <= span[0] ? -Infinity : from, to: to >= span[1] ? Infinity : to, width };
+          held.current = { chosen, from: from <= span[0] ? -Infinity : from, to: to >= span[1] ? Infinity : to, width, fineness };
           put({ found });
         },
         (error) => { if (error.name !== "AbortError") put((before) => ({ ...before, error })); }).finally(() => flying.current.delete(stop));
@@ -169,7 +189,7 @@ function useWindows(key, result, wanted, byName, view, span) {
     if (wait <= 0) { ask(); return undefined; }
     const timer = setTimeout(ask, wait);
     return () => clearTimeout(timer);
-  }, [chosen, view[0], view[1]]);
+  }, [chosen, view[0], view[1], fineness]);
   return { ...state, again: () => again(turn + 1) };
 }
 
@@ -247,8 +267,8 @@ function Panel({ at, panel, panels, byName, result, data, overData, shift, view,
   const drop = (e) => { e.preventDefault(); const n = e.dataTransfer.getData("text/plain"); if (byName.has(n)) change(added(panels, n, Math.min(at, without(panels, n).length - 1))); };
   const move = (by) => { const next = [...panels]; const [out] = next.splice(at, 1); next.splice(at + by, 0, out); change(next); };
   return stack`<section class="card panel" data-title=${titles} onDragOver=${(e) => e.preventDefault()} onDrop=${drop}>
-    <div class="chips">${curves.map((c) => html`<span class="chip" key=${c.name} title=${`${c.name}: ${(byName.get(c.name) || {}).meaning || ""}`}><i style=${{ background: c.colour }}></i>${c.title}${c.label ? ` [${c.label}]` : ""}<output ref=${(el) => { outputs.current[c.name] = el; }}></output>
-        ${c.lower.every((v) => v === null) && html`<span class="small">no value in this stretch</span>`}${byName.has(c.name) && html`<button class="plain" aria-label=${`Remove ${c.title}`} onClick=${() => change(without(panels, c.name))}>×</button>`}</span>`)}
+    <div class="chips">${curves.map((c) => html`<span class="chip" key=${c.name} title=${`${c.name}: ${(byName.get(c.name) || {}).meaning || ""}`}><i style=${{ background: c.colour }}></i>${c.title}${c.label ? ` [${c.label}]` : ""}
+        ${c.lower.every((v) => v === null) && html`<span class="small">no value in this stretch</span>`}${byName.has(c.name) && html`<button class="plain" aria-label=${`Remove ${c.title}`} onClick=${() => change(without(panels, c.name))}>×</button>`}<output ref=${(el) => { outputs.current[c.name] = el; }}></output></span>`)}
       <span class="end tools">${at > 0 && html`<button class="plain" aria-label="Panel up" title="Panel up" onClick=${() => move(-1)}>↑</button><button class="plain" title="Overlay on the panel above" aria-label="Overlay on the panel above" onClick=${() => change(panels.flatMap((p, i) => (i === at - 1 ? [[...p, ...panel]] : i === at ? [] : [p])))}>⤒</button>`}
         ${at < panels.length - 1 && html`<button class="plain" aria-label="Panel down" title="Panel down" onClick=${() => move(1)}>↓</button>`}
         ${panel.length > 1 && html`<button class="plain" title="Stack: a panel each" aria-label="Stack: a panel each" onClick=${() => change(panels.flatMap((p, i) => (i === at ? p.map((n) => [n]) : [p])))}>≡</button>`}</span></div>
@@ -258,15 +278,16 @@ function Panel({ at, panel, panels, byName, result, data, overData, shift, view,
 function Tools({ address, series, result, over, overResult, wanted, view, span, onView, place }) {
   const parameters = { name: wanted.slice(0, 60), result: result ? result.key : "", start: view[0], stop: view[1] };
   const out = (kind) => `/api/series/${series.key}/export${query({ ...parameters, kind })}`;
+  const whole = view[0] <= span[0] && view[1] >= span[1];
   const since = (found) => found && Object.values(found.monitors).map((m) => m.findings[0] && m.findings[0].since).filter((v) => v !== null && v !== undefined)[0];
   const event = Number.isFinite(since(result)) && Number.isFinite(since(overResult)) ? since(result) - since(overResult) : NaN;
-  return stack`<div class="row tools card"><span>${clock(view[0])} to ${clock(view[1])} <span class="small">of ${clock(span[1] - span[0])}</span></span>
-    <button onClick=${() => onView(-Infinity, Infinity)} disabled=${view[0] <= span[0] && view[1] >= span[1]}>All</button>
+  return stack`<div class="row tools card"><span>${clock(view[0], view[1] - view[0])} to ${clock(view[1], view[1] - view[0])} <span class="small">${whole ? "the whole drive" : clock(view[1] - view[0])}${whole ? ", " : " of "}${clock(span[1] - span[0])}</span></span>
+    <button onClick=${() => onView(-Infinity, Infinity)} disabled=${whole}>All</button>
     <span class="grow"></span>
     ${address.over ? html`<span class="small">over it: ${address.over.split("/").pop()}</span><label><span class="small">shifted by [s]</span><input type="number" step="any" class="shift" value=${address.shift || 0} onChange=${(e) => set({ shift: e.target.value })} size="8" /></label>
       ${Number.isFinite(event) && html`<button onClick=${() => set({ shift: +event.toPrecision(8) })}>Align at the change</button>`}<button onClick=${() => set({ over: "", shift: "" }, true)}>Remove</button>` : html`<button onClick=${() => go("", { pick: 1, ...address, view: undefined })}>Lay another drive over</button>`}
-    <span class="small">Export</span><a class="button" href=${out("csv")} download>CSV</a><a class="button" href=${out("parquet")} download>Parquet</a><button onClick=${() => picture(place.current, "tierod.png")}>PNG</button>
-    <button onClick=${() => navigator.clipboard && navigator.clipboard.writeText(location.href)} title="Copies the address of exactly this view">Link</button></div>`;
+    <span class="group"><span class="small">Export</span><a class="button" href=${out("csv")} download>CSV</a><a class="button" href=${out("parquet")} download>Parquet</a><button onClick=${() => picture(place.current, "tierod.png")}>PNG</button>
+    <button onClick=${() => navigator.clipboard && navigator.clipboard.writeText(location.href)} title="Copies the address of exactly this view">Link</button></span></div>`;
 }
 
 function Measured({ seriesKey, result, wanted, byName, measured }) {

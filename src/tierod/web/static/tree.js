@@ -4,15 +4,17 @@ import { html, useMemo, useState } from "./html.js";
 export function Tree({ signals, shown, onToggle }) {
   const [search, put] = useState("");
   const groups = useMemo(() => {
+    const there = new Set(signals.map((each) => each.name)), part = (name) => name.endsWith("_standard_deviation") && there.has(name.slice(0, -19)); // drawn as a band
     const wanted = search.trim().toLowerCase().split(/\s+/).filter(Boolean), found = new Map();
     for (const each of signals) {
+      if (!wanted.length && part(each.name) && !shown.has(each.name)) continue;
       const text = `${each.name} ${each.title} ${each.meaning} ${each.source} ${each.group}`.toLowerCase();
       if (!wanted.every((word) => text.includes(word))) continue;
       if (!found.has(each.group)) found.set(each.group, []);
       found.get(each.group).push(each);
     }
     return [...found];
-  }, [signals, search]);
+  }, [signals, search, shown.size]);
   return html`<div class="tree">
     <label class="row"><span class="small">Signals</span><input type="search" class="grow" placeholder="search" value=${search} onInput=${(e) => put(e.target.value)} aria-label="Search signals" /></label>
     <p class="small">Click adds a panel, with Shift over the last one; or drag.</p>

@@ -3,7 +3,7 @@ import { html, stack, useMemo } from "./html.js";
 import { get } from "./api.js";
 import { go, link, set } from "./address.js";
 import { TrendChart } from "./chart.js";
-import { Badge, date, figure, Loading, sentence, Table, Trouble, useFetched, Work } from "./parts.js";
+import { Badge, date, figure, Loading, sentence, spread, Table, Trouble, useFetched, Work } from "./parts.js";
 import { shownIn } from "./findings.js";
 import { Choice, useFleet } from "./fleet.js";
 
@@ -57,7 +57,7 @@ function Drives({ drives }) {
     { title: "recording", text: true, show: (d) => (d.file ? html`<a href=${link("recording", { file: d.file })}>${d.recording_name.split("/").pop()}</a>` : (d.recording_name || "–").split("/").pop()) },
     { title: "monitor", show: (d) => `${d.monitor}${d.judged ? `, ${d.judged.replaceAll("_", " ")}` : ""}` },
     { title: "verdict", show: (d) => html`<${Badge} status=${d.status} />` },
-    { title: "estimate ± 95 %", n: true, show: (d) => { if (d.estimate === null) return "–"; const [f, u] = shownIn(d.unit); return `${figure(f * d.estimate, 3)} ± ${figure(1.96 * f * (d.deviation || 0), 2)} ${u}`; } },
+    { title: "estimate (95 % interval)", n: true, show: (d) => { if (d.estimate === null) return "–"; const [f, u] = shownIn(d.unit); return `${d.deviation === null ? figure(f * d.estimate, 3) : spread(f * d.estimate, f * d.deviation)} ${u}`; } },
     { title: "cause", text: true, key: "cause" },
   ]} />${drives.some((d) => !d.file) && html`<p class="small">Recordings without a link lie outside of the folders that are served.</p>`}</details>`;
 }
@@ -69,9 +69,9 @@ function Parameters({ address, site }) {
   return stack`<section class="card"><div class="row"><h2 class="grow">Parameters</h2><label><span class="small">vehicle</span><select onChange=${(e) => set({ name: e.target.value })}>${names.map((n) => html`<option value=${n} selected=${n === name}>${n.split("/").pop()}</option>`)}</select></label></div>
     ${found.error && html`<${Trouble} error=${found.error} />`}
     ${found.data && html`<p>${sentence(found.data.description)} <span class="small">${sentence(found.data.source)}</span></p>${found.data.not_good_for.map((n) => html`<p class="note">Not good for: ${n}</p>`)}
-    <${Table} dense caption="Parameters" rows=${found.data.parameters} columns=${[
+    <${Table} dense blocks caption="Parameters" rows=${found.data.parameters} columns=${[
       { title: "parameter", show: (p) => html`<span title=${p.meaning}>${p.name.replaceAll("_", " ")}</span>` },
-      { title: "value", n: true, show: (p) => figure(p.value, 5) }, { title: "± (one σ)", n: true, show: (p) => (p.standard_deviation === null ? html`<span title="not known">?</span>` : figure(p.standard_deviation, 2)) },
+      { title: "value", n: true, show: (p) => figure(p.value, 5) }, { title: "± standard deviation", n: true, show: (p) => (p.standard_deviation === null ? html`<span title="not known">?</span>` : figure(p.standard_deviation, 2)) },
       { title: "unit", show: (p) => shownIn("")[1] + p.unit.replaceAll("**2", "²").replaceAll("*", "·") },
       { title: "origin", text: true, show: (p) => html`${p.assumed && html`<span class="badge watch">assumed</span> `}<span class="small">${p.assumed ? p.source.replace(/^assumed:? ?/i, "") : p.source}</span>` },
     ]} /><p class="small">Which of these your drives can identify, and how well: <a href=${link("identify", { name })}>identify parameters</a>, or <code>tierod identify vehicle drive.mf4 --vehicle ${found.data.name}</code>.</p>`}</section>`;

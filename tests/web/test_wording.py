@@ -1,0 +1,48 @@
+"""Sentences of the library with what to do in the page."""
+
+import pytest
+
+from tierod.core.errors import InputError, ParameterError
+from tierod.io.readers import read
+from tierod.monitors.harness.named_vehicle import vehicle_named_in
+from tierod.web.scenarios import drive
+from tierod.web.wording import in_the_page
+
+
+def test_a_bus_log_without_database_leads_to_the_page(tmp_path):
+    path = tmp_path / "can.log"
+    path.write_text("".join(f"({n / 100:.6f}) can0 025#0000000000000000\n" for n in range(50)))
+    with pytest.raises(InputError) as found:
+        read(path)
+    said = in_the_page(str(found.value))
+    assert said.endswith("choose or upload it as CAN database under 'New recording'")
+    assert "--dbc" in str(found.value)
+    assert "--" not in said
+
+
+def test_a_recording_without_vehicle_leads_to_the_page(tmp_path):
+    path = tmp_path / "drive.csv"
+    path.write_text("time,yaw_rate [rad/s]\n" + "".join(f"{n / 100:.2f},0.{n}\n" for n in range(50)))
+    with pytest.raises(ParameterError) as found:
+        vehicle_named_in(path)
+    assert "--vehicle" in str(found.value)
+    assert (
+        in_the_page(str(found.value))
+        == "no vehicle is given, and the recording names none; choose one under 'judged as'"
+    )
+
+
+def test_what_names_no_option_stays():
+    assert in_the_page("the file is empty; record it again") == "the file is empty; record it again"
+
+
+@pytest.mark.parametrize("fault", ["friction-step", "driver-torque-offset", "assist-half"])
+def test_a_size_of_another_kind_is_named_as_in_the_page(fault, tmp_path):
+    chosen = {"car": "midsize-eps", "course": "mixed", "seconds": 1.0, "folder": str(tmp_path)}
+    with pytest.raises(ParameterError) as found:
+        drive({**chosen, "faults": [{"name": fault, "size": "5 kg", "start": 0.5}]}, lambda share: None)
+    said = str(found.value)
+    assert said.startswith(f"the size of {fault} is '5 kg', but ")
+    assert "; give such as " in said
+    assert "'to'" not in said
+    assert "faults.0" not in said
