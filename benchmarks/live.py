@@ -112,7 +112,7 @@ def share(folder: Path, rate: float = 2000.0, seconds: float = 150.0) -> None:
     making = generated(drive, seconds)
     cases = [(VEHICLE, names) for names in ((), *((name,) for name in MONITORS[:3]), MONITORS[:3])]
     for vehicle, names in [*cases, ("smartload", ("condition",))]:
-        plan = Plan(load(vehicle), seconds)
+        plan = Plan(load(vehicle))
         engine = Engine(messages(folder), None, names, plan, log=FrameLog(folder / "log.mf4", START))
         spent = cost(engine, repeated(drive, seconds), 40) - making
         ran = [each.monitor for each in engine.shown() if not each.reason]
@@ -146,7 +146,7 @@ def column(folder: Path, seconds: float = 150.0) -> None:
     """Processor time of the monitor of the driver's torque whose signals come at 1 kHz."""
     frames = [each for each in frames_of_drive(folder, 30.0) if each.identifier == 0x100]
     fast = [each._replace(time=each.time + 0.001 * n) for each in frames for n in range(10)]
-    engine = Engine(messages(folder), None, ("driver-torque",), Plan(load(VEHICLE), seconds))
+    engine = Engine(messages(folder), None, ("driver-torque",), Plan(load(VEHICLE)))
     spent = cost(engine, repeated(sorted(fast, key=lambda each: each.time), seconds), 10)
     ticker = engine.ticks.tickers.get("driver-torque")
     rate = ticker.rate if ticker else 0.0
@@ -220,7 +220,7 @@ def soak(folder: Path, minutes: float, rate: float = 5000.0, seed: int = 5) -> N
     """A long drive with disturbances: what was counted, and the memory at a tenth and at the end."""
     drive = padded(frames_of_drive(folder, 30.0), rate)
     seconds = 60.0 * minutes
-    engine = Engine(messages(folder), None, ("friction", "sideslip"), Plan(load(VEHICLE), seconds))
+    engine = Engine(messages(folder), None, ("friction", "sideslip"), Plan(load(VEHICLE)))
     sizes: list[int] = []
     count = 0
 

@@ -52,7 +52,6 @@ def live(
     ] = "",
     drives: Annotated[int, typer.Option(help="End after so many drives; 0 goes on.")] = 0,
     seconds: Annotated[float, typer.Option(help="End after this time [s]; 0 goes on until Ctrl-C.")] = 0.0,
-    expected: Annotated[float, typer.Option(help="Expected length of a drive [s].")] = 1800.0,
     websocket: Annotated[int | None, typer.Option(help="Port on this computer for the events; 0 takes any.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Events as JSON lines, as without a terminal.")] = False,
 ) -> int:
@@ -62,7 +61,7 @@ def live(
     from tierod.live.quiet import quiet
     from tierod.vehicles import load
 
-    for name, value in (("--period", period), ("--silence", silence), ("--expected", expected)):
+    for name, value in (("--period", period), ("--silence", silence)):
         if not value > 0.0:
             raise ParameterError(f"{name} needs a positive time, not {value:g} s")
     load(vehicle)
@@ -72,7 +71,7 @@ def live(
     addresses = [Address(interface, each, bitrate, fd) for each in channel]
     drive, hub = _drive(
         addresses, vehicle, dbc, channel_map, monitor, (log, mcap, report, checkpoint, memory, baselines),
-        (period, silence, expected), ignition, fd, bitrate,
+        (period, silence), ignition, fd, bitrate,
     )  # fmt: skip
     with contextlib.ExitStack() as stack:
         if send and results_dbc:
@@ -120,7 +119,7 @@ def _drive(
     channel_map: Path | None,
     monitor: list[str] | None,
     files: tuple[Path | None, ...],
-    times: tuple[float, float, float],
+    times: tuple[float, float],
     ignition: str,
     fd: bool,
     bitrate: int | None = None,
@@ -151,9 +150,9 @@ def _drive(
     _refuse_unknown_ignition(ignition, database)
     used = channel_map or car.channel_map or _beside(paths)
     log, mcap, report, checkpoint, memory, baselines = files
-    period, silence, expected = times
+    period, silence = times
     names = monitor or [each.name for each in MONITORS.values() if each.default is not None and not each.condition]
-    plan = Plan(car, expected, memory, baselines, shlex.join(["tierod", *sys.argv[1:]]))
+    plan = Plan(car, memory, baselines, shlex.join(["tierod", *sys.argv[1:]]))
     hub, inbox = Hub(), queue.SimpleQueue[Any]()
     outputs = Outputs(log, report, checkpoint, 5.0, silence, ignition, 64 if fd else 8, mcap)
     receivers = [receiver(number, each, inbox) for number, each in enumerate(addresses, 1)]

@@ -263,7 +263,7 @@ class Engine:
         piece = Recording(part.channels, metadata)
         piece = completed(piece.warned(*stream.plan.warnings), stream.past, stream.names)
         stream.past = piece
-        judge.add(judge.paced(piece))
+        judge.add(piece)
 
     def _look_at_ignition(self, frames: Frames) -> None:
         """Whether the signal of the ignition was on before and is off now."""

@@ -6,14 +6,13 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tierod.core.errors import TierodError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
-from tierod.io.readers import SHARE_READ
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
@@ -45,15 +44,12 @@ class Plan:
 
     Args:
         vehicle: that drives
-        expected: length of the drive by which the spread of parameters is laid out; with the true one, live and offline
-            agree in those bands too
         memory: file of the fault memory; None without
         baselines: folder with the baseline of each monitor, as NAME.json; None without
         command: what the user typed
     """
 
     vehicle: Vehicle
-    expected: Annotated[float, "s"] = 1800.0
     memory: Path | None = None
     baselines: Path | None = None
     command: str = ""
@@ -282,9 +278,3 @@ class Judge:
             self.reason = str(error)
             return None
         return diagnosis, self._feed
-
-    def paced(self, piece: Recording) -> Recording:
-        """The piece, saying how long the drive is expected to become."""
-        first, last = piece.span
-        share = min((last - first) / self.plan.expected, 1.0) if self.plan.expected > 0.0 else 1.0
-        return replace(piece, metadata={**piece.metadata, SHARE_READ: share})

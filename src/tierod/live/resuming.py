@@ -32,11 +32,11 @@ if TYPE_CHECKING:
 
 def _reopen_run(run: Run, held: Held) -> None:
     if held.node("_spread") is not None:
-        run.open_spread(1.0)
+        run.open_spread()
 
 
 def _reopen_spread(spread: ParameterSpread, held: Held) -> None:
-    spread.reopen(held.node("_alone") is not None, _moves(held.node("_along")))
+    spread.reopen(_moves(held.node("_screen")), _moves(held.node("_carried")))
 
 
 def _refit(session: BlockSession, held: Held) -> None:
@@ -45,10 +45,11 @@ def _refit(session: BlockSession, held: Held) -> None:
 
 
 def _moves(node: Any) -> list[dict[str, float]]:
-    """Standard deviations by parameter, by place, of the `Points` of a snapshot; empty where there was none."""
+    """Standard deviations by parameter, by place, of vehicles in a snapshot; empty where there was none."""
     if node is None:
         return []
-    points = {place: dict(point[3])["by"] for place, point in dict(node[3])["running"][3]}
+    running = dict(dict(node[3])["points"][3])["running"]
+    points = {place: dict(point[3])["by"] for place, point in running[3]}
     moves: list[dict[str, float]] = [{} for _ in range(max(points, default=-1) + 1)]
     for place, by in points.items():
         moves[place] = dict(by[3])

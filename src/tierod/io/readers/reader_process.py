@@ -7,6 +7,7 @@ import json
 import math
 import os
 import select
+import shutil
 import signal
 import subprocess
 import sys
@@ -22,6 +23,7 @@ import numpy as np
 from tierod.core.errors import DamagedFile, MissingExtra
 from tierod.io.readers import child, mat_child, mdf_child
 from tierod.io.readers.limits import VARIABLE, Limits, limits
+from tierod.io.readers.reading_folder import reading_folder
 
 
 @dataclass(frozen=True)
@@ -66,17 +68,20 @@ class ReaderProcess:
         self._seconds, self._more = BUDGET.seconds, BUDGET.per_answer + BUDGET.per_byte * size
         life, self._line = os.pipe()
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
+        # What the library unpacks lies in a folder of its own, since a process that is killed removes nothing.
+        folder = reading_folder()
+        own = {} if folder is None else dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))
         command = [sys.executable, "-P", str(child.__file__), str(path), str(life), str(self._memory + size)]
         self._process = subprocess.Popen(
             [*command, str(script.__file__)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env=os.environ | threads,
+            env=os.environ | threads | own,
             pass_fds=(life,),
         )
         os.close(life)
-        self.close = weakref.finalize(self, _end, self._process, self._line)
+        self.close = weakref.finalize(self, _end, self._process, self._line, folder)
 
     def ask(self, request: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """(what is said, the arrays that come with it) in answer to a request.
@@ -184,10 +189,12 @@ def require_asammdf() -> None:
         raise MissingExtra("asammdf", "mdf", "reading an MDF file")
 
 
-def _end(process: subprocess.Popen[bytes], line: int) -> None:
+def _end(process: subprocess.Popen[bytes], line: int, folder: Path | None) -> None:
     process.kill()
     for stream in (process.stdin, process.stdout):
         if stream:
             stream.close()
     process.wait()
     os.close(line)
+    if folder is not None:
+        shutil.rmtree(folder, ignore_errors=True)
