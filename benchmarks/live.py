@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 from live_drives import START, frames_of_drive, messages
 from tierod.live.drive import TICK, Drive, Outputs
-from tierod.live.engine import Engine
+from tierod.live.engine import PACE, Engine, Pace
 from tierod.live.events import Hub
 from tierod.live.frame import Frame
 from tierod.live.judge import Plan
@@ -102,6 +102,9 @@ def used() -> float:
     return time.process_time()
 
 
+SHORT = 0.2
+"""Period of judging by which a verdict comes half a second late at the most [s]."""
+
 BEGUN = 75.0
 """Time of a drive from which on every monitor has begun; that of the driver's torque waits for a minute [s]."""
 
@@ -110,13 +113,15 @@ def share(folder: Path, rate: float = 2000.0, seconds: float = 150.0) -> None:
     """Processor time of four monitors per second of drive, decode and log included."""
     drive = padded(frames_of_drive(folder, 30.0), rate)
     making = generated(drive, seconds)
-    cases = [(VEHICLE, names) for names in ((), *((name,) for name in MONITORS[:3]), MONITORS[:3])]
-    for vehicle, names in [*cases, ("smartload", ("condition",))]:
-        plan = Plan(load(vehicle))
-        engine = Engine(messages(folder), None, names, plan, log=FrameLog(folder / "log.mf4", START))
+    cases = [(VEHICLE, names, PACE) for names in ((), *((name,) for name in MONITORS[:3]), MONITORS[:3])]
+    judged = [("smartload", ("condition",), PACE), ("smartload", ("condition",), Pace(period=SHORT))]
+    for vehicle, names, pace in [*cases, *judged, (VEHICLE, MONITORS[:3], Pace(period=SHORT))]:
+        log = FrameLog(folder / "log.mf4", START)
+        engine = Engine(messages(folder), None, names, Plan(load(vehicle)), pace=pace, log=log)
         spent = cost(engine, repeated(drive, seconds), 40) - making
         ran = [each.monitor for each in engine.shown() if not each.reason]
-        print(f"{rate:.0f} frames/s, monitors {', '.join(ran) or 'none'}: {100 * spent:.2f} % of a core")
+        every = f"judged every {pace.period:g} s"
+        print(f"{rate:.0f} frames/s, monitors {', '.join(ran) or 'none'}, {every}: {100 * spent:.2f} % of a core")
 
 
 def cost(engine: Engine, frames: Iterable[Frame], together: int) -> float:

@@ -127,6 +127,8 @@ class Judge:
         self._newest = _Newest()
         self._feed: MemoryFeed | None = None
         self.broken = False
+        self.memory_problem = ""
+        """Why the fault memory takes nothing of this drive; "" where it does, or there is none."""
         self.ticker: Ticker | None = None
         self._start: float | None = None
         self._first: Recording | None = None
@@ -166,7 +168,10 @@ class Judge:
         run = Run(definition, variant, self.plan.vehicle, self._baseline(), None, uncertain=True, bins=BINS)
         run.kept = self._newest  # type: ignore[assignment]  # takes the same two arguments
         if self.plan.memory is not None:
-            run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
+            try:
+                run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
+            except TierodError as error:  # the verdict does not need the memory
+                self.memory_problem = str(error)
         self.run = run
         return run
 

@@ -8,8 +8,8 @@ import pytest
 from rolling_car import OWN, car, monitor
 from tierod.core.recording import Channel, Recording
 from tierod.live.restoring import restored
-from tierod.live.resuming import OPENINGS
 from tierod.live.snapshot import snapshot
+from tierod.live.states import OPENINGS
 from tierod.monitors.harness.run import Run
 
 PACKAGES = frozenset({"tierod", "rolling_car"})

@@ -12,6 +12,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.recording import Aligned
+from tierod.core.series import Rows
 from tierod.monitors.harness.decision import Decision
 from tierod.monitors.harness.session import Conclusion, Session
 from tierod.monitors.harness.spread.block_sum import BlockSum
@@ -114,7 +115,8 @@ class ParameterSpread:
         self._held, self._compared = 0, 0
 
     def _screened(self, length: int, fresh: bool) -> Screen:
-        points = Points(self._open, self.vehicle, moves_alone(self.names, fresh))
+        with Rows.growing():
+            points = Points(self._open, self.vehicle, moves_alone(self.names, fresh))
         return Screen(points, self.names, self._main, length, self._block, fresh)
 
     def reopen(self, alone: Sequence[Mapping[str, float]], along: Sequence[Mapping[str, float]]) -> None:
