@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 from live_drives import START, frames_of_drive, messages
 from tierod.live.drive import TICK, Drive, Outputs
-from tierod.live.engine import Engine
+from tierod.live.engine import PACE, Engine, Pace
 from tierod.live.events import Hub
 from tierod.live.frame import Frame
 from tierod.live.judge import Plan
@@ -102,6 +102,9 @@ def used() -> float:
     return time.process_time()
 
 
+SHORT = 0.2
+"""Period of judging by which a verdict comes half a second late at the most [s]."""
+
 BEGUN = 75.0
 """Time of a drive from which on every monitor has begun; that of the driver's torque waits for a minute [s]."""
 
@@ -110,13 +113,15 @@ def share(folder: Path, rate: float = 2000.0, seconds: float = 150.0) -> None:
     """Processor time of four monitors per second of drive, decode and log included."""
     drive = padded(frames_of_drive(folder, 30.0), rate)
     making = generated(drive, seconds)
-    cases = [(VEHICLE, names) for names in ((), *((name,) for name in MONITORS[:3]), MONITORS[:3])]
-    for vehicle, names in [*cases, ("smartload", ("condition",))]:
-        plan = Plan(load(vehicle), seconds)
-        engine = Engine(messages(folder), None, names, plan, log=FrameLog(folder / "log.mf4", START))
+    cases = [(VEHICLE, names, PACE) for names in ((), *((name,) for name in MONITORS[:3]), MONITORS[:3])]
+    judged = [("smartload", ("condition",), PACE), ("smartload", ("condition",), Pace(period=SHORT))]
+    for vehicle, names, pace in [*cases, *judged, (VEHICLE, MONITORS[:3], Pace(period=SHORT))]:
+        log = FrameLog(folder / "log.mf4", START)
+        engine = Engine(messages(folder), None, names, Plan(load(vehicle)), pace=pace, log=log)
         spent = cost(engine, repeated(drive, seconds), 40) - making
         ran = [each.monitor for each in engine.shown() if not each.reason]
-        print(f"{rate:.0f} frames/s, monitors {', '.join(ran) or 'none'}: {100 * spent:.2f} % of a core")
+        every = f"judged every {pace.period:g} s"
+        print(f"{rate:.0f} frames/s, monitors {', '.join(ran) or 'none'}, {every}: {100 * spent:.2f} % of a core")
 
 
 def cost(engine: Engine, frames: Iterable[Frame], together: int) -> float:
@@ -146,7 +151,7 @@ def column(folder: Path, seconds: float = 150.0) -> None:
     """Processor time of the monitor of the driver's torque whose signals come at 1 kHz."""
     frames = [each for each in frames_of_drive(folder, 30.0) if each.identifier == 0x100]
     fast = [each._replace(time=each.time + 0.001 * n) for each in frames for n in range(10)]
-    engine = Engine(messages(folder), None, ("driver-torque",), Plan(load(VEHICLE), seconds))
+    engine = Engine(messages(folder), None, ("driver-torque",), Plan(load(VEHICLE)))
     spent = cost(engine, repeated(sorted(fast, key=lambda each: each.time), seconds), 10)
     ticker = engine.ticks.tickers.get("driver-torque")
     rate = ticker.rate if ticker else 0.0
@@ -220,7 +225,7 @@ def soak(folder: Path, minutes: float, rate: float = 5000.0, seed: int = 5) -> N
     """A long drive with disturbances: what was counted, and the memory at a tenth and at the end."""
     drive = padded(frames_of_drive(folder, 30.0), rate)
     seconds = 60.0 * minutes
-    engine = Engine(messages(folder), None, ("friction", "sideslip"), Plan(load(VEHICLE), seconds))
+    engine = Engine(messages(folder), None, ("friction", "sideslip"), Plan(load(VEHICLE)))
     sizes: list[int] = []
     count = 0
 

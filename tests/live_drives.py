@@ -106,7 +106,7 @@ def started(folder, outputs, memory=None, car=None, monitors=("friction",)):
     hub = Hub()
     hub.add(lambda text: events.append(json.loads(text)))
     inbox = queue.SimpleQueue()
-    plan = Plan(car or CAR, 12.0, memory)
+    plan = Plan(car or CAR, memory)
     return Drive([], inbox, messages(folder), None, list(monitors), plan, outputs, hub), inbox, events
 
 

@@ -54,12 +54,83 @@ def test_live_refuses_in_one_sentence(tmp_path, capsys):
     wrong = ["--interface", "socketcam", "--channel", "can0"]
     refused(capsys, ["live", *wrong, *car, *dbc], "no interface 'socketcam'; did you mean 'socketcan'")
     absent = ["--interface", "socketcan", "--channel", "can77"]
-    refused(capsys, ["live", *absent, *car, *dbc], "can77 cannot be opened", "check that the device is plugged in")
+    refused(capsys, ["live", *absent, *car, *dbc], "can77 cannot be opened")
     refused(capsys, ["live", *BUS, *car, *dbc, "--period", "0"], "--period needs a positive time")
     refused(capsys, ["live", *BUS, *car, *dbc, "--monitor", "frictoin"], "did you mean 'friction'")
     refused(capsys, ["live", *BUS, *car, *dbc, "--log", tmp_path / "no" / "x.mf4"], "there is no folder")
-    same = ["--log", tmp_path / "x", "--checkpoint", tmp_path / "x"]
+    same = ["--log", tmp_path / "x.mf4", "--checkpoint", tmp_path / "x.mf4"]
     refused(capsys, ["live", *BUS, *car, *dbc, *same], "would overwrite")
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "sentence"),
+    [
+        ("--log", "x.csv", "--log writes .mf4, not 'x.csv': name it x.mf4; tierod convert makes other formats"),
+        ("--mcap", "x.mf4", "--mcap writes .mcap, not 'x.mf4': name it x.mcap"),
+        ("--report", "x.pdf", "--report writes .html, not 'x.pdf': name it x.html"),
+    ],
+)
+def test_live_refuses_endings_that_promise_another_format(tmp_path, capsys, option, name, sentence):
+    car = ["--vehicle", "midsize-eps", "--dbc", database_file(tmp_path)]
+    refused(capsys, ["live", *BUS, *car, option, tmp_path / name], sentence)
+
+
+def test_live_refuses_the_fault_memory_of_another_car(tmp_path, capsys):
+    from tierod.diagnosis.fault_memory import FaultMemory
+
+    with FaultMemory.changing(tmp_path / "car.json", "another-car") as memory:
+        memory.begin_cycle()
+        memory.end_cycle()
+    car = ["--vehicle", "midsize-eps", "--dbc", database_file(tmp_path)]
+    refused(capsys, ["live", *BUS, *car, "--memory", tmp_path / "car.json"], "another-car", "midsize-eps")
+
+
+def test_live_refuses_identifiers_of_results_that_messages_of_the_car_have(tmp_path, capsys):
+    path = database_file(tmp_path)
+    path.write_text(path.read_text().replace("BO_ 768 Never", f"BO_ {0x6E0} Never"))
+    car = ["--vehicle", "midsize-eps", "--dbc", path, "--send", "cli", "--results-dbc", tmp_path / "r.dbc"]
+    refused(capsys, ["live", *BUS, *car], "the databases have Never at 0x6E0; give --results-id 0x")
+    refused(capsys, ["live", *BUS, *car, "--results-id", "none"], "expected an identifier such as 0x6E0")
+
+
+def test_options_of_interfaces():
+    from tierod.core.errors import ParameterError
+    from tierod.live.options import interface_options
+
+    given = ["data_bitrate=2000000", "2:app_name=CAN=alyzer", "1:port=0x10", "fast=true", "timeout=0.5"]
+    assert interface_options(given, 2) == [
+        {"data_bitrate": 2000000, "port": 16, "fast": True, "timeout": 0.5},
+        {"data_bitrate": 2000000, "app_name": "CAN=alyzer", "fast": True, "timeout": 0.5},
+    ]
+    for wrong, sentence in (("x", "NAME=VALUE"), ("3:a=1", "buses 1 to 2"), ("0:a=1", "1 to 2"), ("fd=1", "by --fd")):
+        with pytest.raises(ParameterError, match=sentence):
+            interface_options([wrong], 2)
+
+
+def test_options_reach_the_interface(tmp_path, capsys):
+    """`preserve_timestamps` is an option of python-can's virtual bus."""
+    import can
+
+    from tierod.live.buses import Address, open_bus
+
+    sender = open_bus(Address("virtual", "options", options={"preserve_timestamps": True}))
+    bus = can.Bus(interface="virtual", channel="options")
+    sender.send(can.Message(arbitration_id=1, timestamp=5.0))
+    assert bus.recv(1.0).timestamp == 5.0
+    bus.shutdown()
+    sender.shutdown()
+    car = ["--vehicle", "midsize-eps", "--dbc", database_file(tmp_path)]
+    refused(capsys, ["live", *BUS, *car, "--interface-option", "fd"], "expected NAME=VALUE")
+
+
+def test_replay_says_that_two_buses_become_one(tmp_path, capsys):
+    lines = [f"({1_700_000_000 + place / 100:.6f}) can{place % 2} 100#0000" for place in range(40)]
+    (tmp_path / "two.log").write_text("\n".join(lines) + "\n")
+    arguments = ["replay", str(tmp_path / "two.log"), *BUS, "--speed", "0"]
+    assert main(arguments) == 0
+    assert "frames of bus 2 of the recording go to bus 1 too" in capsys.readouterr().err
+    assert main([*arguments, "--channel", "cli2"]) == 0
+    assert "go to bus" not in capsys.readouterr().err
 
 
 def test_replay_onto_a_virtual_bus(tmp_path, capsys):

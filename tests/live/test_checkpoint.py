@@ -43,9 +43,8 @@ def texts(events, kind="checkpoint"):
 def same_traces(first, second):
     for name, trace in first.traces.items():
         other = second.traces[name]
-        if "deviation" not in name:  # bands of parameters are laid out by pieces
-            np.testing.assert_array_equal(trace.mean, other.mean, err_msg=name)
-            np.testing.assert_array_equal(trace.lower, other.lower, err_msg=name)
+        np.testing.assert_array_equal(trace.mean, other.mean, err_msg=name)
+        np.testing.assert_array_equal(trace.lower, other.lower, err_msg=name)
 
 
 def agree(whole, second):
@@ -159,13 +158,45 @@ def test_checkpoints_of_others_are_refused_with_the_reason(tmp_path, monkeypatch
         tmp_path, dataclasses.replace(CAR, parameters=heavier)
     )
     found = checkpoint.read(path)
-    checkpoint.written(dataclasses.replace(found, written=found.written - 400.0), path)
+    checkpoint.written(dataclasses.replace(found, written=found.written - 400.0, ended=True, drive=None), path)
     assert "s old, and 300 s are the limit" in refusal(tmp_path)
     checkpoint.written(dataclasses.replace(found, databases="other"), path)
     assert "the CAN databases or the channel map have changed since" in refusal(tmp_path)
     checkpoint.written(found, path)
     monkeypatch.setattr(checkpoint, "__version__", "0.0.1")
     assert "it is of another version of tierod than 0.0.1" in refusal(tmp_path)
+
+
+def test_a_drive_that_was_cut_off_long_ago_is_concluded(tmp_path):
+    """Fault memory and page come from checkpoint and log, once; what begins then is a new drive."""
+    memory, path = tmp_path / "car.json", tmp_path / "car.state"
+    frames = frames_of_drive(tmp_path, 12.0)
+    whole, _, _ = started(tmp_path, Outputs())
+    driven(whole, whole.inbox, [each for each in frames if each.time < START + 10.0])
+    expected = whole.engine.finish()[0][1].findings[0]
+    cut_off(tmp_path, frames, 10.0, log=True, memory=memory)
+    found = checkpoint.read(path)
+    checkpoint.written(dataclasses.replace(found, written=found.written - 4000.0), path)
+    for first in (True, False):
+        drive, inbox, events = started(tmp_path, outputs(tmp_path, True), memory)
+        drive.prepare()
+        kinds = [each["event"] for each in events]
+        if first:
+            sentence = "is too old to go on: it is concluded from its checkpoint"
+            assert any(sentence in each for each in texts(events)), texts(events)
+            assert next(each for each in events if each["event"] == "end")["headlines"] == {
+                "friction": expected.headline
+            }
+            assert "memory" in kinds
+        else:
+            assert "end" not in kinds
+        assert FaultMemory.opened(memory).cycles == 1
+    driven(drive, inbox, [each._replace(time=each.time + 5000.0) for each in frames])
+    problems = texts(events, "problem")
+    assert any("log.mf4 is there already; this drive is" in each for each in problems)
+    assert drive.engine.tally.frames == len(frames)
+    drive.close()
+    assert FaultMemory.opened(memory).cycles == 2
 
 
 def test_damaged_checkpoints_are_refused(tmp_path):

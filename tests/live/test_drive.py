@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -295,3 +296,62 @@ def test_an_ignition_that_no_database_has_is_refused(tmp_path, capsys):
     words = ["live", "--interface", "virtual", "--channel", "a", "--vehicle", "midsize-eps"]
     assert main([*words, "--dbc", str(tmp_path / "car.dbc"), "--ignition", "ESP.ignitin"]) == 3
     assert "did you mean 'ESP.ignition'?" in capsys.readouterr().err
+
+
+def test_a_signal_that_comes_and_goes_is_said_each_time(tmp_path):
+    drive, inbox, events = started(tmp_path, Outputs())
+    frames = [
+        each for each in frames_of_drive(tmp_path, 30.0)
+        if each.identifier != 0x200 or not (6 < each.time - START < 10 or 18 < each.time - START < 22)
+    ]  # fmt: skip
+    driven(drive, inbox, frames)
+    said = [(each["event"], each["signal"]) for each in events if each.get("signal") == "yaw_rate"]
+    assert said == [("problem", "yaw_rate"), ("signal", "yaw_rate")] * 2
+
+
+def test_the_fault_memory_of_another_car_does_not_keep_from_judging(tmp_path):
+    with FaultMemory.changing(tmp_path / "car.json", "another-car") as memory:
+        memory.begin_cycle()
+        memory.end_cycle()
+    drive, inbox, events = started(tmp_path, Outputs(), memory=tmp_path / "car.json")
+    driven(drive, inbox, frames_of_drive(tmp_path, 8.0))
+    drive.close()
+    problems = [each["text"] for each in events if each["event"] == "problem"]
+    assert len([each for each in problems if "monitoring goes on without the fault memory" in each]) == 1
+    assert next(each for each in events if each["event"] == "end")["verdicts"]["friction"]
+
+
+@pytest.mark.parametrize("good", [True, False])
+def test_a_report_of_the_drive_so_far_is_said_when_it_is_there_or_failed(tmp_path, good):
+    drive, inbox, events = started(tmp_path, Outputs(log=tmp_path / "log.mf4"))
+    drive.interim.make()
+    assert "begin with --log" in events[-1]["text"]
+    driven(drive, inbox, frames_of_drive(tmp_path, 8.0))
+    dbc = tmp_path / ("car.dbc" if good else "none.dbc")
+    drive.interim.words = ["--vehicle", "midsize-eps", "--monitor", "all", "--dbc", str(dbc)]
+    drive.interim.make()
+    drive.interim.make()
+    assert "is being made" in events[-1]["text"]
+    drive.interim.look(wait=True)
+    if good:
+        assert events[-1]["event"] == "report"
+        assert Path(events[-1]["path"]).exists()
+    else:
+        assert "was not made: the CAN database" in events[-1]["text"]
+
+
+def test_the_view_and_the_state_say_how_late_a_verdict_may_be(tmp_path):
+    from rich.console import Console
+
+    from tierod.live.view import picture
+
+    drive, inbox, _ = started(tmp_path, Outputs())
+    driven(drive, inbox, frames_of_drive(tmp_path, 8.0))
+    (shown,) = drive.state()["monitors"]
+    assert shown["delay"] == 0.03
+    drive.engine.judges[0].ticker = None
+    (shown,) = drive.state()["monitors"]
+    assert shown["delay"] == pytest.approx(2.3)
+    console = Console(width=160, file=io.StringIO())
+    console.print(picture(drive))
+    assert "(up to 2.3 s late)" in console.file.getvalue()

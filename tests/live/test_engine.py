@@ -18,10 +18,10 @@ CAR = load("midsize-eps")
 MONITORS = ("friction", "sideslip")
 
 
-def run(folder, frames, monitors=MONITORS, log=True, expected=12.0):
+def run(folder, frames, monitors=MONITORS, log=True):
     events = []
     engine = Engine(
-        messages(folder), None, monitors, Plan(CAR, expected), lambda kind, each: events.append((kind, dict(each))),
+        messages(folder), None, monitors, Plan(CAR), lambda kind, each: events.append((kind, dict(each))),
         log=FrameLog(folder / "log.mf4", START) if log else None,
     )  # fmt: skip
     for begin in range(0, len(frames), 50):
@@ -38,6 +38,8 @@ def same(live, offline):
     assert (mine.estimate is None) == (other.estimate is None)
     if mine.estimate is not None:
         assert mine.estimate.value == other.estimate.value
+        assert mine.estimate.standard_deviation == other.estimate.standard_deviation
+    assert live.parameter_effects == offline.parameter_effects
 
 
 def test_live_and_offline_agree(tmp_path):
@@ -54,9 +56,8 @@ def test_states_agree_to_the_last_bit(tmp_path):
     _, found, _ = run(tmp_path, frames, ("friction",))
     offline = diagnose(tmp_path / "log.mf4", CAR, "friction", dbc=tmp_path / "car.dbc")
     for name, trace in offline.traces.items():
-        if "deviation" not in name:  # the bands hold the spread of parameters, which is laid out by pieces
-            live = found["friction"].traces[name]
-            assert live.mean.tolist() == pytest.approx(trace.mean.tolist(), nan_ok=True, rel=1e-12, abs=1e-300), name
+        live = found["friction"].traces[name]
+        assert live.mean.tolist() == pytest.approx(trace.mean.tolist(), nan_ok=True, rel=1e-12, abs=1e-300), name
 
 
 def test_frames_that_come_out_of_order_change_nothing(tmp_path):
@@ -91,7 +92,7 @@ def test_a_message_that_falls_silent_is_named(tmp_path):
 
 def test_a_message_that_begins_later_than_others_is_waited_for(tmp_path):
     frames = [each for each in frames_of_drive(tmp_path, 14.0) if each.identifier != 0x200 or each.time - START > 6.3]
-    engine, found, events = run(tmp_path, frames, expected=14.0)
+    engine, found, events = run(tmp_path, frames)
     assert set(found) == set(MONITORS)
     assert [each.reason for each in engine.shown()] == ["", ""]
     assert engine.ticks.tickers["friction"].live
@@ -131,7 +132,7 @@ def test_a_bus_without_a_known_message(tmp_path):
 
 def test_a_monitor_that_measures_its_first_minute_waits_for_it(tmp_path):
     frames = frames_of_drive(tmp_path, 66.0)
-    engine, found, events = run(tmp_path, frames, ("driver-torque",), expected=66.0)
+    engine, found, events = run(tmp_path, frames, ("driver-torque",))
     assert any(each.get("reason") == "listens for 60 s before it judges" for _, each in events)
     assert engine.ticks.tickers["driver-torque"].corrected == 0
     offline = diagnose(tmp_path / "log.mf4", CAR, "driver-torque", dbc=tmp_path / "car.dbc")
@@ -150,7 +151,7 @@ def test_a_drive_that_is_shorter_than_what_a_monitor_listens_to_is_judged_at_its
 
 def test_signals_are_not_missing_where_a_piece_takes_long_to_judge(tmp_path):
     frames = frames_of_drive(tmp_path, 10.0)
-    engine = Engine(messages(tmp_path), None, ("friction",), Plan(CAR, 12.0), lambda kind, each: None)
+    engine = Engine(messages(tmp_path), None, ("friction",), Plan(CAR), lambda kind, each: None)
     piece = None
     for begin in range(0, len(frames), 50):
         part = frames[begin : begin + 50]

@@ -54,7 +54,7 @@ def test_ticks_follow_j1939_and_multiplexed_messages(tmp_path):
     text = DBC[: DBC.index("BO_ 512")] + HEAVY
     (tmp_path / "truck.dbc").write_text(text)
     frames = list(as_truck(frames_of_drive(tmp_path)))
-    engine = Engine(load_databases([tmp_path / "truck.dbc"]), None, ("friction",), Plan(CAR, 12.0))
+    engine = Engine(load_databases([tmp_path / "truck.dbc"]), None, ("friction",), Plan(CAR))
     for begin in range(0, len(frames), 40):
         part = frames[begin : begin + 40]
         engine.take(part, part[-1].time, part[-1].time)

@@ -75,7 +75,7 @@ def test_a_frame_decodes_as_the_array_does(tmp_path):
 def ticked(folder, frames, names, dbc=DBC, at_once=20):
     """An engine after a drive, and what each of its tickers showed after each step by its time."""
     (folder / "car.dbc").write_text(dbc)
-    engine = Engine(load_databases([folder / "car.dbc"]), None, names, Plan(CAR, 12.0))
+    engine = Engine(load_databases([folder / "car.dbc"]), None, names, Plan(CAR))
     seen = {name: {} for name in names}
     for begin in range(0, len(frames), at_once):
         part = frames[begin : begin + at_once]
@@ -159,7 +159,7 @@ def test_a_verdict_comes_with_the_tick_and_not_with_the_piece(tmp_path):
     events = []
     (tmp_path / "car.dbc").write_text(DBC)
     engine = Engine(
-        load_databases([tmp_path / "car.dbc"]), None, ("friction",), Plan(CAR, 12.0),
+        load_databases([tmp_path / "car.dbc"]), None, ("friction",), Plan(CAR),
         lambda kind, content: events.append((kind, dict(content))),
     )  # fmt: skip
     frames = frames_of_drive(tmp_path, 8.0)

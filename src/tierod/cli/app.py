@@ -30,7 +30,16 @@ LONGEST_SENTENCE = 1200
 _LOOP = "Symlink loop from "
 """How the error begins that Python before 3.13 raises where it resolves such a link."""
 
-_NOT_COMMANDS = {"app", "examples", "export_c", "export_fmu", "inspect_unit", "simulate_fleet", "terminal"}
+_NOT_COMMANDS = {
+    "app",
+    "examples",
+    "export_c",
+    "export_fmu",
+    "inspect_unit",
+    "live_setup",
+    "simulate_fleet",
+    "terminal",
+}
 
 _HEADER = """\
 Estimate what cannot be measured in a steering system, and find what is going wrong in it.

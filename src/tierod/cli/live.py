@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import shlex
 import signal
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from cantools.database.can import Message
-
     from tierod.live.buses import Address
     from tierod.live.drive import Drive
     from tierod.live.events import Hub, Socket
@@ -37,6 +32,7 @@ def live(
     mcap: Annotated[Path | None, typer.Option(help="MCAP file of signals, estimates and findings.")] = None,
     send: Annotated[str | None, typer.Option(help="Channel of the interface to which results are sent.")] = None,
     results_dbc: Annotated[Path | None, typer.Option(help="DBC of the results; it is written.")] = None,
+    results_id: Annotated[str, typer.Option(help="Identifier of the first message of the results.")] = "0x6E0",
     memory: Annotated[Path | None, typer.Option(help="Fault memory; every drive is one operation cycle.")] = None,
     report: Annotated[Path | None, typer.Option(help="HTML page at the end of the drive.")] = None,
     checkpoint: Annotated[
@@ -45,6 +41,9 @@ def live(
     baselines: Annotated[Path | None, typer.Option(help="Folder with the baseline that each monitor learnt.")] = None,
     bitrate: Annotated[int | None, typer.Option(help="Bit rate [bit/s]; as the driver has it where not given.")] = None,
     fd: Annotated[bool, typer.Option("--fd", help="Frames of CAN FD come.")] = False,
+    interface_option: Annotated[
+        list[str] | None, typer.Option(help="NAME=VALUE for python-can, N:NAME=VALUE for the N-th bus alone.")
+    ] = None,
     period: Annotated[float, typer.Option(help="Time between two pieces of the drive [s].")] = 2.0,
     silence: Annotated[float, typer.Option(help="Time without a frame after which the drive has ended [s].")] = 30.0,
     ignition: Annotated[
@@ -52,31 +51,28 @@ def live(
     ] = "",
     drives: Annotated[int, typer.Option(help="End after so many drives; 0 goes on.")] = 0,
     seconds: Annotated[float, typer.Option(help="End after this time [s]; 0 goes on until Ctrl-C.")] = 0.0,
-    expected: Annotated[float, typer.Option(help="Expected length of a drive [s].")] = 1800.0,
     websocket: Annotated[int | None, typer.Option(help="Port on this computer for the events; 0 takes any.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Events as JSON lines, as without a terminal.")] = False,
 ) -> int:
     """Follow live buses until Ctrl-C: healthy (0), fault (1), could not judge (2), bad input (3)."""
-    from tierod.core.errors import ParameterError
+    from tierod.cli.live_setup import Wanted, drive_of, refuse_unfit
     from tierod.live.buses import Address
+    from tierod.live.options import interface_options
     from tierod.live.quiet import quiet
-    from tierod.vehicles import load
 
-    for name, value in (("--period", period), ("--silence", silence), ("--expected", expected)):
-        if not value > 0.0:
-            raise ParameterError(f"{name} needs a positive time, not {value:g} s")
-    load(vehicle)
-    if (send is None) != (results_dbc is None):
-        raise ParameterError("--send sends results by a DBC: give both --send CHANNEL and --results-dbc FILE")
-    _refuse_what_cannot_be_written([log, mcap, results_dbc, report, checkpoint, memory], [*(dbc or []), channel_map])
-    addresses = [Address(interface, each, bitrate, fd) for each in channel]
-    drive, hub = _drive(
-        addresses, vehicle, dbc, channel_map, monitor, (log, mcap, report, checkpoint, memory, baselines),
-        (period, silence, expected), ignition, fd, bitrate,
+    wanted = Wanted(
+        vehicle, tuple(dbc or ()), channel_map, tuple(monitor or ()), log, mcap, report, checkpoint, memory, baselines,
+        period, silence, ignition, fd, bitrate, send, results_dbc, results_id,
     )  # fmt: skip
+    refuse_unfit(wanted)
+    # The bus of the results is one more, with the options that hold for all buses.
+    *options, further = interface_options(interface_option or [], len(channel) + 1)
+    addresses = [Address(interface, each, bitrate, fd, own) for each, own in zip(channel, options, strict=True)]
+    drive, hub = drive_of(wanted, addresses)
     with contextlib.ExitStack() as stack:
         if send and results_dbc:
-            stack.callback(_sender(drive, Address(interface, send, bitrate, fd), results_dbc).close)
+            address = Address(interface, send, bitrate, fd, further)
+            stack.callback(_sender(drive, address, results_dbc, int(results_id, 0)).close)
         if websocket is not None:
             stack.callback(_socket(hub, websocket).close)
         _end_cleanly(drive)
@@ -94,12 +90,12 @@ def _socket(hub: Hub, port: int) -> Socket:
     return socket
 
 
-def _sender(drive: Drive, address: Address, path: Path) -> Sender:
+def _sender(drive: Drive, address: Address, path: Path, first: int) -> Sender:
     """Results go to a bus ten times a second while a drive is judged."""
     from tierod.core.errors import TierodError
     from tierod.live.results import Sender
 
-    sender = Sender(address, path)
+    sender = Sender(address, path, first)
     drive.own = sender.identifiers
 
     def look(now: float) -> None:
@@ -111,88 +107,6 @@ def _sender(drive: Drive, address: Address, path: Path) -> Sender:
 
     drive.looking.append(look)
     return sender
-
-
-def _drive(
-    addresses: list[Address],
-    vehicle: str,
-    dbc: list[Path] | None,
-    channel_map: Path | None,
-    monitor: list[str] | None,
-    files: tuple[Path | None, ...],
-    times: tuple[float, float, float],
-    ignition: str,
-    fd: bool,
-    bitrate: int | None = None,
-) -> tuple[Drive, Any]:
-    import queue
-
-    from tierod.cli.terminal import origin
-    from tierod.core.errors import ParameterError
-    from tierod.io.readers.dbc import load_databases
-    from tierod.io.readers.opening import shipped
-    from tierod.io.readers.streaming import loaded_map
-    from tierod.live.agreement import disagreements
-    from tierod.live.drive import Drive, Outputs
-    from tierod.live.engine import Pace
-    from tierod.live.events import Hub
-    from tierod.live.judge import Plan
-    from tierod.live.receiving import receiver
-    from tierod.live.traffic import Traffic
-    from tierod.monitors.registry import MONITORS
-    from tierod.vehicles import load
-
-    car = load(vehicle)
-    given = dbc or ([car.database] if car.database else [])
-    if not given:
-        raise ParameterError(f"the vehicle '{car.name}' names no CAN database; give one with --dbc")
-    paths = [shipped(each, ".dbc") for each in given]
-    database = load_databases(paths)
-    _refuse_unknown_ignition(ignition, database)
-    used = channel_map or car.channel_map or _beside(paths)
-    log, mcap, report, checkpoint, memory, baselines = files
-    period, silence, expected = times
-    names = monitor or [each.name for each in MONITORS.values() if each.default is not None and not each.condition]
-    plan = Plan(car, expected, memory, baselines, shlex.join(["tierod", *sys.argv[1:]]))
-    hub, inbox = Hub(), queue.SimpleQueue[Any]()
-    outputs = Outputs(log, report, checkpoint, 5.0, silence, ignition, 64 if fd else 8, mcap)
-    receivers = [receiver(number, each, inbox) for number, each in enumerate(addresses, 1)]
-    if len(paths) > 1 and (text := disagreements({path: load_databases([path]) for path in paths})):
-        print(f"tierod: {text}", file=sys.stderr)
-    drive = Drive(receivers, inbox, database, loaded_map(used), names, plan, outputs, hub, Pace(period=period), origin)
-    drive.health.traffic = Traffic(bitrate)
-    mapped = ["--map", str(used)] if isinstance(used, str | Path) else []
-    databases = [word for path in paths for word in ("--dbc", str(path))]
-    drive.report_words = lambda path: [
-        "diagnose", str(path), "--vehicle", vehicle, "--monitor", "all", *databases, *mapped,
-        "-o", str(path.with_name(f"{path.stem}-{int(drive.engine.clock.latest)}s.html")),
-    ]  # fmt: skip
-    return drive, hub
-
-
-def _refuse_unknown_ignition(ignition: str, database: Sequence[Message]) -> None:
-    from tierod.core.errors import ParameterError, nearest
-
-    known = [f"{message.name}.{signal.name}" for message in database for signal in message.signals]
-    if ignition and ignition not in known:
-        raise ParameterError(f"no database has the signal '{ignition}' of --ignition{nearest(ignition, known)}")
-
-
-def _beside(paths: list[Path]) -> Any:
-    from tierod.io.readers.channel_map import load_maps_beside, maps_beside
-
-    found = maps_beside(paths)
-    return load_maps_beside(found) if found else None
-
-
-def _refuse_what_cannot_be_written(targets: list[Path | None], given: list[Path | None]) -> None:
-    from tierod.cli.terminal import refuse_to_overwrite
-    from tierod.core.files import require_folder
-
-    for place, path in enumerate(targets):
-        refuse_to_overwrite(path, [*given, *targets[:place]], "output", "its option")
-        if path is not None:
-            require_folder(path)
 
 
 def _end_cleanly(drive: Drive) -> None:
@@ -253,19 +167,6 @@ def _press(drive: Drive, key: str) -> None:
     elif key == "p":
         drive.paused = not drive.paused
     elif key == "r":
-        _report_now(drive)
+        drive.interim.make()
     elif key == "q":
         drive.ended = True
-
-
-def _report_now(drive: Drive) -> None:
-    """A page of the log so far, by a process of its own: the drive goes on meanwhile."""
-    import subprocess
-
-    log = drive.engine.log
-    if log is None:
-        drive.hub.say("problem", {"text": "a report of the drive so far is made from its log; begin with --log"})
-        return
-    words = drive.report_words(log.path)
-    subprocess.Popen([sys.executable, "-m", "tierod", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    drive.hub.say("report", {"path": words[-1]})

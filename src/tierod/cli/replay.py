@@ -16,6 +16,10 @@ def replay(
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="TOML file that says which signal of the DBC a canonical one is.")
     ] = None,
+    interface_option: Annotated[
+        list[str] | None, typer.Option(help="NAME=VALUE for python-can, N:NAME=VALUE for the N-th bus alone.")
+    ] = None,
+    fd: Annotated[bool, typer.Option("--fd", help="Open buses of CAN FD.")] = False,
     speed: Annotated[float, typer.Option(help="Times real time; 0 as fast as the bus takes it.")] = 1.0,
     seed: Annotated[int, typer.Option(help="Of all that goes wrong.")] = 0,
     loss: Annotated[float, typer.Option(help="Share of frames that are lost.")] = 0.0,
@@ -35,6 +39,7 @@ def replay(
     from tierod.io.readers.opening import shipped
     from tierod.io.readers.streaming import loaded_map
     from tierod.live.buses import Address, open_bus
+    from tierod.live.options import interface_options
     from tierod.live.replay import Disturbance, Played, disturbed, frames_of_file, play
 
     for name, value in (("--loss", loss), ("--doubled", doubled), ("--reordered", reordered)):
@@ -43,11 +48,13 @@ def replay(
     for name, value in (("--speed", speed), ("--jitter", jitter), ("--bus-off", bus_off)):
         if not 0.0 <= value < float("inf"):
             raise ParameterError(f"{name} needs a number from 0 on, not {value:g}")
+    options = interface_options(interface_option or [], len(channel))
     database = load_databases([shipped(each, ".dbc") for each in dbc]) if dbc else []
     frames = frames_of_file(recording, database, loaded_map(channel_map))
     # A recording that cannot be read is refused before a bus is opened.
     frames = itertools.chain([next(frames)], frames)
-    buses, played = [open_bus(Address(interface, each)) for each in channel], Played()
+    addresses = [Address(interface, each, None, fd, own) for each, own in zip(channel, options, strict=True)]
+    buses, played = [open_bus(each) for each in addresses], Played()
     try:
         messages().print(f"playing {recording} onto {interface} {' '.join(channel)}", markup=False, soft_wrap=True)
         play(
@@ -55,6 +62,7 @@ def replay(
             buses,
             speed,
             played,
+            say=lambda text: messages().print(text, markup=False, soft_wrap=True),
         )
     finally:
         for bus in buses:

@@ -66,6 +66,9 @@ def simulate(
         _show(chosen, outcome, output, took)
     if plant is not None and (astray := _astray(outcome)):
         messages().print(astray, soft_wrap=True, markup=False, highlight=False)
+    if plant is not None and (standing := _standing(chosen, outcome)):
+        messages().print(standing, soft_wrap=True, markup=False, highlight=False)
+        return NOT_JUDGED
     if outcome.diverged_at is None:
         return HEALTHY
     messages().print(_diverged(chosen, outcome, output), soft_wrap=True, markup=False)
@@ -107,6 +110,27 @@ def _astray(outcome: Outcome) -> str:
     return (
         f"the car leaves its path by more than {OFF_PATH:g} m from {first:.4g} s on: look at signs and "
         "units of what steers the unit and of its yaw rate and speed (left is positive; sign = -1 turns one over)"
+    )
+
+
+STANDING = 0.5
+"""Speed [m/s] up to which a car does not drive."""
+
+
+def _standing(scenario: Scenario, outcome: Outcome) -> str:
+    """What it most often means that a unit's car does not drive where its course does; "" where it drives."""
+    import numpy as np
+
+    speeds = [
+        each.values for name in ("truth_longitudinal_speed", "vehicle_speed")
+        if (each := outcome.recording.channels.get(name)) is not None
+    ]  # fmt: skip
+    wanted = scenario.course.start.speed
+    if not speeds or wanted <= STANDING or (np.nan_to_num(np.abs(speeds[0])) > STANDING).any():
+        return ""
+    return (
+        f"the car stands throughout, and its course begins at {wanted:.3g} m/s: wire what the unit takes as wanted "
+        "speed to demand.speed, or its speed at the start to start_speed, in the plant file"
     )
 
 

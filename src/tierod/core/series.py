@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 
 
@@ -66,6 +69,16 @@ class Rows:
         self._most, self._count = most, 0
         # Zeros by `full`, not by `zeros`: the system gives a page only when something is written to it.
         self._values = np.full((most if Rows.reserving and most is not None else 0, columns), 0.0)
+
+    @classmethod
+    @contextmanager
+    def growing(cls) -> Iterator[None]:
+        """Within, none takes its memory at once: for what lasts a minute only."""
+        before, Rows.reserving = Rows.reserving, False
+        try:
+            yield
+        finally:
+            Rows.reserving = before
 
     def __len__(self) -> int:
         return self._count

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +29,7 @@ class Converted:
         samples: of all of them
         seconds: from the first to the last
         lost: what the format cannot hold, in sentences
-        warnings: of the reader
+        warnings: of the reader, on samples that were put in order, and on columns that were left out
     """
 
     channels: int
@@ -68,7 +69,22 @@ def convert(
     plan = planned(paths[0], source, used, None) if canonical or used is not None else as_found(source)
     seen = _Seen()
     lost = write_pieces(seen.of(Reading(paths[0], source, kind, plan).slices(SLICE), progress), output)
-    return Converted(len(seen.names), seen.samples, seen.last - seen.first, lost, seen.warnings)
+    empty = [pick.name for pick in plan.picks if pick.name not in seen.names]
+    said = (*seen.warnings, *seen.repaired(), *_left_out(source.texts, "they hold text"),
+            *_left_out(empty, "they gave no numbers"))  # fmt: skip
+    return Converted(len(seen.names), seen.samples, seen.last - seen.first, lost, said)
+
+
+NAMED = 5
+"""Columns that a sentence names; the others are counted."""
+
+
+def _left_out(names: Sequence[str], why: str) -> tuple[str, ...]:
+    """A sentence on columns that were not written; none where there are none."""
+    if not names:
+        return ()
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return (f"not converted, since {why}: {', '.join(names[:NAMED])}{more}",)
 
 
 def as_found(source: Source) -> Plan:
@@ -83,11 +99,18 @@ class _Seen:
         self.names: set[str] = set()
         self.samples, self.first, self.last = 0, float("inf"), float("-inf")
         self.warnings: tuple[str, ...] = ()
+        self._notes: dict[str, str] = {}
+
+    def repaired(self) -> tuple[str, ...]:
+        """What was done to samples of channels: each in a sentence with how many channels that are."""
+        counts = Counter(note for text in self._notes.values() for note in text.split("; ") if note)
+        return tuple(f"{note} ({count} {'channel' if count == 1 else 'channels'})" for note, count in counts.items())
 
     def of(self, pieces: Iterator[Recording], progress: Callable[[float], None]) -> Iterator[Recording]:
         for piece in pieces:
             self.names |= set(piece.names)
             self.samples += sum(len(each.time) for each in piece.channels.values())
+            self._notes |= {each.name: each.note for each in piece.channels.values() if each.note}
             begin, end = piece.span
             self.first, self.last, self.warnings = min(self.first, begin), max(self.last, end), piece.warnings
             yield piece

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import re
 import socket
 import sys
 import threading
@@ -83,13 +85,23 @@ def open_bus(address: Address) -> can.BusABC:
             f"{place} cannot be opened: its driver is not installed ({_reason(error)}); install that of the vendor"
         ) from None
     except (can.CanError, OSError, ValueError, TypeError, NotImplementedError) as error:
-        raise InputError(
-            f"{place} cannot be opened ({_reason(error)}); check that the device is plugged in, up, and named so"
-        ) from None
+        raise InputError(f"{place} cannot be opened ({_reason(error)}); {_remedy(error)}") from None
     _enlarge(bus)
     if address.interface == "udp_multicast" and sys.platform == "linux":
         _own_group_alone(bus)
     return bus
+
+
+def _remedy(error: Exception) -> str:
+    """What to do about a bus that cannot be opened."""
+    text = str(error).lower()
+    if getattr(error, "errno", None) == errno.EAFNOSUPPORT:
+        return "the system of this computer has no CAN: load it (sudo modprobe can_raw), or use another interface"
+    if re.search(r"(library|driver|dll|module).*not.*(found|load|install)|could not.*(find|load)", text):
+        return "its driver is not installed: install that of the vendor"
+    if isinstance(error, TypeError) or "argument" in text:
+        return "give what the interface needs with --interface-option NAME=VALUE"
+    return "check that the device is plugged in, up, and named so"
 
 
 def _own_group_alone(bus: can.BusABC) -> None:

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import queue
 import time
-from collections import Counter, deque
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import TierodError
@@ -16,15 +12,19 @@ from tierod.io.readers.channel_map import ChannelMap
 from tierod.live.buses import Inbox, Receiver
 from tierod.live.checkpoint import State
 from tierod.live.closing import Closing, Finished
+from tierod.live.cut_off import conclude_cut_off
 from tierod.live.engine import PACE, Engine, Pace
 from tierod.live.events import Hub
-from tierod.live.frame import Frame, Notice
+from tierod.live.frame import Frame
+from tierod.live.health import Health, received
+from tierod.live.interim import Interim
 from tierod.live.judge import Plan
 from tierod.live.judging import Judging
 from tierod.live.outputs import Logs, Outputs, guarded, numbered
 from tierod.live.receiving import ProcessReceiver
 from tierod.live.resuming import Checkpoints, databases_digest
-from tierod.live.traffic import Traffic
+from tierod.live.shown_state import shown_state
+from tierod.live.watching import Watching
 
 if TYPE_CHECKING:
     from cantools.database.can import Message
@@ -47,23 +47,6 @@ SILENT = 5.0
 
 _SEVERITY = (0, 2, 1)
 """Exit codes, the worst last: a fault is worse than what could not be judged."""
-
-
-@dataclass
-class Health:
-    """How the session itself does: ticks, how late they came [s], the worst of late, notices by kind."""
-
-    ticks: int = 0
-    late: deque[float] = field(default_factory=lambda: deque(maxlen=3000))
-    notices: Counter[str] = field(default_factory=Counter)
-    traffic: Traffic = field(default_factory=Traffic)
-    _used: tuple[float, float] = (0.0, 0.0)
-
-    def load(self) -> float:
-        """Share of one core that this process took since the last call."""
-        (then, before), now = self._used, (time.monotonic(), time.process_time())
-        self._used = now
-        return max((now[1] - before) / (now[0] - then), 0.0) if now[0] > then > 0.0 else 0.0
 
 
 class Drive:
@@ -105,7 +88,6 @@ class Drive:
         self.drives = 0
         self.worst = 0
         self.marks: list[float] = []
-        self.report_words: Callable[[Path], list[str]] = lambda path: ["diagnose", str(path)]
         self.looking: list[Callable[[float], None]] = []
         self.own: Container[int] = ()
         self._origin = origin
@@ -114,7 +96,8 @@ class Drive:
         )
         self.engine = self._made()
         self._came = self._checked = self._begun = self._stated = time.monotonic()
-        self._said: set[str] = set()
+        self._watching = Watching(hub)
+        self.interim = Interim(hub)
         self._running = self._goes_on = self._prepared = False
         self.logs = Logs(outputs, plan, hub)
         self._databases = databases_digest(database, channel_map)
@@ -135,6 +118,9 @@ class Drive:
 
         self._checkpoints = Checkpoints(path, self.plan.vehicle, self._databases, say)
         self._goes_on = self._checkpoints.resume(self.engine)
+        if self._checkpoints.cut_off is not None:
+            closing = (self.plan, self.outputs, self._origin, hub)
+            self.logs.concluded = conclude_cut_off(self._made(), self._checkpoints, *closing)
 
     def run(self) -> int:
         """Receive and judge until the end.
@@ -165,6 +151,7 @@ class Drive:
             self._judging.close()
             if self._checkpoints is not None:
                 self._checkpoints.close()
+            self.interim.close()
         return self.worst if self.drives else 2
 
     def tick(self, now: float, calendar: float) -> None:
@@ -176,7 +163,7 @@ class Drive:
         """
         self.prepare()
         self.health.ticks += 1
-        frames = self._received()
+        frames = received(self.inbox, self.health, self.hub)
         self.health.traffic.add(frames, now)
         alive = any(each.identifier not in self.own for each in frames)
         if alive:
@@ -194,27 +181,14 @@ class Drive:
         if self._running and now - self._stated >= STATED:
             self._stated = now
             self.hub.say("state", self.state())
+        self.interim.log = self.engine.log.path if self.engine.log is not None else None
+        self.interim.time = self.engine.clock.latest
+        self.interim.look()
 
     def _silent_sentence(self) -> str:
         if self.health.notices["error frame"] > 10 and not self._running:
             return "error frames alone come: the bit rate is wrong; give that of the bus with --bitrate"
         return f"no frame came for {SILENT:.0f} s; switch the ignition on, and check channel and bit rate"
-
-    def _received(self) -> list[Frame]:
-        frames: list[Frame] = []
-        take = self.inbox.get_nowait
-        for _ in range(10_000):
-            try:
-                each = take()
-            except queue.Empty:
-                break
-            if isinstance(each, Notice):
-                self.health.notices[each.what] += 1
-                if each.what != "error frame" or self.health.notices[each.what] in (1, 10, 100, 1000):
-                    self.hub.say("bus", {"bus": each.bus, "what": each.what, "text": each.text})
-            else:
-                frames.append(each)
-        return frames
 
     def once(self, key: str, text: str) -> None:
         """Say a problem, once in a drive.
@@ -223,13 +197,11 @@ class Drive:
             key: of the problem
             text: a sentence with its remedy
         """
-        if key not in self._said:
-            self._said.add(key)
-            self.hub.say("problem", {"text": text})
+        self._watching.once(key, text)
 
     def _begin(self, first: Frame, now: float, calendar: float) -> None:
         self._running, self._begun, self._checked = True, now, now
-        self._said.clear()
+        self._watching.begin()
         if not self._goes_on:
             self.engine.clock.begin(first, now, calendar)
         self.logs.begin(self.engine, self.drives, self._goes_on)
@@ -258,8 +230,7 @@ class Drive:
         """What follows on a piece that was judged."""
         if self._checkpoints is not None:
             self._checkpoints.settle(self.engine.judges)
-        for name in self.engine.missing:
-            self.once(f"missing {name}", f"{name} does not come any more; what needs it is not judged")
+        self._watching.missing(self.engine.missing, self.engine.clock.latest)
         known = self.engine.decoder.known
         if known is None:
             self.once("unknown", "no frame that came is in the databases; give the DBC of this vehicle and bus")
@@ -268,37 +239,7 @@ class Drive:
 
     def state(self) -> dict[str, Any]:
         """What is shown of the drive now."""
-        engine = self.engine
-        return {
-            "time": engine.clock.latest,
-            "frames": engine.tally.frames,
-            "lost": engine.gaps.lost,
-            "late": engine.clock.late,
-            "too_late": engine.tally.too_late,
-            "doubled": engine.clock.doubled,
-            "clock_jumps": engine.clock.jumps,
-            "bus": dict(self.health.notices),
-            "buses": {
-                f"CAN{bus}": {"frames_per_s": each.frames, "load": round(each.load, 3), "of": each.rate}
-                for bus, each in self.health.traffic.loads().items()
-            },
-            "processor": round(self.health.load(), 3),
-            "latest_tick_ms": round(1e3 * max(self.health.late, default=0.0), 2),
-            "missing": list(engine.missing),
-            "ages": {name: round(age, 3) for name, age in engine.ages.items()},
-            "monitors": [
-                {
-                    "monitor": each.monitor,
-                    "status": str(each.status),
-                    "since": each.since,
-                    "reason": each.reason,
-                    "enabled": each.enabled,
-                    "values": dict(each.values),
-                    "units": dict(each.units),
-                }
-                for each in engine.shown()
-            ],
-        }
+        return shown_state(self.engine, self.health)
 
     def mark(self, text: str = "mark") -> None:
         """Note an event of the driver."""

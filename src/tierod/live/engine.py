@@ -141,6 +141,7 @@ class Engine:
         self._first = np.inf
         self._newest: dict[str, float] = {}
         self._statuses: dict[str, tuple[str, str]] = {}
+        self._problems: set[str] = set()
 
     def take(self, frames: Iterable[Frame], came: float | None = None, calendar: float | None = None) -> None:
         """Frames as the buses gave them.
@@ -263,7 +264,10 @@ class Engine:
         piece = Recording(part.channels, metadata)
         piece = completed(piece.warned(*stream.plan.warnings), stream.past, stream.names)
         stream.past = piece
-        judge.add(judge.paced(piece))
+        judge.add(piece)
+        if judge.memory_problem and judge.memory_problem not in self._problems:
+            self._problems.add(judge.memory_problem)
+            self.say("problem", {"text": f"{judge.memory_problem}; monitoring goes on without the fault memory"})
 
     def _look_at_ignition(self, frames: Frames) -> None:
         """Whether the signal of the ignition was on before and is off now."""
@@ -292,6 +296,14 @@ class Engine:
     def shown(self) -> list[Shown]:
         """What is shown of every monitor."""
         return [judge.shown() for judge in self.judges]
+
+    def delay(self, each: Shown) -> float:
+        """By how much its verdict follows what happens, at the most [s]: a tick, or a piece where it is not stepped.
+
+        Args:
+            each: what is shown of a monitor
+        """
+        return self.pace.wait if each.ticking else self.pace.period + self.pace.order
 
     def _note_changes(self) -> None:
         for each in self.shown():

@@ -6,14 +6,13 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tierod.core.errors import TierodError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
-from tierod.io.readers import SHARE_READ
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.baseline import Baseline, load_baseline
 from tierod.monitors.harness.into_memory import MemoryFeed
@@ -45,15 +44,12 @@ class Plan:
 
     Args:
         vehicle: that drives
-        expected: length of the drive by which the spread of parameters is laid out; with the true one, live and offline
-            agree in those bands too
         memory: file of the fault memory; None without
         baselines: folder with the baseline of each monitor, as NAME.json; None without
         command: what the user typed
     """
 
     vehicle: Vehicle
-    expected: Annotated[float, "s"] = 1800.0
     memory: Path | None = None
     baselines: Path | None = None
     command: str = ""
@@ -131,6 +127,8 @@ class Judge:
         self._newest = _Newest()
         self._feed: MemoryFeed | None = None
         self.broken = False
+        self.memory_problem = ""
+        """Why the fault memory takes nothing of this drive; "" where it does, or there is none."""
         self.ticker: Ticker | None = None
         self._start: float | None = None
         self._first: Recording | None = None
@@ -170,7 +168,10 @@ class Judge:
         run = Run(definition, variant, self.plan.vehicle, self._baseline(), None, uncertain=True, bins=BINS)
         run.kept = self._newest  # type: ignore[assignment]  # takes the same two arguments
         if self.plan.memory is not None:
-            run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
+            try:
+                run.feed = self._feed = MemoryFeed(self.plan.memory, self.plan.vehicle.name, definition.name)
+            except TierodError as error:  # the verdict does not need the memory
+                self.memory_problem = str(error)
         self.run = run
         return run
 
@@ -282,9 +283,3 @@ class Judge:
             self.reason = str(error)
             return None
         return diagnosis, self._feed
-
-    def paced(self, piece: Recording) -> Recording:
-        """The piece, saying how long the drive is expected to become."""
-        first, last = piece.span
-        share = min((last - first) / self.plan.expected, 1.0) if self.plan.expected > 0.0 else 1.0
-        return replace(piece, metadata={**piece.metadata, SHARE_READ: share})

@@ -53,6 +53,8 @@ class Logs:
     def __init__(self, outputs: Outputs, plan: Plan, hub: Hub):
         self._outputs, self._plan, self._hub = outputs, plan, hub
         self.path: Path | None = None
+        self.concluded: Path | None = None
+        """Log of a drive that was cut off, and is concluded now."""
         self._mcap: Findings | None = None
 
     def begin(self, engine: Engine, drives: int, goes_on: bool) -> None:
@@ -99,7 +101,8 @@ class Logs:
         if goes_on:
             return f"{before} is there already and holds the drive up to the restart; it goes on in {found}"
         text = f"{before} is there already; this drive is {found}"
-        if is_unfinished(before) and self._plan.memory is not None:
+        known = self.concluded is not None and before.absolute() == self.concluded.absolute()
+        if is_unfinished(before) and self._plan.memory is not None and not known:
             words = f"tierod diagnose {before} --vehicle {self._plan.vehicle.name} --memory {self._plan.memory}"
             text += f". Its drive was cut off and is not in the fault memory: {words} takes it there"
         return text

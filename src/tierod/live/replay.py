@@ -244,6 +244,7 @@ def play(
     speed: float,
     played: Played,
     wanted: Callable[[], bool] = lambda: True,
+    say: Callable[[str], None] = lambda text: None,
 ) -> None:
     """Send frames at their time; what a bus refuses is tried anew for a second and then left out.
 
@@ -253,9 +254,11 @@ def play(
         speed: times real time; 0 as fast as the bus takes them
         played: counts them
         wanted: asked before every frame
+        say: takes a sentence where frames of a further bus come
     """
     import can
 
+    merged: set[int] = set()
     begin = time.monotonic()
     for frame in frames:
         if not wanted():
@@ -270,6 +273,9 @@ def play(
             timestamp=frame.time,
             check=False,
         )
+        if frame.bus > len(buses) and frame.bus not in merged:
+            merged.add(frame.bus)
+            say(f"frames of bus {frame.bus} of the recording go to bus {len(buses)} too; give a --channel for each bus")
         bus = buses[min(frame.bus, len(buses)) - 1]
         for attempt in range(20):
             try:

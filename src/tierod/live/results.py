@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,6 +18,7 @@ from tierod.live.judge import Shown
 
 if TYPE_CHECKING:
     import can
+    from cantools.database.can import Message
 
 FIRST = 0x6E0
 """Identifier of the first message; the others follow."""
@@ -67,6 +68,29 @@ def layouts(monitors: Sequence[tuple[str, Mapping[str, str]]], first: int = FIRS
         estimate = next((name for name in units if f"{name}_standard_deviation" in units), "")
         found.append(Layout(monitor, first + place, estimate, units.get(estimate, "")))
     return tuple(found)
+
+
+def refuse_clash(database: Iterable[Message], monitors: int, first: int = FIRST) -> None:
+    """Refuse identifiers that messages of the car have.
+
+    Args:
+        database: messages of all databases
+        monitors: how many of them send
+        first: identifier of the first message
+
+    Raises:
+        InputError: a message of the databases has one of them, or they do not fit into 11 bits
+    """
+    own = {each.identifier for each in layouts([("", {})] * monitors, first)}
+    taken = {each.frame_id: each.name for each in database if not each.is_extended_frame}
+    clash = sorted(own & taken.keys())
+    if not clash:
+        return
+    free = next((at for at in range(0x7FF + 1 - monitors, 0, -1) if not {*range(at, at + monitors)} & taken.keys()), 0)
+    remedy = f"give --results-id 0x{free:X}" if free else "no place is free: leave --send out"
+    raise InputError(
+        f"results are sent from 0x{first:X} on, and the databases have {taken[clash[0]]} at 0x{clash[0]:X}; {remedy}"
+    )
 
 
 def database(messages: Sequence[Layout]) -> str:

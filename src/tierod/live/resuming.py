@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tierod.core.errors import OutputError, TierodError
 from tierod.live import checkpoint
@@ -17,76 +17,16 @@ from tierod.live.checkpoint import OLDEST, Checkpoint, State
 from tierod.live.engine import Engine
 from tierod.live.judge import Judge
 from tierod.live.log import tail
-from tierod.live.restoring import Held, Opening, Unfit, restored
-from tierod.live.snapshot import NotStorable, Snapshot, digest_of, digest_of_block, snapshot
-from tierod.monitors.harness.run import Run
+from tierod.live.restoring import Unfit, restored
+from tierod.live.snapshot import Snapshot, digest_of, digest_of_block, snapshot
+from tierod.live.states import OPENINGS, calibration, packages_of, state_of
 from tierod.monitors.harness.session import BlockSession
-from tierod.monitors.harness.spread.parameter_spread import ParameterSpread
 
 if TYPE_CHECKING:
     from cantools.database.can import Message
 
     from tierod.io.readers.channel_map import ChannelMap
     from tierod.vehicles import Vehicle
-
-
-def _reopen_run(run: Run, held: Held) -> None:
-    if held.node("_spread") is not None:
-        run.open_spread(1.0)
-
-
-def _reopen_spread(spread: ParameterSpread, held: Held) -> None:
-    spread.reopen(held.node("_alone") is not None, _moves(held.node("_along")))
-
-
-def _refit(session: BlockSession, held: Held) -> None:
-    if held.node("fitted") is not None:
-        session.refit(held.value("fitted"))
-
-
-def _moves(node: Any) -> list[dict[str, float]]:
-    """Standard deviations by parameter, by place, of the `Points` of a snapshot; empty where there was none."""
-    if node is None:
-        return []
-    points = {place: dict(point[3])["by"] for place, point in dict(node[3])["running"][3]}
-    moves: list[dict[str, float]] = [{} for _ in range(max(points, default=-1) + 1)]
-    for place, by in points.items():
-        moves[place] = dict(by[3])
-    return moves
-
-
-OPENINGS: dict[type, Opening] = {Run: _reopen_run, ParameterSpread: _reopen_spread, BlockSession: _refit}
-
-
-def packages_of(judge: Judge) -> frozenset[str]:
-    """Packages whose classes a checkpoint of a monitor holds: tierod's, and that of the monitor."""
-    session = judge.run.session if judge.run is not None else None
-    return frozenset({"tierod", type(session).__module__.partition(".")[0]})
-
-
-def state_of(judge: Judge, collected: bool = True) -> State | None:
-    """What is kept of a monitor; None where it does not run.
-
-    Args:
-        judge: of the monitor
-        collected: whether with what it collected over the drive, beside the state of its block
-    """
-    run = judge.run
-    if run is None or judge.broken or not run.begun:
-        return None
-    held: Snapshot | None = None
-    try:
-        held = snapshot(judge.held(), packages_of(judge)) if collected else None
-    except NotStorable:
-        held = None
-    block, memory = "", None
-    if isinstance(run.session, BlockSession):
-        block, memory = digest_of_block(run.session.block), run.session.memory
-    return State(block, memory, _calibration(judge), run.variant.name, run.monitor.rate, held)
-
-
-def _calibration(judge: Judge) -> str:
-    return digest_of(judge.calibration)
 
 
 def databases_digest(database: Sequence[Message], channel_map: ChannelMap | None) -> str:
@@ -98,6 +38,14 @@ def databases_digest(database: Sequence[Message], channel_map: ChannelMap | None
     """
     messages = [(each.frame_id, each.name, *map(layout, each.signals)) for each in database]
     return digest_of(messages, channel_map.entries if channel_map is not None else None)
+
+
+def _since(found: Checkpoint) -> str:
+    return datetime.datetime.fromtimestamp(found.written).isoformat(" ", "seconds")
+
+
+def _old(found: Checkpoint) -> str:
+    return f"it is {found.age:.0f} s old, and {OLDEST:.0f} s are the limit"
 
 
 class Checkpoints:
@@ -117,6 +65,8 @@ class Checkpoints:
         self.judged_until = -math.inf
         """Time of the drive up to which the last checkpoint holds it [s]."""
         self._states: dict[str, State] = {}
+        self.cut_off: Checkpoint | None = None
+        """Of a drive that did not end, and is too old to go on."""
         self.found = self._read() if path.exists() else None
 
     def _read(self) -> Checkpoint | None:
@@ -124,6 +74,11 @@ class Checkpoints:
             found = checkpoint.read(self.path)
             if reason := self._unfit(found):
                 raise checkpoint.refused(self.path, reason)
+            if found.age > OLDEST:
+                if found.drive is None or found.ended:
+                    raise checkpoint.refused(self.path, _old(found))
+                self.cut_off = found
+                return None
         except TierodError as error:
             self._say("", str(error))
             return None
@@ -137,8 +92,8 @@ class Checkpoints:
             return f"the parameters of the vehicle '{found.vehicle}' have changed since"
         if found.databases != self._databases:
             return "the CAN databases or the channel map have changed since"
-        if not -checkpoint.AHEAD <= found.age <= OLDEST:
-            return f"it is {found.age:.0f} s old, and {OLDEST:.0f} s are the limit"
+        if found.age < -checkpoint.AHEAD:
+            return _old(found)
         return ""
 
     def resume(self, engine: Engine) -> bool:
@@ -154,24 +109,65 @@ class Checkpoints:
         if found is None or found.ended or found.drive is None:
             self._states = {} if found is None else dict(found.states)
             return False
+        again = self._restored(engine, found, found.clock - (time.time() - time.monotonic()))
+        if again is None:
+            return False
+        more = f", and {again} frames that were logged since" if again else ""
+        self._say("", f"the drive goes on from the checkpoint of {_since(found)}{more}")
+        return True
+
+    def conclude(self, engine: Engine) -> Path | None:
+        """Put the drive that was cut off into an engine, to be finished.
+
+        Args:
+            engine: new
+
+        Returns:
+            its log, or what stands for it; None where it does not fit this program
+        """
+        found = self.cut_off
+        if found is None or (again := self._restored(engine, found, 0.0)) is None:
+            return None
+        more = f" and {again} frames that were logged since" if again else ""
+        self._say(
+            "",
+            f"the drive that was cut off at about {_since(found)} is too old to go on: it is concluded from its "
+            f"checkpoint{more}",
+        )
+        return Path(found.log or "live")
+
+    def forget(self) -> None:
+        """Write that no drive is open, and no state to go on from.
+
+        Raises:
+            OutputError: it cannot be written
+        """
+        checkpoint.written(self._content({}, 0.0, None, ""), self.path)
+
+    def _restored(self, engine: Engine, found: Checkpoint, shift: float) -> int | None:
+        """Fill an engine with a drive: frames that its log has beyond it; None where it does not fit this program.
+
+        Args:
+            engine: new
+            found: the drive
+            shift: of the computer's clock since it was written [s]
+        """
+        if found.drive is None:
+            return None
         try:
             engine.resume(restored(found.drive, engine.held(), frozenset({"tierod"}), OPENINGS))
         except (Unfit, KeyError) as error:
             self._say("", str(checkpoint.refused(self.path, f"it does not fit this program ({error})")))
-            return False
-        engine.clock.shift(found.clock - (time.time() - time.monotonic()))
+            return None
+        engine.clock.shift(shift)
         for judge in engine.judges:
             self._resume_monitor(judge, found.states.get(judge.name))
-        again = engine.again(tail(Path(found.log), engine.judged_until)) if found.log else 0
-        since = datetime.datetime.fromtimestamp(found.written).isoformat(" ", "seconds")
-        more = f", and {again} frames that were logged since" if again else ""
-        self._say("", f"the drive goes on from the checkpoint of {since}{more}")
-        return True
+        return engine.again(tail(Path(found.log), engine.judged_until)) if found.log else 0
 
     def _resume_monitor(self, judge: Judge, state: State | None) -> None:
         if state is None or judge.broken:
             return
-        if state.calibration != _calibration(judge):
+        if state.calibration != calibration(judge):
             self._say(judge.name, "its baseline is another one than that of the checkpoint; it begins anew")
             return
         try:

@@ -23,6 +23,9 @@ KEYS = "m mark   p pause   r report now   q end"
 OLDEST_SHOWN = 4
 """Signals whose age is shown, the oldest first."""
 
+LATE = 0.5
+"""Delay of a verdict from which on it is shown [s]."""
+
 _BARS = "▁▂▃▄▅▆▇█"
 
 _COLOURS = {"healthy": "green", "fault": "bold red", "suspect": "red", "rising": "yellow"}
@@ -54,6 +57,8 @@ def picture(drive: Drive) -> Group:
         colour = _COLOURS.get(str(each.status), "dim")
         learning = "" if math.isnan(each.enabled) else f"{each.enabled:.0%}"
         verdict = Text(str(each.status), style=colour)
+        if not each.reason and (delay := engine.delay(each)) >= LATE:
+            verdict.append(f" (up to {delay:.1f} s late)", style="dim")
         for place, (estimate, bars) in enumerate(rows[:3]):
             first = (each.monitor, verdict, f"{each.since:.1f}", learning) if not place else ("", "", "", "")
             table.add_row(*first, Text(estimate), Text(bars))
@@ -74,7 +79,7 @@ def _lines(drive: Drive) -> list[str]:
         f"   late {engine.clock.late}   doubled {engine.clock.doubled}   jumps {engine.clock.jumps}{happened}",
         f"{_bus_loads(drive)}   latest tick {1e3 * late:.1f} ms late   processor {drive.health.load():.0%}",
         missing + (f"   oldest: {ages}" if ages else ""),
-        *(f"not run: {each.monitor}: {each.reason[:100]}" for each in engine.shown() if each.reason),
+        *(f"not run: {each.monitor}: {each.reason}" for each in engine.shown() if each.reason),
         ("PAUSED   " if drive.paused else "") + KEYS,
     ]
 

@@ -111,3 +111,23 @@ def test_a_recording_that_begins_late_does_so_in_mcap(tmp_path):
     again = read(tmp_path / "late.mcap")
     np.testing.assert_allclose(again["yaw_rate"].time, time, rtol=0, atol=5e-10)
     assert again.metadata.get("origin", 0.0) == 0.0
+
+
+def test_text_columns_and_samples_put_in_order_are_said(tmp_path):
+    rows = [f"{0.01 * place:.2f},{place % 7},auto,{place}" for place in range(200)]
+    rows[50], rows[52] = rows[52], rows[50]
+    (tmp_path / "in.csv").write_text("\n".join(["time [s],speed [m/s],gear,count", *rows]))
+    done = convert([tmp_path / "in.csv"], tmp_path / "out.mf4")
+    assert any("hold text: gear" in each for each in done.warnings), done.warnings
+    assert any("order" in each and "(2 channels)" in each for each in done.warnings), done.warnings
+
+
+def test_text_in_messages_and_tables_is_said(tmp_path):
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pa.table({"time": pa.array(TIME), "yaw_rate": pa.array(YAW), "driver": pa.array(["x"] * len(TIME))})
+    pq.write_table(table, tmp_path / "in.parquet")
+    for path, name in ((tmp_path / "in.parquet", "driver"), (mcap_file(tmp_path / "in.mcap"), "state.name")):
+        done = convert([path], tmp_path / f"{path.suffix[1:]}.csv")
+        assert any(each == f"not converted, since they hold text: {name}" for each in done.warnings), done.warnings

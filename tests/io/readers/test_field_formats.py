@@ -159,3 +159,35 @@ def test_a_link_to_another_file_is_not_followed(tmp_path):
 def test_bags_of_plotjuggler(name, channel, count):
     recording = read(shared_data("reader_samples", "rosbag_plotjuggler", name))
     assert len(recording[channel].time) == count
+
+
+def test_fields_that_come_in_later_messages_are_read(tmp_path):
+    """The second message of a JSON topic has more fields than the first, and an array grows; one comes too late."""
+    import json
+
+    from mcap.writer import Writer
+
+    path = tmp_path / "grows.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        topic = writer.register_channel("/state", "json", writer.register_schema("s", "jsonschema", b"{}"))
+        for place in range(1000):
+            fields = {"a": place, "list": [1.0] * (1 + (place > 2))} | ({"b": 2.0 * place} if place > 1 else {})
+            fields |= {"late": 1.0} if place > 900 else {}
+            stamp = START * 10**9 + place * 10_000_000
+            writer.add_message(topic, stamp, json.dumps(fields).encode(), stamp)
+        writer.finish()
+    recording = read(path)
+    assert {"state.a", "state.b", "state.list[0]", "state.list[1]"} <= set(recording.names)
+    assert np.isnan(recording["state.b"].values[1])
+    assert recording["state.b"].values[500] == 1000.0
+    assert "state.late" not in recording.names
+    assert any("fields of /state that came only later were left out: late" in each for each in recording.warnings)
+
+
+def test_recordings_beside_the_data_of_a_ros_2_bag_are_named(tmp_path):
+    folder = ros_bag(tmp_path / "bag", False)
+    assert not any("beside" in each for each in read(folder).warnings)
+    (folder / "other.bag").write_bytes(b"#ROSBAG V2.0\n")
+    assert any("other.bag beside it was not read" in each for each in read(folder).warnings)

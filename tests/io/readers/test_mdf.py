@@ -66,3 +66,53 @@ def test_signals_beside_frames_of_other_buses_are_read_with_a_remark(tmp_path):
     assert any(
         "20 frames of Ethernet (SOME/IP and PDUs within), which were left out" in each for each in found.warnings
     )
+
+
+def unfinished(path):
+    """A file that its recorder did not finish, of which asammdf makes a copy."""
+    from tierod.live.frame import Frame
+    from tierod.live.log import FrameLog
+
+    log = FrameLog(path, 1_700_000_000.0)
+    log.append([Frame(0.01 * place, 0x100, 1, bytes(8)) for place in range(500)])
+    return path
+
+
+@pytest.mark.parametrize("how", ["to its end", "broken off", "child killed"])
+def test_reading_leaves_nothing_among_the_temporary_files(tmp_path, monkeypatch, how):
+    import os
+    import signal
+    import tempfile
+
+    from tierod.io.readers.reader_process import MdfProcess
+
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    for path in (unfinished(tmp_path / "half.mf4"), with_other_bus(tmp_path / "drive.mf4", "LIN_Frame", "yaw_rate")):
+        process = MdfProcess(path)
+        process.ask({})
+        assert list(folder.iterdir()), "while it reads, its folder is there"
+        if how == "to its end":
+            assert list(process.lane(0, None)) if path.name == "half.mf4" else True
+        if how == "child killed":
+            os.kill(process._reader.pid, signal.SIGKILL)
+            assert process._reader.code(10.0) == -signal.SIGKILL
+        process.close()
+        assert list(folder.iterdir()) == []
+
+
+def test_what_a_killed_program_left_is_removed_by_the_next(tmp_path):
+    import os
+    import subprocess
+    import sys
+
+    from tierod.io.readers import reading_folder
+
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    for number, name in ((gone.pid, "left"), (os.getpid(), "own")):
+        (tmp_path / f"{reading_folder.PREFIX}{number}-{name}").mkdir()
+    (tmp_path / "other").mkdir()
+    reading_folder._sweep(str(tmp_path))
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["other", f"{reading_folder.PREFIX}{os.getpid()}-own"]

@@ -15,7 +15,7 @@ from tierod.core.recording import Channel
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.clocks import require_plausible_rate, unit_of
 from tierod.io.readers.limits import Allowance
-from tierod.io.readers.parquet import _columns, _stamps, find_clocks_of
+from tierod.io.readers.parquet import _columns, _stamps, find_clocks_of, texts_of
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
 ROWS = 1 << 17
@@ -56,7 +56,8 @@ def open_arrow(path: Path, time: TimeEntry = GUESSED) -> Source:
         return [_lane(path, [columns[name] for name in names], clock_of, units, lost)]
 
     used = tuple(columns[name] for name in clock_of)
-    return Source(used, lanes, {"format": "Arrow"}, 0.0, (), lambda: tuple(lost))
+    texts = texts_of(schema)
+    return Source(used, lanes, {"format": "Arrow"}, 0.0, (), lambda: tuple(lost), texts=texts)
 
 
 def _opened(path: Path) -> tuple[Any, Iterator[Any]]:

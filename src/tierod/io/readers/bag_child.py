@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sqlite3
 import time
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any, NamedTuple
@@ -16,8 +18,14 @@ SECONDS, MESSAGES = 0.05, 4000
 LONGEST = 32
 """Numbers of an array in a message that become columns; longer ones are images, scans and clouds."""
 
+LOOKED, LOOK = 300, 0.5
+"""Messages of a topic, and computing time [s], in which fields are looked for where messages may differ."""
+
 SCANNED = 200_000
 """Messages of an MCAP file without an index in which its topics are looked for."""
+
+_GROWS = re.compile(r"\[(<=\d+)?\]|sequence<")
+"""An array without a fixed length in the definition of a message."""
 
 _UNITS = {
     "angular_velocity": "rad/s",
@@ -68,6 +76,9 @@ class Reader:
         self._columns: dict[str, tuple[Topic, str, str]] = {}
         self._decoders: dict[Topic, Any] = {}
         self._stores: dict[bool, Any] = {}
+        self._listed: dict[str, set[str]] = {}
+        self._looked: Counter[str] = Counter()
+        self._texts: dict[str, None] = {}
         self._lanes: dict[int, Iterator[tuple[dict[str, Any], dict[str, Any]]]] = {}
         self._origin = 0
 
@@ -88,45 +99,68 @@ class Reader:
         return arrays, {"end": False, "notes": self._notes, **about}
 
     def _content(self) -> dict[str, Any]:
-        """Columns found in the first message of every topic."""
+        """Columns found in the first messages of every topic: in one, where all of them are alike."""
         found: dict[str, dict[str, Any]] = {}
         first = None
         metadata: dict[str, str] = {}
         for message in self._first(metadata):
             first = message.stamp if first is None else min(first, message.stamp)
+            self._looked[message.topic.name] += 1
             try:
-                numbers = self._decoded(message)
+                numbers = self._decoded(message, self._texts)
             except Exception as error:  # definitions and decoders of foreign messages fail in ways of their own
                 reason = " ".join(str(error).split())[:80] or type(error).__name__
-                self._notes.append(f"the topic {message.topic.name} ({message.topic.kind}) cannot be decoded: {reason}")
+                note = f"the topic {message.topic.name} ({message.topic.kind}) cannot be decoded: {reason}"
+                self._notes += [note] * (message.topic.name not in self._listed)
+                self._listed.setdefault(message.topic.name, set())
                 continue
-            units = _described(message.topic)
-            for path in numbers:
-                name = f"{message.topic.name.lstrip('/')}.{path}" if path else message.topic.name
-                unit = units.get(path, _unit(path) if message.topic.encoding != "json" else "")
-                self._columns.setdefault(name, (message.topic, path, unit))
-                found.setdefault(name, {"name": name, "unit": unit, "title": path})
+            self._list(message.topic, numbers, found)
         self._origin = _origin(metadata, first or 0)
         return {
             "columns": list(found.values()),
             "notes": self._notes,
             "origin": self._origin / 1e9,
             "metadata": metadata,
+            "texts": list(self._texts),
         }
 
+    def _list(self, topic: Topic, numbers: dict[str, float], found: dict[str, dict[str, Any]]) -> None:
+        known = self._listed.setdefault(topic.name, set())
+        if numbers.keys() <= known:
+            return
+        known.update(numbers)
+        units = _described(topic)
+        for path in numbers:
+            name = f"{topic.name.lstrip('/')}.{path}" if path else topic.name
+            unit = units.get(path, _unit(path) if topic.encoding != "json" else "")
+            self._columns.setdefault(name, (topic, path, unit))
+            found.setdefault(name, {"name": name, "unit": unit, "title": path})
+
+    def _done_with(self, topic: Topic, begun: float) -> bool:
+        """Whether the fields of a topic are known: further messages of JSON, or with arrays, may have more."""
+        listed = self._listed.get(topic.name)
+        if listed is None:
+            return False
+        fixed = topic.encoding != "json" and not _GROWS.search(topic.definition or "[]")
+        described = topic.encoding == "json" and bool(listed) and listed == _described(topic).keys()
+        late = self._looked[topic.name] >= LOOKED or time.process_time() - begun > LOOK
+        return fixed or described or late or not listed
+
     def _first(self, metadata: dict[str, str]) -> Iterator[Message]:
-        """The first message of every topic."""
+        """The first messages of every topic, until its fields are known."""
         if not self._path.endswith(".bag") and _begins(self._files()[0], b"\x89MCAP"):
             yield from self._first_of_mcap(metadata)
             return
         seen: set[str] = set()
+        begun = time.process_time()
         for topics, messages in self._sources():
             for topic in topics:
                 if topic.name not in seen:
-                    message = next(messages([topic]), None)
-                    if message is not None:
+                    for message in messages([topic]):
                         seen.add(topic.name)
                         yield message
+                        if self._done_with(topic, begun):
+                            break
 
     def _files(self) -> list[str]:
         if not os.path.isdir(self._path):
@@ -159,12 +193,16 @@ class Reader:
             return arrays, {"share": share, "clocks": [[place for place, _ in each] for each in wanted.values()]}
 
         begun, count, share, lost = time.process_time(), 0, 0.0, 0
+        further: dict[str, set[str]] = {}
         for message in self._messages(set(wanted)):
             try:
                 numbers = self._decoded(message)
             except Exception:  # as above; what cannot be decoded is counted and said
                 lost += 1
                 continue
+            if not numbers.keys() <= self._listed[message.topic.name]:
+                found = further.setdefault(message.topic.name, set())
+                found |= numbers.keys() - self._listed[message.topic.name]
             logged = (message.stamp - self._origin) / 1e9
             stamps[message.topic.name].append(numbers[clock] - self._origin / 1e9 if clock in numbers else logged)
             for place, path in wanted[message.topic.name]:
@@ -175,6 +213,9 @@ class Reader:
                 begun, count = time.process_time(), 0
         if lost:
             self._notes.append(f"{lost} messages that cannot be decoded were left out")
+        for topic_name, paths in further.items():
+            some = ", ".join(sorted(paths)[:3]) + (f" and {len(paths) - 3} more" if len(paths) > 3 else "")
+            self._notes.append(f"fields of {topic_name} that came only later were left out: {some}")
         yield given(1.0)
 
     def _messages(self, names: set[str]) -> Iterator[Message]:
@@ -239,14 +280,18 @@ class Reader:
         return [topic for topic, _, _ in self._columns.values()], messages
 
     def _first_of_mcap(self, metadata: dict[str, str]) -> Iterator[Message]:
-        seen: set[str] = set()
+        done: set[str] = set()
+        begun = time.process_time()
         for path in self._files():
             expected = _topics_in_summary(path)
             for count, message in enumerate(self._records(path, metadata)):
-                if message.topic.name not in seen:
-                    seen.add(message.topic.name)
+                name = message.topic.name
+                if name not in done:
                     yield message
-                if count > SCANNED or (expected and expected <= seen):
+                    if self._done_with(message.topic, begun):
+                        done.add(name)
+                late = time.process_time() - begun > LOOK and expected <= self._looked.keys()
+                if count > SCANNED or (expected and (expected <= done or late)):
                     break
 
     def _records(self, path: str, metadata: dict[str, str]) -> Iterator[Message]:
@@ -278,13 +323,16 @@ class Reader:
                 if note not in self._notes:
                     self._notes.append(note)
 
-    def _decoded(self, message: Message) -> dict[str, float]:
-        """The numbers in a message by their path."""
+    def _decoded(self, message: Message, texts: dict[str, None] | None = None) -> dict[str, float]:
+        """The numbers in a message by their path; what holds text is put into `texts`."""
         topic = message.topic
         if topic not in self._decoders:
             self._decoders[topic] = self._decoder(topic)
         numbers: dict[str, float] = {}
-        _flatten("", self._decoders[topic](message.data), numbers)
+        found: list[str] = []
+        _flatten("", self._decoders[topic](message.data), numbers, found)
+        if texts is not None:
+            texts |= {f"{topic.name.lstrip('/')}.{path}" if path else topic.name: None for path in found}
         return numbers
 
     def _decoder(self, topic: Topic) -> Any:
@@ -314,29 +362,31 @@ class Reader:
         return self._stores[first]
 
 
-def _flatten(path: str, value: Any, into: dict[str, float]) -> None:
+def _flatten(path: str, value: Any, into: dict[str, float], texts: list[str]) -> None:
     """Every number below a value, by its path; a time stamp is one number [s]."""
     if isinstance(value, bool | int | float):
         into[path] = float(value)
+    elif isinstance(value, str):
+        texts.append(path)
     elif value is None:
         into[path] = float("nan")
     elif isinstance(value, dict):
         for name, entry in value.items():
-            _flatten(f"{path}.{name}" if path else str(name), entry, into)
+            _flatten(f"{path}.{name}" if path else str(name), entry, into, texts)
     elif isinstance(value, list | tuple) or hasattr(value, "tolist"):
         entries = value if isinstance(value, list | tuple) else value.tolist()
         if isinstance(entries, list | tuple) and len(entries) <= LONGEST:
             for place, entry in enumerate(entries):
-                _flatten(f"{path}[{place}]", entry, into)
+                _flatten(f"{path}[{place}]", entry, into, texts)
         elif not isinstance(entries, list | tuple):
-            _flatten(path, entries, into)
+            _flatten(path, entries, into, texts)
     elif hasattr(value, "nanosec") and hasattr(value, "sec"):
         into[path] = value.sec + 1e-9 * value.nanosec
     elif hasattr(value, "__dataclass_fields__"):
         # Constants of a message are class variables, and no fields.
         for name in (field.name for field in fields(value)):
             if name != "__msgtype__":
-                _flatten(f"{path}.{name}" if path else name, getattr(value, name), into)
+                _flatten(f"{path}.{name}" if path else name, getattr(value, name), into, texts)
 
 
 def _origin(metadata: dict[str, str], first: int) -> int:

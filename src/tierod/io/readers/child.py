@@ -15,6 +15,7 @@ import os
 import runpy
 import socket
 import sys
+import tempfile
 import warnings
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -41,6 +42,9 @@ def main() -> None:
         pid = os.fork()
         if not pid:
             line.close()
+            if request["folder"]:
+                tempfile.tempdir = request["folder"]
+                os.environ.update(dict.fromkeys(("TMPDIR", "TEMP", "TMP"), request["folder"]))
             read(kind, request["path"], request["memory"], ends)
             return
         for end in ends:

@@ -69,7 +69,7 @@ def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
     about = layout.about
     metadata = {**about.get("metadata", {}), "format": "CSV"}
     origin = float(about.get("origin", 0.0))
-    return Source(members, lanes, metadata, origin, found=lambda: tuple(broken))
+    return Source(members, lanes, metadata, origin, found=lambda: tuple(broken), texts=tuple(layout.texts))
 
 
 def _clocks(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import IO
 
@@ -17,6 +18,22 @@ def holds_bag(folder: Path) -> bool:
 def bag_files(folder: Path) -> list[Path]:
     """The data files of a ROS 2 bag."""
     return sorted(each for each in folder.iterdir() if each.suffix in (".db3", ".mcap"))
+
+
+def beside_bag(folder: Path, endings: Iterable[str]) -> str:
+    """A sentence on recordings in the folder of a bag that are no part of it; "" where there are none.
+
+    Args:
+        folder: of a ROS 2 bag
+        endings: of recordings that can be read
+    """
+    known = set(endings)
+    own = set(bag_files(folder))
+    others = [each.name for each in sorted(folder.iterdir()) if each.suffix.lower() in known and each not in own]
+    if not others:
+        return ""
+    more = f" and {len(others) - 3} more" if len(others) > 3 else ""
+    return f"the folder is a ROS 2 bag; {', '.join(others[:3])}{more} beside it was not read: give it by its own path"
 
 
 def folder_content(folder: Path) -> Content:

@@ -50,6 +50,7 @@ def open_bag(path: Path, time: TimeEntry = GUESSED) -> Source:
         written = _written(about["metadata"])
         columns = {_name(column, written): column for column in map(_column, about["columns"])}
         notes = [str(each)[:300] for each in about["notes"]]
+        texts = tuple(str(each)[:400] for each in about["texts"])
         origin = float(about["origin"])
     except (KeyError, TypeError, ValueError, AttributeError):
         raise InputError(f"{path} is damaged and cannot be read as a bag; record or copy it again") from None
@@ -63,7 +64,7 @@ def open_bag(path: Path, time: TimeEntry = GUESSED) -> Source:
 
     metadata = {**written.get("metadata", {}), "format": "bag" if path.suffix.lower() != ".mcap" else "MCAP"}
     listed = tuple(replace(column, name=name, qualified=name != column.title) for name, column in columns.items())
-    return Source(listed, lanes, metadata, origin, (), lambda: tuple(dict.fromkeys(notes)))
+    return Source(listed, lanes, metadata, origin, (), lambda: tuple(dict.fromkeys(notes)), texts=texts)
 
 
 def _column(each: dict[str, Any]) -> Column:

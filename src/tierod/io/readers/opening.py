@@ -14,7 +14,7 @@ from tierod.core.errors import InputError, PluginWarning, TierodError, nearest
 from tierod.core.plugins import Registry
 from tierod.io.readers.channel_map import GUESSED, TimeEntry, maps_beside
 from tierod.io.readers.content import Content, content_of, spooled
-from tierod.io.readers.folders import folder_content, holds_bag
+from tierod.io.readers.folders import beside_bag, folder_content, holds_bag
 from tierod.io.readers.frames import identifier_text
 from tierod.io.readers.log import Heard, Log, heard
 from tierod.io.readers.source import Format, Lane, Source
@@ -87,7 +87,8 @@ def detect(path: Path) -> Kind:
         InputError: the file is absent, empty, not readable, or of a kind that is not read
     """
     if os.path.isdir(path) and holds_bag(path):
-        return Kind(READERS["ros2"], folder_content(path))
+        endings = {ending for each in READERS.values() for ending in each.endings} - {".csv", ".txt", ".log"}
+        return Kind(READERS["ros2"], folder_content(path), beside_bag(path, endings))
     content = _content(path)
     if content.packed:
         path = path.with_suffix("")

@@ -152,6 +152,17 @@ def _columns(file: pq.ParquetFile, layout: Layout) -> list[Column]:
     return found
 
 
+def texts_of(schema: pa.Schema) -> tuple[str, ...]:
+    """Names of columns that hold neither numbers nor time stamps.
+
+    Args:
+        schema: of pyarrow
+    """
+    import pyarrow.types as types
+
+    return tuple(item.name for item in schema if not (is_number(item.type) or types.is_timestamp(item.type)))
+
+
 def _text(written: bytes) -> str:
     return written.decode("utf-8", "replace")
 
@@ -198,7 +209,8 @@ def _source(
     metadata = {**layout.get("metadata", {}), "format": "Parquet"}
     used = tuple(columns[name] for name in timed)
     origin, rows = float(layout.get("origin", 0.0)), file.metadata.num_rows
-    return Source(used, lanes, metadata, origin, _left_out(columns, clocks))
+    texts = texts_of(file.schema_arrow)
+    return Source(used, lanes, metadata, origin, _left_out(columns, clocks), texts=texts)
 
 
 def _refuse_large(path: Path, file: pq.ParquetFile, needed: Sequence[str]) -> None:

@@ -58,6 +58,7 @@ def joined_source(opened: Sequence[tuple[Path, Source]]) -> Source:
         sum(part.source.size for part in parts),
         tuple(dict.fromkeys(each for part in parts for each in part.source.maps)),
         tuple(name for name in parts[0].source.silent if name not in columns),
+        tuple(dict.fromkeys(each for part in parts for each in part.source.texts)),
     )
 
 

@@ -6,6 +6,7 @@ import importlib.util
 import json
 import math
 import select
+import shutil
 import signal
 import weakref
 from collections.abc import Iterator, Mapping
@@ -19,7 +20,8 @@ import numpy as np
 from tierod.core.errors import DamagedFile, MissingExtra
 from tierod.io.readers import mat_child, mdf_child
 from tierod.io.readers.limits import VARIABLE, Limits, limits
-from tierod.io.readers.reader_template import TemplateEnded, started
+from tierod.io.readers.reader_template import Started, TemplateEnded, started
+from tierod.io.readers.reading_folder import reading_folder
 
 
 @dataclass(frozen=True)
@@ -62,11 +64,14 @@ class ReaderProcess:
         size = path.stat().st_size
         self._memory = int(BUDGET.memory * max(limits().largest / Limits.largest, 1.0))
         self._seconds, self._more = BUDGET.seconds, BUDGET.per_answer + BUDGET.per_byte * size
+        # What the library unpacks lies in a folder of its own, since a process that is killed removes nothing.
+        folder = reading_folder()
         try:
-            self._reader = started(str(script.__file__), str(path.absolute()), self._memory + size)
+            self._reader = started(str(script.__file__), str(path.absolute()), self._memory + size, folder)
         except TemplateEnded as end:
+            _remove(folder)
             raise self._ended(end.code) from None
-        self.close = weakref.finalize(self, self._reader.end)
+        self.close = weakref.finalize(self, _end, self._reader, folder)
 
     def ask(self, request: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """(what is said, the arrays that come with it) in answer to a request.
@@ -176,3 +181,13 @@ def require_asammdf() -> None:
         found = None
     if found is None:
         raise MissingExtra("asammdf", "mdf", "reading an MDF file")
+
+
+def _end(reader: Started, folder: Path | None) -> None:
+    reader.end()
+    _remove(folder)
+
+
+def _remove(folder: Path | None) -> None:
+    if folder is not None:
+        shutil.rmtree(folder, ignore_errors=True)

@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
 from tierod.io.readers import child
@@ -62,18 +63,19 @@ class Template:
                 env=os.environ | threads,
             )
 
-    def start(self, path: str, memory: int, ends: tuple[int, int, int]) -> int:
+    def start(self, path: str, memory: int, folder: Path | None, ends: tuple[int, int, int]) -> int:
         """Start a reader and give its process number.
 
         Args:
             path: of the file, absolute
             memory: that it may take beyond what the template has [bytes]
+            folder: for its temporary files; None for the usual one
             ends: of the pipes that it reads requests from, writes answers to, and ends with
 
         Raises:
             TemplateEnded: it has
         """
-        return int(self._ask({"path": path, "memory": memory}, list(ends))["pid"])
+        return int(self._ask({"path": path, "memory": memory, "folder": folder and str(folder)}, list(ends))["pid"])
 
     def code(self, pid: int) -> int | None:
         """How a reader ended: its exit status, a negative signal, or None while it runs.
@@ -156,13 +158,14 @@ class Started:
         os.close(self.life)
 
 
-def started(script: str, path: str, memory: int) -> Started:
+def started(script: str, path: str, memory: int, folder: Path | None) -> Started:
     """A reader of one file, forked from the template of its library.
 
     Args:
         script: path of the module whose class `Reader` reads the file
         path: of the file, absolute
         memory: that it may take [bytes]
+        folder: for its temporary files; None for the usual one
 
     Raises:
         TemplateEnded: importing the library ends the process
@@ -171,7 +174,7 @@ def started(script: str, path: str, memory: int) -> Started:
     from_reader, answers = os.pipe()
     life, line = os.pipe()
     try:
-        template, pid = _forked(script, path, memory, (requests, answers, life))
+        template, pid = _forked(script, (path, memory, folder), (requests, answers, life))
     except BaseException:
         for end in (to_reader, from_reader, line):
             os.close(end)
@@ -182,7 +185,7 @@ def started(script: str, path: str, memory: int) -> Started:
     return Started(template, pid, os.fdopen(to_reader, "wb"), os.fdopen(from_reader, "rb"), line)
 
 
-def _forked(script: str, path: str, memory: int, ends: tuple[int, int, int]) -> tuple[Template, int]:
+def _forked(script: str, about: tuple[str, int, Path | None], ends: tuple[int, int, int]) -> tuple[Template, int]:
     """The template and the number of a new reader; a template that was ended from outside is started anew, once."""
     with _starting:
         template = _templates.get(script)
@@ -190,9 +193,9 @@ def _forked(script: str, path: str, memory: int, ends: tuple[int, int, int]) -> 
             template = None  # of the process that this one was forked from
         if template is not None:
             with contextlib.suppress(TemplateEnded):
-                return template, template.start(path, memory, ends)
+                return template, template.start(*about, ends)
         template = _templates[script] = Template(script)
-        return template, template.start(path, memory, ends)
+        return template, template.start(*about, ends)
 
 
 @atexit.register

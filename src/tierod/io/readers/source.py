@@ -60,6 +60,7 @@ class Source:
         size: bytes that the file takes where it lies
         maps: channel maps that lie beside the databases of a bus log
         silent: columns that the databases of a bus log describe, and that never came in it
+        texts: names of columns that hold text, or else no numbers, and cannot be read
     """
 
     columns: tuple[Column, ...]
@@ -71,6 +72,7 @@ class Source:
     size: int = 0
     maps: tuple[Path, ...] = ()
     silent: tuple[str, ...] = ()
+    texts: tuple[str, ...] = ()
 
 
 def source_of(channels: Sequence[Channel], metadata: Mapping[str, object] | None = None) -> Source:

@@ -21,7 +21,7 @@ from tierod.monitors.harness.baseline import Baseline, refuse_foreign
 from tierod.monitors.harness.decision_report import Passing, decided
 from tierod.monitors.harness.input_checks import InputChecks
 from tierod.monitors.harness.over_time import OverTime
-from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, joined, share_read, together
+from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, joined, together
 from tierod.monitors.harness.sample_digest import SampleDigest
 from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant, opened
 from tierod.monitors.harness.spread.joining import joined as with_parameter_spread
@@ -169,20 +169,16 @@ class Run:
         if self._start is None:
             refuse_unsuitable(self.monitor, self.vehicle, complete_piece)
             self._start = begin
-            self.open_spread((last - begin) / max(share_read(piece), 1e-3))
+            self.open_spread()
         self._inputs.refuse_slow()
         self._before = piece.slice(last - OVERLAP)
         # The step at the last sample and those behind it wait: the next piece may hold samples that belong to them.
         self._judge(whole, begin, last - ROUNDING)
 
-    def open_spread(self, duration: float) -> None:
-        """Open the vehicles that are moved within the spread of the parameters; with the first piece, or a checkpoint.
-
-        Args:
-            duration: of the recording, as far as it is known [s]
-        """
+    def open_spread(self) -> None:
+        """Open the vehicles that are moved within the spread; with the first piece, or for a checkpoint."""
         if self._uncertain is not None:
-            self._spread = self._uncertain.spread(duration)
+            self._spread = self._uncertain.spread()
 
     def _judge(self, whole: Recording, begin: float, stop: float) -> None:
         """Judge what follows on what was judged already, up to a time."""

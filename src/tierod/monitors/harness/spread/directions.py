@@ -75,14 +75,38 @@ class Sensitivities:
         """Root mean square by which each parameter moves the result, in its own standard deviations []."""
         return dict(zip(self.names, np.sqrt(np.diag(self._gram())).tolist(), strict=True))
 
+    def shares(self, directions: Mapping[int, Direction]) -> dict[int, float]:
+        """Of the variance of the moved result, by place of a direction; empty where no parameter moves the result.
+
+        Args:
+            directions: of length 1, at right angles to each other
+        """
+        gram, counted = self._gram(), self._counted()
+        if not counted.any():
+            return {}
+        gram = np.where(np.outer(counted, counted), gram, 0.0)
+        vectors = {
+            place: np.array([each.by.get(name, 0.0) for name in self.names]) for place, each in directions.items()
+        }
+        return {place: float(vector @ gram @ vector / np.trace(gram)) for place, vector in vectors.items()}
+
+    def _counted(self) -> np.ndarray:
+        """Which parameters move the result by more than can be left out, (names,)."""
+        counted: np.ndarray = np.sqrt(np.diag(self._gram())) > SCREENED
+        return counted
+
+    @property
+    def any_counted(self) -> bool:
+        """Whether a parameter moves the result."""
+        return bool(self.known and self._counted().any())
+
     def directions(self, most: int) -> tuple[Direction, ...]:
         """The directions that hold the most; none where no parameter moves the result.
 
         Args:
             most: of them
         """
-        gram = self._gram()
-        counted = np.sqrt(np.diag(gram)) > SCREENED
+        gram, counted = self._gram(), self._counted()
         if not counted.any():
             return ()
         chosen = np.outer(counted, counted)

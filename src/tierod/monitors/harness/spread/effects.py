@@ -6,8 +6,9 @@ import math
 from typing import NamedTuple
 
 from tierod.core.findings import Estimate, ParameterEffect
+from tierod.monitors.harness.spread.carried import REACH
 from tierod.monitors.harness.spread.directions import SMALLEST, Direction
-from tierod.monitors.harness.spread.parameter_spread import REACH, Outcome
+from tierod.monitors.harness.spread.parameter_spread import Outcome
 from tierod.monitors.harness.spread.points import Concluded
 from tierod.vehicles.vehicle import Vehicle
 
@@ -62,14 +63,21 @@ def _of_estimate(outcome: Outcome, estimate: Estimate) -> dict[str, float]:
         moves = {name: _move(estimate, each) for name, each in outcome.alone.items()}
         return {name: move for name, move in moves.items() if move is not None}
     found: dict[str, float] = {}
-    for direction, concluded in outcome.along:
-        each_move = [(each, _move(estimate, each)) for each in concluded]
+    base = _base(outcome, estimate)
+    for direction, concluded in outcome.along if base is not None else ():
+        assert base is not None
+        each_move = [(each, _move(base, each)) for each in concluded]
         along = [move / _way(direction, each) for each, move in each_move if move is not None]
         if along:
             size = math.copysign(math.sqrt(sum(move * move for move in along) / len(along)), sum(along))
             for name, part in direction.by.items():
                 found[name] = found.get(name, 0.0) + part * size
     return found
+
+
+def _base(outcome: Outcome, estimate: Estimate) -> Estimate | None:
+    """The estimate that those of the directions are compared with: of the session that began when they did."""
+    return estimate if outcome.reference is None else outcome.reference.finding.estimate
 
 
 def _way(direction: Direction, each: Concluded) -> float:
@@ -80,11 +88,12 @@ def _way(direction: Direction, each: Concluded) -> float:
 
 def _along(outcome: Outcome, estimate: Estimate | None) -> float:
     """Variance that the directions add to an estimate; 0 where no moved vehicle has one."""
-    if estimate is None:
+    base = None if estimate is None else _base(outcome, estimate)
+    if base is None:
         return 0.0
     variance, captured = 0.0, sum(direction.share for direction, _ in outcome.along)
     for _, concluded in outcome.along:
-        moves = [move for each in concluded if (move := _move(estimate, each)) is not None]
+        moves = [move for each in concluded if (move := _move(base, each)) is not None]
         if moves:
             variance += sum((move / REACH) ** 2 for move in moves) / len(moves)
     return variance / captured

@@ -49,12 +49,8 @@ class Uncertain:
     def _open(self, vehicle: Vehicle) -> Session:
         return opened(self._monitor, self._variant, vehicle, self._baseline)
 
-    def spread(self, duration: float) -> ParameterSpread | None:
-        """The spread over a recording; None where the monitor reads no uncertain parameter.
-
-        Args:
-            duration: of the recording, as far as it is known [s]
-        """
+    def spread(self) -> ParameterSpread | None:
+        """The spread over a recording; None where the monitor reads no uncertain parameter."""
         if not self.names:
             return None
         return ParameterSpread(
@@ -64,5 +60,4 @@ class Uncertain:
             self.session,
             self._variant.decisions,
             self._monitor.rate,
-            duration,
         )

@@ -1,4 +1,8 @@
-"""The spread of a vehicle's parameters over one recording, beside the session for the vehicle as its file gives it."""
+"""The spread of a vehicle's parameters over one recording, beside the session for the vehicle as its file gives it.
+
+Everything here depends on the samples alone: never on the length of the recording, which a live drive does not know,
+and never on how it comes in pieces.
+"""
 
 from __future__ import annotations
 
@@ -8,43 +12,49 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.recording import Aligned
+from tierod.core.series import Rows
 from tierod.monitors.harness.decision import Decision
-from tierod.monitors.harness.session import Session
+from tierod.monitors.harness.session import Conclusion, Session
+from tierod.monitors.harness.spread.block_sum import BlockSum
+from tierod.monitors.harness.spread.carried import Carried, moves_along
 from tierod.monitors.harness.spread.directions import Direction, Sensitivities
+from tierod.monitors.harness.spread.main_result import main_result, where_known
 from tierod.monitors.harness.spread.points import Concluded, Open, Points, part_of
-from tierod.monitors.harness.spread.shown import AFTER, Pair, moved, pairs_of, widened
+from tierod.monitors.harness.spread.screen import Screen, moves_alone
+from tierod.monitors.harness.spread.shown import moved, pairs_of, widened
 from tierod.vehicles.vehicle import Vehicle
 
-REACH = 2.0
-"""Standard deviations by which parameters are moved together along a direction: the ends of a 95 % band."""
-
 SHORTEST, LONGEST = 20.0, 300.0
-"""Stretch over which every parameter is moved alone [s]: as long as all of them together cost as much as one run over
-the recording, and long enough for an estimator to settle and a car to turn."""
+"""Stretch over which every parameter is moved alone [s]: long enough for an estimator to settle and a car to turn."""
+
+LATER, COST = 2.0, 2.0
+"""A later stretch is so many times longer than the first one, since its sessions begin in motion, and as long as all of
+them together cost so many runs up to it []."""
 
 PATIENCE = 2.0
 """The stretch becomes so many times longer where the result is not known for half of it []."""
 
+UNMOVED = 5.0
+"""The first stretch becomes so many times longer where nothing moves the result []."""
+
 MOST_SAMPLES = 100_000
-"""Samples of that stretch at the most: ten seconds of a motor at 10 kHz."""
+"""Samples of a stretch at the most: ten seconds of a motor at 10 kHz."""
+
+AGAIN, GROWTH, SOONER = 4.0, 3.0, 1.5
+"""After so many first stretches of driving parameters are moved alone again, then after so many times the driving; and
+after so many times where nothing moves the result yet []."""
+
+KEPT = 0.8
+"""Share of the variance at which the directions of before are kept."""
 
 FEW, MANY = 2, 4
-"""Directions carried at the most through a long recording, and through one hardly longer than the stretch."""
+"""Directions that are followed at the most through a long recording, and up to the second stretch."""
 
-BLOCK = 3000
-"""Samples that are taken in at once."""
+BLOCKS = 4
+"""Blocks of a first stretch, at whose ends is decided."""
 
-
-class Main(NamedTuple):
-    """The result by which the directions are chosen.
-
-    Args:
-        pair: value and deviation; the deviation is "" where the value is compared with a threshold
-        level: that threshold; 0 where there is a deviation
-    """
-
-    pair: Pair
-    level: float
+SPAN = 3000
+"""Samples that are taken in at once while every parameter is moved alone."""
 
 
 class Outcome(NamedTuple):
@@ -52,12 +62,13 @@ class Outcome(NamedTuple):
 
     Args:
         alone: conclusions for vehicles with one parameter moved by one standard deviation, by name of the parameter;
-            empty where the recording was longer than the stretch
+            empty where the recording was longer than the first stretch
         along: directions, and the conclusions for vehicles moved along them, both ways as far as there is one
-        moves: root mean square of the result's move by each parameter over the stretch, in its own deviations []
+        moves: root mean square of the result's move by each parameter over a stretch, in its own deviations []
         deviation: root mean square of the result's move over the recording, in its unit; 0 without one
         held: share of the recorded truths that the wider band holds; None without truth
         unit: of the result
+        reference: conclusion of the session that began with the directions, where they began within the recording
     """
 
     alone: Mapping[str, Concluded]
@@ -66,6 +77,7 @@ class Outcome(NamedTuple):
     deviation: float
     held: float | None
     unit: str
+    reference: Conclusion | None = None
 
 
 class ParameterSpread:
@@ -78,7 +90,6 @@ class ParameterSpread:
         session: for the vehicle as it is
         decisions: of the monitor
         rate: of the samples [Hz]
-        duration: of the recording, as far as it is known
     """
 
     def __init__(
@@ -88,23 +99,36 @@ class ParameterSpread:
         names: Sequence[str],
         session: Session,
         decisions: Sequence[Decision],
-        rate: float,
-        duration: Annotated[float, "s"],
+        rate: Annotated[float, "Hz"],
     ):
         self.vehicle, self.names, self._open, self._rate = vehicle, tuple(names), open_, rate
         self._pairs, self._main = pairs_of(session.traces), main_result(session, decisions)
         self._unit = session.traces[self._main.pair.value] if self._main else ""
-        stretch = min(max(duration / max(len(names), 1), SHORTEST), LONGEST) * rate
-        self._stretch = int(min(stretch, MOST_SAMPLES))
-        self._most = FEW if duration * rate > 2.0 * PATIENCE * self._stretch else MANY
-        self._alone: Points | None = Points(open_, vehicle, [{name: 1.0} for name in self.names])
+        self._stretch = int(min(SHORTEST * rate, MOST_SAMPLES))
+        self._block = max(self._stretch // BLOCKS, 1)
+        self._screen: Screen | None = self._screened(self._stretch, fresh=False)
+        self._carried: Carried | None = None
         self._sensitivities = Sensitivities(self.names)
-        self._along: Points | None = None
-        self._directions: tuple[Direction, ...] = ()
-        self._buffer: list[Aligned] = []
-        self._seen = 0
-        self._moved, self._known = 0.0, 0
+        self._seen = self._driven = 0
+        self._next = int(AGAIN * self._stretch)
+        self._moved, self._known = BlockSum(), 0
         self._held, self._compared = 0, 0
+
+    def _screened(self, length: int, fresh: bool) -> Screen:
+        with Rows.growing():
+            points = Points(self._open, self.vehicle, moves_alone(self.names, fresh))
+        return Screen(points, self.names, self._main, length, self._block, fresh)
+
+    def reopen(self, alone: Sequence[Mapping[str, float]], along: Sequence[Mapping[str, float]]) -> None:
+        """Open the vehicles of a checkpoint, to be filled with what they collected.
+
+        Args:
+            alone: standard deviations by parameter, of every vehicle of a stretch that lasts; empty without one
+            along: of every vehicle that is moved along a direction; empty without one
+        """
+        own, others = (Points(self._open, self.vehicle, each) for each in (alone, along))
+        self._screen = Screen(own, self.names, self._main, 0, self._block, False) if alone else None
+        self._carried = Carried(others, (), False) if along else None
 
     def absorb(self, aligned: Aligned, shown: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Take in one more piece, and give its traces with wider bands.
@@ -115,87 +139,93 @@ class ParameterSpread:
         """
         count, done = len(aligned.time), 0
         variances = {pair.value: np.zeros(count) for pair in self._pairs}
-        while self._alone is not None and done < count:
-            part = slice(done, min(done + BLOCK, count))
-            of_part = {name: values[part] for name, values in shown.items()}
-            self._screen(
-                part_of(aligned, part.start, part.stop), of_part, {name: v[part] for name, v in variances.items()}
+        known = np.zeros(count, bool) if self._main is None else where_known(shown, self._main)
+        while done < count:
+            stop = self._stop(known, done)
+            part = slice(done, stop)
+            self._take(
+                part_of(aligned, done, stop),
+                {name: values[part] for name, values in shown.items()},
+                {name: each[part] for name, each in variances.items()},
             )
-            done = part.stop
-            if self._enough:
-                self._choose()
-                if not self._directions:
-                    variances = {}
-        if self._along is not None and done < count:
-            tail = {name: values[done:] for name, values in shown.items()}
-            self._carry(part_of(aligned, done, count), tail, {name: v[done:] for name, v in variances.items()})
-        wide = widened(shown, variances, self._pairs) if variances else dict(shown)
+            self._driven += int(known[part].sum())
+            self._seen += stop - done
+            done = stop
+            if self._seen % self._block == 0:
+                self._look()
+        wide = widened(shown, variances, self._pairs)
         self._compare(wide, variances)
         return wide
 
-    def reopen(self, alone: bool, along: Sequence[Mapping[str, float]]) -> None:
-        """Open the vehicles of a checkpoint, to be filled with what they collected.
-
-        Args:
-            alone: whether the stretch lasts in which every parameter is moved alone
-            along: standard deviations by parameter, of every vehicle that is moved along a direction
-        """
-        self._alone = self._alone if alone else None
-        self._along = Points(self._open, self.vehicle, along) if along else None
-
-    @property
-    def _enough(self) -> bool:
-        """Whether the stretch has been long enough; it has no end where there is no result to be moved on the way."""
+    def _stop(self, known: np.ndarray, done: int) -> int:
+        """Where the samples end that are taken in at once: the first block at whose end something is decided."""
+        ends = np.arange(done + self._block - self._seen % self._block, len(known) + 1, self._block)
+        counts = np.cumsum(known[done:])[ends - done - 1] if len(ends) else np.zeros(0, int)
+        screen = self._screen
         if self._main is None:
-            return False
-        return self._sensitivities.known >= self._stretch or self._seen >= PATIENCE * self._stretch
+            ends = ends[:0]
+        elif screen is None:
+            ends = ends[self._driven + counts >= self._next]
+        else:
+            long = screen.seen + ends - done >= PATIENCE * screen.length
+            ends = ends[(screen.known + counts >= screen.length) | long]
+        stop = int(ends[0]) if len(ends) else len(known)
+        return stop if screen is None else min(stop, done + SPAN)
 
-    def _screen(self, aligned: Aligned, shown: Mapping[str, np.ndarray], variances: Mapping[str, np.ndarray]) -> None:
-        """A block of the stretch: every parameter moved alone."""
-        assert self._alone is not None
-        self._seen += len(aligned.time)
-        self._buffer.append(aligned)
-        others = self._alone.absorb(aligned)
-        for other in others.values():
-            for name, variance in variances.items():
-                variance += moved(shown, other, name) ** 2
-        if self._main is None:
+    def _take(self, aligned: Aligned, shown: Mapping[str, np.ndarray], variances: Mapping[str, np.ndarray]) -> None:
+        others = self._screen.absorb(aligned, shown) if self._screen is not None else {}
+        if self._carried is not None:
+            self._carried.absorb(aligned, shown, variances)
+        elif self._screen is not None and not self._screen.fresh:
+            for other in others.values():
+                for name, variance in variances.items():
+                    variance += moved(shown, other, name) ** 2
+
+    def _look(self) -> None:
+        """A block is whole: end a stretch that was long enough, and begin another one where it is due."""
+        screen = self._screen
+        if screen is None:
+            if self._main is not None and self._driven >= self._next:
+                self._screen = self._screened(self._length(), fresh=True)
             return
-        known, scale = _known(shown, self._main)
-        moves = np.zeros((len(self.names), int(known.sum())))
-        for place, other in others.items():
-            moves[place] = moved(shown, other, self._main.pair.value)[known] / scale[known]
-        self._sensitivities.add(moves)
+        if self._main is not None and (screen.known >= screen.length or screen.seen >= PATIENCE * screen.length):
+            unmoved = not screen.fresh and not screen.sensitivities.any_counted
+            if not unmoved or screen.seen >= UNMOVED * screen.length:
+                self._end(screen)
 
-    def _choose(self) -> None:
-        """The end of the stretch: only directions go on, and catch up with it."""
-        self._alone = None
-        self._open_directions()
+    def _length(self) -> int:
+        """Samples of a later stretch: of a short one where nothing moves the result yet, since it comes more often."""
+        if self._carried is None:
+            return self._stretch
+        length = min(max(COST * self._driven / len(self.names), LATER * self._stretch), LONGEST * self._rate)
+        return int(min(length, MOST_SAMPLES))
 
-    def _open_directions(self) -> None:
-        self._directions = self._sensitivities.directions(self._most) if self._sensitivities.known else ()
-        if self._directions:
-            ways = [
-                {name: side * REACH * part for name, part in each.by.items()}
-                for each in self._directions
-                for side in (1.0, -1.0)
-            ]
-            self._along = Points(self._open, self.vehicle, ways)
-            for block in self._buffer:
-                self._along.absorb(block)
-        self._buffer = []
+    def _end(self, screen: Screen) -> None:
+        """The end of a stretch: only directions go on, and catch up with it."""
+        self._screen = None
+        self._follow(screen)
+        if self._carried is None:
+            due = SOONER * self._driven
+        else:
+            due = GROWTH * self._driven if screen.fresh else AGAIN * self._stretch
+        self._next = max(int(due), self._driven + 1)
 
-    def _carry(self, aligned: Aligned, shown: Mapping[str, np.ndarray], variances: Mapping[str, np.ndarray]) -> None:
-        """What follows on the stretch: all parameters moved along the directions."""
-        assert self._along is not None
-        others = self._along.absorb(aligned)
-        captured = sum(each.share for each in self._directions)
-        for name, variance in variances.items():
-            for place in range(len(self._directions)):
-                sides = [others[at] for at in (2 * place, 2 * place + 1) if at in others]
-                squares = [(moved(shown, other, name) / REACH) ** 2 for other in sides]
-                if squares:
-                    variance += np.mean(squares, axis=0) / captured
+    def _follow(self, screen: Screen) -> None:
+        """Choose what is followed from now on by what a stretch shows."""
+        found = screen.sensitivities
+        if not found.any_counted:
+            self._sensitivities = self._sensitivities if self._sensitivities.known else found
+            return
+        self._sensitivities = found
+        if self._carried is not None:
+            shares = found.shares(self._carried.followed)
+            if sum(sorted(shares.values())[-FEW:]) >= KEPT:
+                self._carried.fit(shares, FEW)
+                return
+        directions = found.directions(FEW if screen.fresh else MANY)
+        points = Points(self._open, self.vehicle, moves_along(directions, screen.fresh))
+        self._carried = Carried(points, directions, screen.fresh)
+        self._carried.catch_up(screen.buffer)
 
     def _compare(self, wide: Mapping[str, np.ndarray], variances: Mapping[str, np.ndarray]) -> None:
         """Follow how far the result moved, and whether its band holds a truth."""
@@ -203,8 +233,7 @@ class ParameterSpread:
             return
         value, deviation = (wide[name] for name in self._main.pair)
         known = np.isfinite(value) & np.isfinite(deviation)
-        if variances:
-            self._moved += float(np.sum(variances[self._main.pair.value][known]))
+        self._moved.add(np.where(known, variances[self._main.pair.value], 0.0))
         self._known += int(known.sum())
         truth = wide.get(f"true_{self._main.pair.value}")
         if truth is not None:
@@ -215,44 +244,20 @@ class ParameterSpread:
     def conclude(self) -> Outcome:
         """What the moved vehicles gave, over all pieces."""
         alone: dict[str, Concluded] = {}
-        if self._alone is not None:
-            alone = {self.names[place]: each for place, each in self._alone.conclude().items()}
-            self._open_directions()
-        found = self._along.conclude() if self._along is not None else {}
-        along = [
-            (each, [found[at] for at in (2 * place, 2 * place + 1) if at in found])
-            for place, each in enumerate(self._directions)
-        ]
+        screen, self._screen = self._screen, None
+        if screen is not None:
+            screen.close_block()
+            if not screen.fresh:
+                alone = screen.conclude()
+            if not screen.fresh or screen.known >= screen.length // 2:
+                self._follow(screen)
+        along, reference = self._carried.conclude() if self._carried is not None else ([], None)
         return Outcome(
             alone,
             along,
             self._sensitivities.moves() if self._sensitivities.known else {},
-            (self._moved / self._known) ** 0.5 if self._known else 0.0,
+            (self._moved.value / self._known) ** 0.5 if self._known else 0.0,
             self._held / self._compared if self._compared else None,
             self._unit,
+            reference,
         )
-
-
-def main_result(session: Session, decisions: Sequence[Decision]) -> Main | None:
-    """The result of a session by which its spread is judged: its first with a band, else what it first decides by.
-
-    Args:
-        session: of a monitor
-        decisions: of the monitor
-    """
-    after = [each for each in pairs_of(session.traces) if each.deviation.endswith(AFTER)]
-    if after:
-        return Main(after[0], 0.0)
-    for each in decisions:
-        if each.statistic in session.traces and each.levels and np.isfinite(each.levels[0]) and each.levels[0] != 0.0:
-            return Main(Pair(each.statistic, ""), abs(each.levels[0]))
-    return None
-
-
-def _known(shown: Mapping[str, np.ndarray], main: Main) -> tuple[np.ndarray, np.ndarray]:
-    """Where the result is known and was being learnt, and what its moves are held against, (n,) each."""
-    value = shown[main.pair.value]
-    scale = shown[main.pair.deviation] if main.pair.deviation else np.full(len(value), main.level)
-    known = np.isfinite(value) & np.isfinite(scale) & (scale > 0.0)
-    enabled = shown.get("enabled")
-    return (known if enabled is None else known & (enabled > 0.5)), scale

@@ -10,7 +10,8 @@ from typing import NamedTuple
 from tierod.core.findings import Element, Finding, ParameterEffect, Status
 from tierod.core.shown import shown, written
 from tierod.monitors.harness.session import Conclusion
-from tierod.monitors.harness.spread.parameter_spread import REACH, Outcome
+from tierod.monitors.harness.spread.carried import REACH
+from tierod.monitors.harness.spread.parameter_spread import Outcome
 from tierod.monitors.harness.spread.points import Concluded
 from tierod.vehicles.vehicle import Vehicle
 
@@ -50,7 +51,9 @@ def turn(conclusion: Conclusion, outcome: Outcome) -> Turn | None:
         conclusion: for the vehicle as it is
         outcome: for the moved ones
     """
-    points = [*outcome.alone.values(), *(each for _, several in outcome.along for each in several)]
+    points = [*outcome.alone.values()]
+    if outcome.reference is None or _alike(conclusion, outcome.reference):
+        points += [each for _, several in outcome.along for each in several]
     turning = [each for each in points if _turns(conclusion, each.conclusion)]
     if not turning:
         return None
@@ -88,6 +91,12 @@ def _turns(conclusion: Conclusion, moved: Conclusion) -> bool:
     if finding.status is not Status.HEALTHY or other.estimate is None or not other.estimate.reference:
         return False
     return other.status in (Status.FAULT, Status.RISING)
+
+
+def _alike(conclusion: Conclusion, reference: Conclusion) -> bool:
+    """Whether a session that began later came to the same verdict; else it did not see what the verdict rests on."""
+    same = conclusion.finding.status is reference.finding.status
+    return same and _at_fault(conclusion.elements) == _at_fault(reference.elements)
 
 
 def _at_fault(elements: Sequence[Element]) -> set[str]:

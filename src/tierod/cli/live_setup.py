@@ -1,0 +1,183 @@
+"""A live session as the command line describes it: what is wrong is refused before a bus is opened."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cantools.database.can import Message
+
+    from tierod.live.buses import Address
+    from tierod.live.drive import Drive
+    from tierod.live.events import Hub
+
+ENDINGS = {"log": (".mf4",), "mcap": (".mcap",), "results_dbc": (".dbc",), "report": (".html", ".htm")}
+"""Endings of what is written, by option: another one would promise another format."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """The options of `tierod live`, as its help describes them."""
+
+    vehicle: str
+    dbc: tuple[Path, ...]
+    channel_map: Path | None
+    monitors: tuple[str, ...]
+    log: Path | None
+    mcap: Path | None
+    report: Path | None
+    checkpoint: Path | None
+    memory: Path | None
+    baselines: Path | None
+    period: float
+    silence: float
+    ignition: str
+    fd: bool
+    bitrate: int | None
+    send: str | None
+    results_dbc: Path | None
+    results_id: str
+
+
+def refuse_unfit(wanted: Wanted) -> None:
+    """Refuse what can be seen to be wrong without a bus.
+
+    Raises:
+        ParameterError: a time, an identifier or an ending makes no sense
+        InputError: the fault memory is damaged, or another vehicle's
+        OutputError: a file cannot be written
+    """
+    from tierod.core.errors import ParameterError
+    from tierod.diagnosis.fault_memory import FaultMemory
+    from tierod.diagnosis.trouble_codes import load_trouble_codes
+    from tierod.vehicles import load
+
+    for name, value in (("--period", wanted.period), ("--silence", wanted.silence)):
+        if not value > 0.0:
+            raise ParameterError(f"{name} needs a positive time, not {value:g} s")
+    car = load(wanted.vehicle)
+    if (wanted.send is None) != (wanted.results_dbc is None):
+        raise ParameterError("--send sends results by a DBC: give both --send CHANNEL and --results-dbc FILE")
+    try:
+        int(wanted.results_id, 0)
+    except ValueError:
+        raise ParameterError(f"--results-id is '{wanted.results_id}'; expected an identifier such as 0x6E0") from None
+    _refuse_endings(wanted)
+    targets = [wanted.log, wanted.mcap, wanted.results_dbc, wanted.report, wanted.checkpoint, wanted.memory]
+    _refuse_what_cannot_be_written(targets, [*wanted.dbc, wanted.channel_map])
+    if wanted.memory is not None:
+        FaultMemory.opened(wanted.memory, car.name, load_trouble_codes())
+
+
+def _refuse_endings(wanted: Wanted) -> None:
+    from tierod.core.errors import ParameterError
+
+    for name, endings in ENDINGS.items():
+        path: Path | None = getattr(wanted, name)
+        if path is not None and path.suffix.lower() not in endings:
+            option = f"--{name.replace('_', '-')}"
+            later = "; tierod convert makes other formats of it later" if name in ("log", "mcap") else ""
+            raise ParameterError(
+                f"{option} writes {endings[0]}, not '{path.name}': name it {path.stem}{endings[0]}{later}"
+            )
+
+
+def _refuse_what_cannot_be_written(targets: list[Path | None], given: list[Path | None]) -> None:
+    from tierod.cli.terminal import refuse_to_overwrite
+    from tierod.core.files import require_folder
+
+    for place, path in enumerate(targets):
+        refuse_to_overwrite(path, [*given, *targets[:place]], "output", "its option")
+        if path is not None:
+            require_folder(path)
+
+
+def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
+    """The session, its buses opened, and what takes its events.
+
+    Args:
+        wanted: which was not refused
+        addresses: of the buses
+
+    Raises:
+        ParameterError: no database, or an ignition that none has
+        InputError: a file cannot be read, or a bus not be opened
+    """
+    import queue
+
+    from tierod.cli.terminal import origin
+    from tierod.io.readers.dbc import load_databases
+    from tierod.io.readers.streaming import loaded_map
+    from tierod.live.agreement import disagreements
+    from tierod.live.drive import Drive, Outputs
+    from tierod.live.engine import Pace
+    from tierod.live.events import Hub
+    from tierod.live.judge import Plan
+    from tierod.live.receiving import receiver
+    from tierod.live.results import refuse_clash
+    from tierod.live.traffic import Traffic
+    from tierod.vehicles import load
+
+    car = load(wanted.vehicle)
+    paths = _databases(wanted)
+    database = load_databases(paths)
+    _refuse_unknown_ignition(wanted.ignition, database)
+    names = wanted.monitors or _all_monitors()
+    if wanted.send:
+        refuse_clash(database, len(names), int(wanted.results_id, 0))
+    used = wanted.channel_map or car.channel_map or _beside(paths)
+    plan = Plan(car, wanted.memory, wanted.baselines, shlex.join(["tierod", *sys.argv[1:]]))
+    hub, inbox = Hub(), queue.SimpleQueue[Any]()
+    width = 64 if wanted.fd else 8
+    outputs = Outputs(
+        wanted.log, wanted.report, wanted.checkpoint, 5.0, wanted.silence, wanted.ignition, width, wanted.mcap
+    )
+    receivers = [receiver(number, each, inbox) for number, each in enumerate(addresses, 1)]
+    if len(paths) > 1 and (text := disagreements({path: load_databases([path]) for path in paths})):
+        print(f"tierod: {text}", file=sys.stderr)
+    pace = Pace(period=wanted.period)
+    drive = Drive(receivers, inbox, database, loaded_map(used), names, plan, outputs, hub, pace, origin)
+    drive.health.traffic = Traffic(wanted.bitrate)
+    mapped = ["--map", str(used)] if isinstance(used, str | Path) else []
+    databases = [word for path in paths for word in ("--dbc", str(path))]
+    drive.interim.words = ["--vehicle", wanted.vehicle, "--monitor", "all", *databases, *mapped]
+    return drive, hub
+
+
+def _databases(wanted: Wanted) -> list[Path]:
+    from tierod.core.errors import ParameterError
+    from tierod.io.readers.opening import shipped
+    from tierod.vehicles import load
+
+    car = load(wanted.vehicle)
+    given = wanted.dbc or ((car.database,) if car.database else ())
+    if not given:
+        raise ParameterError(f"the vehicle '{car.name}' names no CAN database; give one with --dbc")
+    return [shipped(each, ".dbc") for each in given]
+
+
+def _all_monitors() -> list[str]:
+    from tierod.monitors.registry import MONITORS
+
+    return [each.name for each in MONITORS.values() if each.default is not None and not each.condition]
+
+
+def _refuse_unknown_ignition(ignition: str, database: Sequence[Message]) -> None:
+    from tierod.core.errors import ParameterError, nearest
+
+    known = [f"{message.name}.{signal.name}" for message in database for signal in message.signals]
+    if ignition and ignition not in known:
+        raise ParameterError(f"no database has the signal '{ignition}' of --ignition{nearest(ignition, known)}")
+
+
+def _beside(paths: list[Path]) -> Any:
+    from tierod.io.readers.channel_map import load_maps_beside, maps_beside
+
+    found = maps_beside(paths)
+    return load_maps_beside(found) if found else None

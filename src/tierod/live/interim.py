@@ -1,0 +1,77 @@
+"""A page of the drive so far, made of its log by a process of its own: the drive goes on meanwhile."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO
+
+from tierod.live.events import Hub
+
+WRITTEN = (0, 1, 2)
+"""Exit codes of `tierod diagnose` that wrote its page."""
+
+
+class Interim:
+    """Makes one page at a time, and says when it is there or why it is not.
+
+    Args:
+        hub: takes what became of it
+
+    `words` are the options of `tierod diagnose` beside the log; `log` and `time` are those of the drive.
+    """
+
+    def __init__(self, hub: Hub):
+        self.words: Sequence[str] = ()
+        self.log: Path | None = None
+        self.time = 0.0
+        self._hub = hub
+        self._page: Path | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._errors: IO[bytes] | None = None
+
+    def make(self) -> None:
+        """Begin a page; one that is being made is waited for first."""
+        if self._process is not None:
+            self._hub.say("problem", {"text": f"the report {self._page} is being made; ask again when it is there"})
+            return
+        if self.log is None:
+            text = "a report of the drive so far is made from its log; begin with --log"
+            self._hub.say("problem", {"text": text})
+            return
+        page = self.log.with_name(f"{self.log.stem}-{int(self.time)}s.html")
+        # Closed when the process has ended, which no block here waits for.
+        self._page, self._errors = page, tempfile.TemporaryFile()  # noqa: SIM115
+        command = [sys.executable, "-m", "tierod", "diagnose", str(self.log), *self.words, "-o", str(page)]
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors
+        )
+        self._hub.say("making", {"path": str(page), "text": f"a report of the drive so far is made: {page}"})
+
+    def look(self, wait: bool = False) -> None:
+        """Say what became of a page that was being made.
+
+        Args:
+            wait: until it is there
+        """
+        if self._process is None or self._errors is None:
+            return
+        code = self._process.wait() if wait else self._process.poll()
+        if code is None:
+            return
+        self._errors.seek(0)
+        said = self._errors.read().decode(errors="replace").strip().splitlines()
+        self._errors.close()
+        page, self._process, self._errors = self._page, None, None
+        if code in WRITTEN and page is not None and page.exists():
+            self._hub.say("report", {"path": str(page)})
+        else:
+            why = said[-1].removeprefix("tierod: ") if said else f"it ended with {code}"
+            self._hub.say("problem", {"text": f"the report {page} was not made: {why}"})
+
+    def close(self) -> None:
+        """End with the session: a page that is being made is waited for."""
+        self.look(wait=True)

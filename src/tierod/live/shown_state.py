@@ -1,0 +1,50 @@
+"""What is shown of a live session every second, as an event."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tierod.live.engine import Engine
+from tierod.live.health import Health
+from tierod.live.judge import Shown
+
+
+def shown_state(engine: Engine, health: Health) -> dict[str, Any]:
+    """The drive now.
+
+    Args:
+        engine: of the drive
+        health: of the session
+    """
+    return {
+        "time": engine.clock.latest,
+        "frames": engine.tally.frames,
+        "lost": engine.gaps.lost,
+        "late": engine.clock.late,
+        "too_late": engine.tally.too_late,
+        "doubled": engine.clock.doubled,
+        "clock_jumps": engine.clock.jumps,
+        "bus": dict(health.notices),
+        "buses": {
+            f"CAN{bus}": {"frames_per_s": each.frames, "load": round(each.load, 3), "of": each.rate}
+            for bus, each in health.traffic.loads().items()
+        },
+        "processor": round(health.load(), 3),
+        "latest_tick_ms": round(1e3 * max(health.late, default=0.0), 2),
+        "missing": list(engine.missing),
+        "ages": {name: round(age, 3) for name, age in engine.ages.items()},
+        "monitors": [_monitor(each, engine.delay(each)) for each in engine.shown()],
+    }
+
+
+def _monitor(each: Shown, delay: float) -> dict[str, Any]:
+    return {
+        "monitor": each.monitor,
+        "status": str(each.status),
+        "since": each.since,
+        "reason": each.reason,
+        "delay": delay,
+        "enabled": each.enabled,
+        "values": dict(each.values),
+        "units": dict(each.units),
+    }
