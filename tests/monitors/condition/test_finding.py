@@ -290,7 +290,7 @@ def slid(seconds, causes=None):
     there = np.ones(stated.status.shape, bool)
     values = np.full((len(time), len(ConditionSample._fields)), 5.0)
     drive.add(time, values, Covered(there, ~no, no, no, no))
-    drive.add_low_grip(time < seconds)
+    drive.add_low_grip(time, time < seconds, values)
     courses = {name: ElementCourse(name, PERIOD) for name in OWN}
     for column, course in enumerate(courses.values()):
         course.add(time, stated, there[:, column])

@@ -10,6 +10,7 @@ import numpy as np
 from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.diagnosis.substitution import SubstitutionGraph
+from tierod.monitors.condition.bank.skidding import SLIPPERIEST
 from tierod.monitors.condition.recording_checks.absence import Absence, Loss
 from tierod.monitors.condition.recording_checks.coverage import (
     ALL,
@@ -27,6 +28,7 @@ ALL_HELD = "all sensors repeat what they read before"
 SLID = "the tyres slid, or the vehicle cornered harder than calibrations show"
 TOO_FEW = f"fewer than {ALL} sensors give a reading"
 
+_YAW = ConditionSample._fields.index("yaw_rate")
 _WHEELS = [ConditionSample._fields.index(name) for name in ALL_WHEELS]
 
 ALL_GONE = (ALL_ZERO, ALL_HELD, NO_READING)
@@ -60,6 +62,7 @@ class Driven:
     absences: dict[str, Absence] = field(default_factory=dict)
     now: str = ""
     asked: bool = True
+    _slides: list[tuple[float, float]] = field(default_factory=list)
     _wheels: np.ndarray = field(default_factory=lambda: np.full(len(ALL_WHEELS), np.nan))
     _read: np.ndarray = field(default_factory=lambda: np.full(len(ALL_WHEELS), np.nan))
 
@@ -116,9 +119,26 @@ class Driven:
         """Time in which the tyres slid, so that nothing was judged [s]."""
         return self.unjudged.get(SLID, 0) * self.period
 
-    def add_low_grip(self, slid: np.ndarray) -> None:
-        """Whether the tyres slid over the next piece, (n,)."""
+    def add_low_grip(self, time: np.ndarray, slid: np.ndarray, values: np.ndarray) -> None:
+        """Whether the tyres slid over the next piece.
+
+        Args:
+            time: [s], (n,)
+            slid: (n,)
+            values: columns of `ConditionSample`, (n, signals); NaN where missing
+        """
         self._count(SLID, slid)
+        # An acceleration that is wrong looks like a slide, but the car does not turn.
+        turning = np.abs(values[:, _YAW]) * np.abs(np.nan_to_num(values[:, _WHEELS])).max(axis=1)
+        for first, last in _runs(slid & (turning > SLIPPERIEST)):
+            if self._slides and time[first] - self._slides[-1][1] < 2.0 * self.period:
+                self._slides[-1] = self._slides[-1][0], float(time[last])
+            else:
+                self._slides.append((float(time[first]), float(time[last])))
+
+    def slid_within(self, start: float, end: float) -> bool:
+        """Whether the tyres slid in a turn anywhere between two times [s]."""
+        return any(first <= end and last >= start for first, last in self._slides)
 
     def _count(self, cause: str, there: np.ndarray) -> None:
         found = int(np.count_nonzero(there))
@@ -160,3 +180,9 @@ class Driven:
             counts = self.sources.setdefault(sensor, {})
             for number, way in enumerate(ways, 1):
                 counts[way.name] = counts.get(way.name, 0) + int(np.count_nonzero(source == number))
+
+
+def _runs(there: np.ndarray) -> list[tuple[int, int]]:
+    """First and last sample of every stretch in which something holds."""
+    edges = np.diff(np.concatenate(([0], np.asarray(there, np.int8), [0])))
+    return list(zip(np.flatnonzero(edges > 0).tolist(), (np.flatnonzero(edges < 0) - 1).tolist(), strict=True))

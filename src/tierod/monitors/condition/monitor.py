@@ -16,6 +16,7 @@ from tierod.monitors.condition.bank.judge import ConditionJudge
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.low_grip import sliding
 from tierod.monitors.condition.bank.rolling_filter import RollingFilter
+from tierod.monitors.condition.bank.sliding_lanes import OF_SKIDDING, ploughing, skidding
 from tierod.monitors.condition.bank.testability import Testability
 from tierod.monitors.condition.bank.tuning import prices
 from tierod.monitors.condition.bank.weighing import Limits, Weighing
@@ -98,10 +99,11 @@ def rolling_monitor(
         replace(KindOfFault.of_sensor(each.name, sample_time), unknown=each.error_on_cars, alike=ALIKE, lasting=ALIKE)
         for each in (SENSOR_TABLE[SENSORS.index(name)] for name in OF_CARS)
     )
-    lanes = tuple(base.leaving_out(each) for each in explanations)
+    lanes = (*(base.leaving_out(each) for each in explanations), ploughing(base), skidding(base))
     costs = prices(base.sensor_noise, base.plausible)
     weighing = Weighing(explanations, limits or rolling_limits(), sample_time, prices=costs)
     # What is never there must not widen the limits that were found without it.
-    decision = Decision(weighing, testability=Testability(poorer=1.0, remaining=3.0, judged=OF_CARS))
+    testability = Testability(poorer=1.0, remaining=3.0, judged=OF_CARS)
+    decision = Decision(weighing, low_grip=OF_SKIDDING, testability=testability)
     reaction = FaultReaction.of(Reconfiguration.of_car(base.vehicle, sample_time), sample_time, codes)
     return Bank(lanes, ConditionJudge(decision, kinds, reaction, OF_CARS))

@@ -118,6 +118,7 @@ class ConditionSession:
             Coverage(rate, asked=whole is not None),
             Driven(1.0 / rate, asked=whole is not None),
         )
+        self._whole = whole is not None
         self._pace = TargetPace(rate) if whole is not None else None
         self._asked = TargetCheck(whole, rate) if whole is not None else None
         self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
@@ -209,7 +210,7 @@ class ConditionSession:
             stated = stated.where_available(available, moving)
         for name, course in self._courses.items():
             course.add(aligned.time, stated, available[:, ELEMENTS.index(name)])
-        self._driven.add_low_grip(stated.low_grip)
+        self._driven.add_low_grip(aligned.time, stated.low_grip, aligned.values)
         faulty = stated.status == FAULT
         self._leap.add(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), faulty)
         return {
@@ -220,7 +221,12 @@ class ConditionSession:
 
     def conclude(self) -> Conclusion:
         """The state of every element, and the finding."""
-        disagreeing = tuple(self._accelerations.found.values())
+        # A car that slides sideways has another acceleration than that of its turn.
+        disagreeing = tuple(
+            each
+            for each in self._accelerations.found.values()
+            if self._whole or not self._driven.slid_within(each.window - BEFORE, each.found)
+        )
         for each in disagreeing:
             if each.sure:
                 for course in self._courses.values():

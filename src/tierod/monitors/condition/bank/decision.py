@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.block import leaves as leaves_of
 from tierod.core.graph import JudgeSample, Verdict
-from tierod.core.graph.maths import all_of, any_of, both, either, negated, present, where
+from tierod.core.graph.maths import all_of, any_of, both, either, greatest_of, negated, present, where
 from tierod.monitors.condition.bank.adoption import adopted, best_pair_containing, selected_lane
 from tierod.monitors.condition.bank.diagnosis import Diagnosis, gated, values_of
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
@@ -127,7 +127,8 @@ class Decision:
         lanes, readings = sample.lanes, readings_of(sample.sample)
         likelihoods = [lane.log_likelihood for lane in lanes]
         grip = self._grip(state, sample, likelihoods)
-        everyone = (*self.weighing.hypotheses, SLIDING)[: len(lanes)]
+        count = len(self.weighing.hypotheses)
+        everyone = (*self.weighing.hypotheses, *(SLIDING,) * (len(lanes) - count))
         source, far_off = selected_lane(everyone, likelihoods, state.active, self.impossible, grip.slides)
         seen = _selected(lanes, source)
         suspected = self._elements_of(state.active)
@@ -179,6 +180,7 @@ class Decision:
         """Whether the tyres slide, and whether they may, by the acceleration across the vehicle."""
         slipping, slides, lacks = self._slides(state, sample.lanes, likelihoods)
         across = sample.sample.lateral_acceleration
+        across = where(present(across), across, sample.lanes[-1].turning)
         cornered = self.testability.cornered(state.cornered, across, lacks, self.weighing.sample_time)
         return Grip(slipping, cornered, slides, either(slides, cornered > 0.5))
 
@@ -192,12 +194,12 @@ class Decision:
         count = len(self.weighing.hypotheses)
         if len(lanes) == count:
             return state.slipping, 0.0, 0.0
-        own = lanes[count]
-        lack = Lack(own.lack, own.lack_along, own.given_along)
+        own = lanes[-1]
+        lack = Lack(greatest_of(*(lane.lack for lane in lanes[count:])), own.lack_along, own.given_along)
         numbers = [number for name in DRIVES if (number := self.weighing.number(name)) is not None]
         after, slides = self.low_grip.after(
             state.slipping,
-            likelihoods[count],
+            greatest_of(*likelihoods[count:]),
             likelihoods[:count],
             [likelihoods[number] for number in numbers],
             lack,

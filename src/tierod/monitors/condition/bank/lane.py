@@ -115,8 +115,10 @@ class LeaveOutFilter:
             speed, lateral_speed: of the centre of gravity
             moving: 1 where the vehicle moves forward, else 0: wheels that stand or roll back show nothing
             driven: 1 where the deceleration is what drives and slopes give, else 0: brakes may lock the wheels
-            lack: force that an axle lacks in a bend, over its load: the larger one; 0 where it hardly needs any
+            lack: force that an axle lacks in a bend, over its load: the larger one; 0 where it hardly needs any; for
+                a car of unknown torques see `skidding.lacking`
             lack_along, given_along: force of the suspected drives that the front axle lacks, and has, over its load
+            turning: acceleration across the vehicle by its speed and yaw rate, where no sensor gives it
         """
 
         log_likelihood: Annotated[float, ""]
@@ -132,6 +134,7 @@ class LeaveOutFilter:
         lack: Annotated[float, ""] = 0.0
         lack_along: Annotated[float, ""] = 0.0
         given_along: Annotated[float, ""] = 0.0
+        turning: Annotated[float, "m/s**2"] = 0.0
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> LeaveOutFilter:

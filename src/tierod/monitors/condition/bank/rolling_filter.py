@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import hypot
+from math import hypot, inf
 from math import sqrt as sqrt_of
 from typing import Annotated, NamedTuple
 
@@ -16,6 +16,7 @@ from tierod.methods.estimators.kernels import predict_covariance
 from tierod.methods.estimators.linear_algebra import from_diagonal
 from tierod.models.rolling_car import LEAST_SPEED, RollingCar
 from tierod.monitors.condition.bank.lane import TRUSTED, LeaveOutFilter
+from tierod.monitors.condition.bank.skidding import Hands, lacking
 from tierod.monitors.condition.bank.smallest_steps import SmallestSteps
 from tierod.monitors.condition.bank.tuning import PLAUSIBLE
 from tierod.monitors.condition.bank.updates import observed
@@ -52,6 +53,7 @@ class RollingError:
         slip_in_bends: likewise, per square of the wheelbase over the radius: front wheels do not quite roll where they
             are pointed to
         uneven_slip: of one wheel against the other of its axle, per acceleration
+        uneven: likewise, share of the speed
         grade, bank: accelerations by slopes
         steering_scale: relative, of ratio and wheelbase of the vehicle file
         understeer: gradient by the vehicle file
@@ -70,6 +72,7 @@ class RollingError:
     slip_share: Annotated[float, "s**2/m"] = 0.01
     slip_in_bends: Annotated[float, ""] = 0.1
     uneven_slip: Annotated[float, "s**2/m"] = 0.001
+    uneven: Annotated[float, ""] = 0.0
     grade: Annotated[float, "m/s**2"] = 0.4
     bank: Annotated[float, "m/s**2"] = 0.4
     steering_scale: Annotated[float, ""] = 0.01
@@ -173,12 +176,13 @@ class RollingFilter:
     Output = LeaveOutFilter.Output
 
     class State(NamedTuple):
-        """The estimate, how long ago the filter started, `settling` at most [s], and how coarse its sensors are."""
+        """The estimate, the time since the start, `settling` at most [s], how coarse its sensors are, the hands."""
 
         mean: RollingCar.State
         covariance: tuple[Scalar, ...]
         age: Scalar
         steps: SmallestSteps
+        hands: Hands
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> RollingFilter:
@@ -208,7 +212,7 @@ class RollingFilter:
         deviations = (20.0, 3.0, *turning, *offsets, *front, error.slip, error.slip, *slopes, *guessed)
         covariance = from_diagonal([value * value for value in deviations])
         at_rest = skeleton(RollingCar.State), tuple(value + 0.0 for value in covariance), 0.0
-        return self.State(*at_rest, SmallestSteps.unseen(COARSEST))
+        return self.State(*at_rest, SmallestSteps.unseen(COARSEST), Hands(inf, 0.0))
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, LeaveOutFilter.Output]:
         """One sample on."""
@@ -229,7 +233,8 @@ class RollingFilter:
         age = minimum(state.age + p.sample_time, self.settling)
         likelihood = seen.log_likelihood((*(getattr(self.plausible, name) for name in OF_CARS), *alike), self.influence)
         along = sample.longitudinal_acceleration
-        return self.State(bounded, seen.correction.covariance, age, steps), self.Output(
+        hands = state.hands.after(sample.steering_wheel_angle, p.sample_time)
+        return self.State(bounded, seen.correction.covariance, age, steps, hands), self.Output(
             where(age < self.settling, 0.0, likelihood),
             *seen.of_sensors(OF_CARS),
             0.0,
@@ -238,6 +243,8 @@ class RollingFilter:
             p.rear_distance * bounded.yaw_rate,
             where(bounded.speed > self.slowest, 1.0, 0.0),
             where(where(present(along), along, 0.0) < -self.braking, 0.0, 1.0),
+            lacking(bounded, p, hands.rate),
+            turning=bounded.speed * bounded.yaw_rate,
         )
 
     @property
@@ -251,7 +258,8 @@ class RollingFilter:
     def _noise(self, mean: RollingCar.State) -> tuple[Scalar, ...]:
         """Variance of each reading; wheels that drive or brake do not slip quite alike."""
         uneven = self.model_error.uneven_slip * mean.acceleration * mean.speed
-        more = dict.fromkeys(ALL_WHEELS, uneven * uneven)
+        share = self.model_error.uneven * mean.speed
+        more = dict.fromkeys(ALL_WHEELS, uneven * uneven + share * share)
         known = self.sensor_noise._asdict()
         return tuple(value * value + more.get(name, 0.0) for name, value in known.items())
 
