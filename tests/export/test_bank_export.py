@@ -1,14 +1,43 @@
 """A bank in C: one function for all lanes with tables, its judge, and lanes that take over the states of others."""
 
 import subprocess
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
 
 from bank_of_graph import bank
+from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, run, worst_share
+from tierod.core.block import Ring
+from tierod.export.segments import LONGEST
 from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of, subject_of_block
+
+
+@dataclass(frozen=True)
+class LateReader:
+    """Pushes its input at once, and takes the oldest value after more operations than one function holds."""
+
+    gain: Annotated[float, ""] = 0.99
+    Sample = Pair
+
+    def init(self):
+        return Ring(3, 0.25)
+
+    def step(self, state, sample):
+        value = sample.a
+        for k in range(3 * LONGEST):
+            value = self.gain * value + float(k)
+        return state.push(sample.b), Level(value + state.oldest)
+
+
+class Level(NamedTuple):
+    """What the late reader states."""
+
+    level: float
+
 
 NATIVE = ("-O3", "-march=native", "-ffp-contract=off")
 
@@ -53,3 +82,11 @@ def test_lanes_share_one_function_and_the_parameters_in_which_they_agree(tmp_pat
     values = (tmp_path / "tierod_condition_parameters.c").read_text()
     assert values.count(".trusted_yaw_rate =") == face.bank.count
     assert values.count(".lanes_vehicle_mass =") == 1
+
+
+@needs_gcc
+def test_a_delay_line_is_read_before_it_is_overwritten_in_an_earlier_function(tmp_path):
+    late = subject_of_block("late", LateReader(), 100.0, "A late reader")
+    inputs = np.arange(40.0).reshape(20, 2)
+    face = exported(late, tmp_path, inputs=inputs, precision="double")
+    assert worst_share(run(face, tmp_path, inputs), reference(late, inputs)).max() <= 1e-13

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 from tierod.core.graph.branches import Branch, Condition
-from tierod.core.graph.operations import NEXT_STATE, STATE, Program
+from tierod.core.graph.operations import NEXT_STATE, PUSH, RING, STATE, Program
 
 LONGEST = 60
 """Operations of one function: checkers of C take hours for the functions of thousands that a kernel is made of. With 40
@@ -92,21 +92,20 @@ def _is_work(program: Program, index: int) -> bool:
 
 
 def _with_stores(program: Program, needs: Needs, cut: Sequence[Segment], longest: int) -> list[Segment]:
-    """The segments with what each puts away: a state is not overwritten before the last segment that reads it."""
+    """The segments with what each puts away: nothing remembered is overwritten before the last one that reads it."""
     home = {index: place for place, segment in enumerate(cut) for index in segment.operations}
-    read: dict[int, int] = {}
+    read: dict[Target, int] = {}
     for place, segment in enumerate(cut):
-        for position in _states(program, _used(program, {}, segment)):
-            read[position] = place
+        for memory in _remembered(program, _used(program, {}, segment)):
+            read[memory] = place
     ready = {target: max((home.get(value, 0) for value in values), default=0) for target, values in needs.items()}
     for target, values in needs.items():
-        for position in set(_states(program, values)) - {target[1] if target[0] == NEXT_STATE else -1}:
-            read[position] = len(cut)  # copied: stored when all else is done
+        for memory in set(_remembered(program, values)) - {target}:
+            read[memory] = len(cut)  # copied: stored when all else is done
             ready[target] = max(ready[target], len(cut) - 1)
     stores: dict[int, list[Target]] = {}
     for target in sorted(needs):
-        hold = read.get(target[1], 0) if target[0] == NEXT_STATE else 0
-        stores.setdefault(max(ready[target], hold), []).append(target)
+        stores.setdefault(max(ready[target], read.get(target, 0)), []).append(target)
     segments: list[Segment] = []
     for place, segment in enumerate(cut):
         own = stores.get(place, [])
@@ -123,10 +122,15 @@ def _stored(targets: Sequence[Target], longest: int) -> list[Segment]:
     return [Segment(None, (), tuple(targets[k : k + longest])) for k in range(0, len(targets), longest)]
 
 
-def _states(program: Program, values: Iterable[int]) -> list[int]:
-    """Positions of the states among some values."""
+def _remembered(program: Program, values: Iterable[int]) -> list[Target]:
+    """Where the states and delay lines among some values are overwritten."""
     inputs = (program.operations[value] for value in values)
-    return [each.constant[1] for each in inputs if each.name == "input" and each.constant[0] == STATE]
+    written = {STATE: NEXT_STATE, RING: PUSH}
+    return [
+        (written[each.constant[0]], each.constant[1])
+        for each in inputs
+        if each.name == "input" and each.constant[0] in written
+    ]
 
 
 def _slots(
