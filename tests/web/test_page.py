@@ -345,3 +345,30 @@ def test_few_samples_are_points_and_a_folder_that_is_gone_is_named(page):
     page.route("**/api/files?*", gone)
     page.goto("/")
     page.get_by_text("The folder “disk” is gone").wait_for()
+
+
+def test_a_bin_before_a_pause_is_not_drawn_into_it(page, tmp_path):
+    from live_drives import drive
+    from tierod.core.recording import Channel, Recording
+    from tierod.io.writers import write
+
+    whole = drive(120.0)["yaw_rate"]
+    kept = (whole.time < 40.0) | (whole.time > 80.0)
+    broken = Channel("yaw_rate", whole.time[kept], whole.values[kept], whole.unit)
+    write(Recording({"yaw_rate": broken}), tmp_path / "pause.parquet")
+    opened(page, "/new", "Upload a recording")
+    page.locator("input[type=file]").set_input_files(tmp_path / "pause.parquet")
+    page.get_by_role("heading", name="Channel map").wait_for()
+    page.goto("/recording?file=uploads/pause.parquet&signals=yaw_rate")
+    page.get_by_role("heading", name="Verdicts").wait_for()
+    charts(page, 1)
+    filled = """([from, to]) => {
+        const canvas = document.querySelector('.panel canvas'), area = document.querySelector('.panel .u-over');
+        const wanted = getComputedStyle(document.querySelector('.panel .chip i')).backgroundColor.match(/\\d+/g);
+        const x = (share) => devicePixelRatio * (area.offsetLeft + share * area.offsetWidth);
+        const all = canvas.getContext('2d').getImageData(x(from), 0, x(to) - x(from), canvas.height).data;
+        for (let at = 0; at < all.length; at += 4) if ([0, 1, 2].every((k) => +wanted[k] === all[at + k])) return true;
+        return false;
+    }"""
+    page.wait_for_function(filled, arg=[0.05, 0.3])
+    assert not page.evaluate(filled, [0.35, 0.65])

@@ -32,6 +32,17 @@ def test_a_recording_without_vehicle_leads_to_the_page(tmp_path):
     )
 
 
+def test_of_a_damaged_file_the_damage_is_named_and_no_vehicle(tmp_path):
+    path = tmp_path / "broken.parquet"
+    path.write_bytes(b"PAR1" + bytes(500))
+    with pytest.raises(InputError) as found:
+        vehicle_named_in(path)
+    said = in_the_page(str(found.value))
+    assert "no vehicle is given" in str(found.value)
+    assert "vehicle" not in said
+    assert "broken.parquet" in said
+
+
 def test_what_names_no_option_stays():
     assert in_the_page("the file is empty; record it again") == "the file is empty; record it again"
 

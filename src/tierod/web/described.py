@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from tierod.core.shown import shown
 from tierod.core.signals import SIGNALS
 from tierod.report.display import words
@@ -48,6 +50,7 @@ def series_shape(key: str, reader: SeriesReader) -> SeriesShape:
         key: of the store
         reader: of its signals
     """
+    facts = {name: Path(str(each)).name if name == "path" else each for name, each in reader.facts.items()}
     return SeriesShape(
-        key=key, span=reader.span, signals=[signal_shape(each) for each in reader.signals.values()], facts=reader.facts
+        key=key, span=reader.span, signals=[signal_shape(each) for each in reader.signals.values()], facts=facts
     )

@@ -23,6 +23,10 @@ _WORDS = (
 )
 _PATTERNS = tuple((re.compile(pattern), said) for pattern, said in _WORDS)
 
+_UNREAD = re.compile(
+    r"no vehicle is given, and none can be read from the recording: (.*); or choose a vehicle under .*"
+)
+
 
 def in_the_page(text: str) -> str:
     """A sentence with what to do in the page.
@@ -32,4 +36,6 @@ def in_the_page(text: str) -> str:
     """
     for pattern, said in _PATTERNS:
         text = pattern.sub(said, text)
-    return text
+    unread = _UNREAD.fullmatch(text)
+    # Only of a bus log it matters that a vehicle may name the database.
+    return unread[1] if unread and "CAN database" not in text else text

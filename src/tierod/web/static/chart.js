@@ -107,9 +107,9 @@ function columns(u, c) {
   };
   for (let at = Math.max(nearest(c.time, x.min) - 1, 0); at < n; at++) {
     const px = Math.round(bbox.left + (c.time[at] - x.min) * perX);
+    if (c.lower[at] === null) { flush(column + 1); before = null; continue; } // a bin before a pause does not reach into it
     if (px !== column) { flush(px); column = px; }
     if (px > bbox.left + bbox.width) break;
-    if (c.lower[at] === null) { flush(column + 1); before = null; continue; }
     if (c.lower[at] < low) low = c.lower[at];
     if (c.upper[at] > high) high = c.upper[at];
   }
