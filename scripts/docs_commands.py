@@ -72,8 +72,8 @@ def index() -> str:
                 ),
                 (
                     "`TIEROD_CFLAGS`",
-                    "more options for the compiler, after ours: `-O1` compiles in a third of the time and runs up to a third "
-                    "slower, with the same numbers",
+                    "more options for the compiler, after ours: `-O1` compiles in a third of the time and runs up to "
+                    "a third slower, with the same numbers",
                 ),
                 ("`TIEROD_ENGINE`", "`auto`, `compiled` or `virtual machine`: how blocks run"),
                 ("`TIEROD_CACHE`", "folder of compiled kernels; `~/.cache/tierod` where it is not set"),
