@@ -170,6 +170,14 @@ def test_a_car_without_a_verdict_is_not_one_without_a_fault(tmp_path, monkeypatc
     assert whole.remarks == ("friction: no verdict on 2 of 2 cars (not identifiable)",)
 
 
+def test_one_finding_without_a_date_is_named_in_the_singular():
+    row = {"vehicle": "a", "monitor": "friction", "judged": "friction", "status": "healthy", "quantity": "friction",
+           "unit": "N*m", "estimate": 4.0, "deviation": 0.1}  # fmt: skip
+    one, two = (worked_out(made([row] * count), ledger().empty_table(), Design()).remarks[0] for count in (1, 2))
+    assert one.startswith("1 finding has no date, which a trend needs")
+    assert two.startswith("2 findings have no date")
+
+
 def test_alike_reasons_stand_together_though_they_name_their_recordings():
     rows = [{"recording_name": f"{n}.mf4", "outcome": "failed", "reason": f"{n}.mf4 is empty"} for n in range(3)]
     rows += [{"recording_name": "good.mf4", "outcome": "judged", "reason": ""}]
