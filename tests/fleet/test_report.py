@@ -147,6 +147,46 @@ def test_a_standing_fault_comes_before_all_else_and_has_drives():
     assert "no date" in render(found)
 
 
+def test_a_car_without_a_verdict_is_not_one_without_a_fault(tmp_path, monkeypatch):
+    open_ = [
+        {"vehicle": name, "monitor": "friction", "judged": "friction", "status": "not identifiable"} for name in "ab"
+    ]
+    nothing = worked_out(made(open_), ledger().empty_table(), Design())
+    page = render(nothing)
+    assert "No verdict on any of 2 cars" in page
+    assert "friction: no verdict on 2 of 2 cars (not identifiable)" in page
+    assert "nothing found" not in page.lower()
+    assert "What to do: nothing" not in page
+    jsonschema.validate(json.loads(text(nothing)), SCHEMA)
+    monkeypatch.setattr("tierod.fleet.report.report", lambda *_, **__: nothing)
+    assert report("results", tmp_path, True, "") == 2
+    partly = worked_out(made(open_ + sensor("b", ["healthy"])), ledger().empty_table(), Design())
+    assert "No car of the 1 with a verdict needs a look; 1 gave none" in render(partly)
+    assert document(partly)["vehicles_with_verdict"] == 1
+    whole = worked_out(
+        made(open_ + sensor("a", ["healthy"]) + sensor("b", ["healthy"])), ledger().empty_table(), Design()
+    )
+    assert "No car of 2 needs a look" in render(whole)
+    assert whole.remarks == ("friction: no verdict on 2 of 2 cars (not identifiable)",)
+
+
+def test_one_finding_without_a_date_is_named_in_the_singular():
+    row = {"vehicle": "a", "monitor": "friction", "judged": "friction", "status": "healthy", "quantity": "friction",
+           "unit": "N*m", "estimate": 4.0, "deviation": 0.1}  # fmt: skip
+    one, two = (worked_out(made([row] * count), ledger().empty_table(), Design()).remarks[0] for count in (1, 2))
+    assert one.startswith("1 finding has no date, which a trend needs")
+    assert two.startswith("2 findings have no date")
+
+
+def test_alike_reasons_stand_together_though_they_name_their_recordings():
+    rows = [{"recording_name": f"{n}.mf4", "outcome": "failed", "reason": f"{n}.mf4 is empty"} for n in range(3)]
+    rows += [{"recording_name": "good.mf4", "outcome": "judged", "reason": ""}]
+    found = worked_out(findings().empty_table(), pa.Table.from_pylist(rows, schema=ledger()), Design())
+    (row,) = found.ledger
+    assert (row.count, row.reason) == (3, "is empty")
+    assert found.remarks == ("3 of 4 recordings were not judged; the page lists the reasons",)
+
+
 def test_odds_and_times_are_said_as_people_say_them():
     assert words.odds(np.log(12.0)) == "12 to 1"
     assert words.odds(-np.log(40.0)) == "1 to 40"

@@ -240,11 +240,14 @@ def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target:
 
 
 def _show_all(judged: Sequence[Judged], console: Console) -> None:
-    """A table of the verdicts, then why the other monitors did not run."""
+    """A table of the verdicts, then what to know of them, and why the other monitors did not run."""
     from tierod.cli.terminal import rows
     from tierod.report import several
 
     console.print(rows(several.HEADER, several.overview(judged)))
+    if known := several.to_know(judged):
+        console.print("\n[bold]To know[/bold]")
+        console.print(rows(("recording", "monitor", "what"), known))
     missed = [(where, name, short(reason)) for where, name, reason in several.not_run(judged)]
     if missed:
         console.print("\n[bold]Did not run[/bold]")

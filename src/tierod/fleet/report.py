@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tierod.fleet.coverage import coverage
 from tierod.fleet.ranking import Ranked, ranked
+from tierod.fleet.schema import JUDGED
 from tierod.fleet.series import series_of
 from tierod.fleet.standing import standings
 from tierod.fleet.trends import Design, Trends, trends
@@ -51,6 +53,7 @@ class FleetReport:
         trends: of every quantity, that of most drives first
         cars: to be looked at, worst first
         vehicles: how many there are
+        judged: of them, with a verdict
         outcomes: of recordings: outcome -> how many
         ledger: outcomes with their reasons, the most frequent first; judged ones without remark are not among them
         remarks: what a reader must know
@@ -64,6 +67,7 @@ class FleetReport:
     trends: tuple[Trends, ...]
     cars: tuple[Ranked, ...]
     vehicles: int
+    judged: int
     outcomes: dict[str, int]
     ledger: tuple[LedgerRow, ...]
     remarks: tuple[str, ...]
@@ -96,24 +100,32 @@ def worked_out(findings: pa.Table, ledger: pa.Table, design: Design, name: str =
         name: of the results
         command: what the user typed
     """
-    import pyarrow.compute as pc
-
     now = dt.datetime.now(dt.UTC)
     series, remarks = series_of(findings, now.timestamp() / 86400.0 + 1.0)
     found = tuple(trends(each, design) for each in series)
+    covered, outcomes = coverage(findings), Counter(ledger["outcome"].to_pylist())
     return FleetReport(
         name,
         findings,
         design,
         found,
         tuple(ranked(found, standings(findings))),
-        len(pc.unique(findings["vehicle"])),
-        dict(Counter(ledger["outcome"].to_pylist())),
+        covered.vehicles,
+        covered.judged,
+        dict(outcomes),
         tuple(_ledger(ledger)),
-        tuple(remarks),
+        (*remarks, *covered.remarks, *_left_out(outcomes)),
         now.isoformat(timespec="seconds"),
         command,
     )
+
+
+def _left_out(outcomes: Counter[str]) -> tuple[str, ...]:
+    """A remark on recordings that were not judged; none where all were."""
+    total, judged = outcomes.total(), outcomes[JUDGED]
+    if judged == total:
+        return ()
+    return (f"{total - judged} of {total} recordings were not judged; the page lists the reasons",)
 
 
 def _ledger(ledger: pa.Table) -> list[LedgerRow]:
@@ -121,7 +133,9 @@ def _ledger(ledger: pa.Table) -> list[LedgerRow]:
     alike: dict[tuple[str, str], list[str]] = {}
     columns: list[Sequence[str]] = [ledger[name].to_pylist() for name in ("outcome", "reason", "recording_name")]
     for outcome, reason, name in zip(*columns, strict=True):
-        if outcome != "judged":
-            alike.setdefault((outcome, reason or ""), []).append(name)
+        if outcome != JUDGED:
+            # A reason that begins with the name of its recording would be alike to no other one.
+            bare = (reason or "").removeprefix(f"{name or ''}: ").removeprefix(f"{name or ''} ")
+            alike.setdefault((outcome, bare), []).append(name)
     rows = [LedgerRow(*key, len(names), tuple(names[:3])) for key, names in alike.items()]
     return sorted(rows, key=lambda row: -row.count)

@@ -58,7 +58,7 @@ def report(
     if prior is not None:
         print(printable(_written_prior(found, prior, cohort)), file=others)
     print(printable(f"report: {page}"), file=others)
-    return 1 if found.cars else 0 if found.vehicles else 2
+    return 1 if found.cars else 0 if found.judged else 2
 
 
 def _written_prior(found: FleetReport, path: Path, cohort: Sequence[str]) -> str:
@@ -89,7 +89,7 @@ def _show(found: FleetReport) -> None:
 
     console = Console(soft_wrap=True)
     counts = Counter(WORDS[car.urgency] for car in found.cars)
-    console.print(words.headline(len(found.cars), found.vehicles, dict(counts)), markup=False)
+    console.print(words.headline(len(found.cars), found.vehicles, found.judged, dict(counts)), markup=False)
     for remark in found.remarks:
         console.print(f"to know: {remark}", markup=False)
     for each in found.trends:

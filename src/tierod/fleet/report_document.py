@@ -33,6 +33,7 @@ def document(report: FleetReport) -> dict[str, Any]:
         "results": report.name,
         "design": dataclasses.asdict(report.design),
         "vehicles": report.vehicles,
+        "vehicles_with_verdict": report.judged,
         "recordings": report.outcomes,
         "not_judged": [dataclasses.asdict(row) for row in report.ledger],
         "remarks": list(report.remarks),

@@ -26,8 +26,8 @@ _KINDS = {
 def render(report: FleetReport) -> str:
     """The page as text."""
     counts = Counter(WORDS[car.urgency] for car in report.cars)
-    symbol, kind = ("✓", "good") if report.vehicles else ("?", "open")
-    status = "nothing found" if report.vehicles else "no findings"
+    symbol, kind = ("✓", "good") if report.judged else ("?", "open")
+    status = "nothing found" if report.judged else "no verdict" if report.vehicles else "no findings"
     if report.cars:
         status = WORDS[report.cars[0].urgency]
         symbol, kind = _KINDS[report.cars[0].urgency]
@@ -36,8 +36,8 @@ def render(report: FleetReport) -> str:
         Origin(report.created, __version__, report.command),
         sections=sections(list(items(report))),
         looks=Looks(symbol, kind, status),
-        title=words.headline(len(report.cars), report.vehicles, dict(counts)),
-        summary=words.what_to_do(len(report.cars), report.vehicles),
+        title=words.headline(len(report.cars), report.vehicles, report.judged, dict(counts)),
+        summary=words.what_to_do(len(report.cars), report.vehicles, report.judged),
         remarks=report.remarks,
         kind="fleet",
         facts_of=_facts(report),
@@ -57,7 +57,7 @@ def write(report: FleetReport, folder: str | Path) -> tuple[Path, Path]:
 
 
 def _facts(report: FleetReport) -> list[tuple[str, str]]:
-    facts = [("Vehicles", str(report.vehicles))]
+    facts = [("Vehicles", str(report.vehicles)), ("Vehicles with a verdict", str(report.judged))]
     facts += [(f"Recordings {outcome}", str(count)) for outcome, count in sorted(report.outcomes.items())]
     drives = [each.series.drives.day for each in report.trends]
     finite = [day[day == day] for day in drives]

@@ -56,22 +56,38 @@ def since(trends: Trends, car: int) -> str:
     return f"{date(trends.began[car])} ({date(trends.earliest[car])} to {date(trends.latest[car])})"
 
 
-def headline(cars: int, vehicles: int, counts: dict[str, int]) -> str:
-    """First line of the page."""
+def headline(cars: int, vehicles: int, judged: int, counts: dict[str, int]) -> str:
+    """First line of the page.
+
+    Args:
+        cars: to be looked at
+        vehicles: with findings
+        judged: of them, with a verdict
+        counts: of states of the cars to be looked at
+    """
     if not vehicles:
         return "There are no findings yet"
+    if not (cars or judged):
+        return f"No verdict on any of {vehicles} cars"
+    if not cars and judged < vehicles:
+        return f"No car of the {judged} with a verdict needs a look; {vehicles - judged} gave none"
     if not cars:
         return f"No car of {vehicles} needs a look"
     parts = ", ".join(f"{count} {word}" for word, count in counts.items())
     return f"{cars} of {vehicles} cars to look at: {parts}"
 
 
-def what_to_do(cars: int, vehicles: int) -> tuple[str, ...]:
+def what_to_do(cars: int, vehicles: int, judged: int) -> tuple[str, ...]:
     """Paragraphs of what follows for the reader."""
     if not vehicles:
         return ("What to do: judge recordings with 'tierod fleet RECORDINGS -o RESULTS', then write this page anew.",)
     if cars:
         return ("What to do: call in the cars of the first table from its top; each row names the part to inspect.",)
+    if judged < vehicles:
+        return (
+            "What to do: see why cars gave no verdict, with 'tierod diagnose' on one of their recordings; its report "
+            "says what the drive, the recording or the vehicle file lacks.",
+        )
     return ("What to do: nothing. Judge the next drives with 'tierod fleet', and write this page anew.",)
 
 

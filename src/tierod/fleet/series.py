@@ -90,7 +90,8 @@ def series_of(findings: pa.Table, until: float | None = None) -> tuple[list[Seri
     usable = estimated & np.isfinite(day) & ~future & np.isfinite(numbers["deviation"])
     remarks = []
     if undated := int((estimated & ~np.isfinite(day)).sum()):
-        remarks.append(f"{undated} findings have no date and stand in no trend; give the recordings their time")
+        have = "finding has" if undated == 1 else "findings have"
+        remarks.append(f"{undated} {have} no date, which a trend needs; give the recordings their time")
     if late := int(future.sum()):
         remarks.append(f"{late} findings have a date in the future and stand in no trend; set the clock of the logger")
     labels = labels_of(findings, car, len(vehicles))

@@ -57,6 +57,16 @@ def not_run(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
     ]
 
 
+def to_know(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
+    """Rows of recording, monitors and what a reader of their verdicts must know; what several monitors say is one."""
+    monitors: dict[tuple[str, str], list[str]] = {}
+    for one in judged:
+        for name, diagnosis in one.diagnoses.items():
+            for warning in dict.fromkeys(each for finding in diagnosis.findings for each in finding.warnings):
+                monitors.setdefault((one.path.name, warning), []).append(name)
+    return [(where, ", ".join(names), warning) for (where, warning), names in monitors.items()]
+
+
 def render(judged: Sequence[Judged], origin: Origin) -> str:
     """The page as text.
 

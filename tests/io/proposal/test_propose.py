@@ -22,6 +22,7 @@ def truth(fastest=25.0, seed=3):
     size = len(time)
     return time, {
         "steering_wheel_angle": angle + noise(0.0, 0.005, size),
+        "steering_wheel_rate": np.gradient(angle, STEP) + noise(0.0, 0.02, size),
         "yaw_rate": yaw + noise(0.0, 0.003, size),
         "lateral_acceleration": speed * yaw + 0.2 + noise(0.0, 0.1, size),
         "longitudinal_acceleration": np.gradient(speed, STEP) + noise(0.0, 0.1, size),
@@ -34,6 +35,7 @@ def truth(fastest=25.0, seed=3):
 
 TITLES = {
     "steering_wheel_angle": "Lenkradwinkel",
+    "steering_wheel_rate": "Lenkradwinkelgeschwindigkeit",
     "yaw_rate": "Gierrate",
     "lateral_acceleration": "Querbeschleunigung",
     "longitudinal_acceleration": "Laengsbeschleunigung",
@@ -60,14 +62,16 @@ CASES = {
     "SI": {},
     "degrees and km/h": {
         "steering_wheel_angle": DEGREES,
+        "steering_wheel_rate": DEGREES,
         "yaw_rate": DEGREES,
         **dict.fromkeys(("wheel_speed_rear_left", "wheel_speed_rear_right", "vehicle_speed"), KMH),
     },
     "wheels in km/h, speed in m/s": dict.fromkeys(("wheel_speed_rear_left", "wheel_speed_rear_right"), KMH),
-    "yaw rate in rad/s, turned": {"steering_wheel_angle": DEGREES, "yaw_rate": -1.0},
+    "yaw rate in rad/s, turned": {"steering_wheel_angle": DEGREES, "steering_wheel_rate": DEGREES, "yaw_rate": -1.0},
     "lateral acceleration in g, turned": {"lateral_acceleration": -9.80665, "steering_wheel_angle": DEGREES},
     "right is positive": {
-        "steering_wheel_angle": -DEGREES, "yaw_rate": -DEGREES, "lateral_acceleration": -1.0, "driver_torque": -1.0,
+        "steering_wheel_angle": -DEGREES, "steering_wheel_rate": -DEGREES, "yaw_rate": -DEGREES,
+        "lateral_acceleration": -1.0, "driver_torque": -1.0,
     },
 }  # fmt: skip
 

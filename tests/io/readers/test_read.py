@@ -113,7 +113,9 @@ def test_lines_that_are_left_out_are_not_logged(tmp_path, caplog):
 def test_a_log_without_database_names_its_identifiers(name):
     pytest.importorskip("can")
     path = shared_data("reader_samples", "python_can", "test", "data", name)
-    with pytest.raises(InputError, match=r"holds \d+ CAN frames of \d+ identifiers \(0x.*give it with dbc="):
+    with pytest.raises(
+        InputError, match=r"holds \d+ CAN frames of \d+ identifiers \(0x.*give it with dbc=.*under \[channels\]"
+    ):
         read(path)
 
 

@@ -70,6 +70,23 @@ def test_a_coarse_signal_that_freezes_is_contradicted_by_another(driven, name, s
     assert list(watched(Aligned(driven.time, values, driven.names))) == [name]
 
 
+BENDS = ("steering_wheel_angle", "lateral_acceleration", "yaw_rate", "vehicle_speed")
+
+
+def test_a_coarse_steering_angle_that_freezes_is_contradicted_by_bends_to_both_sides(driven):
+    values = driven.values[:, [driven.names.index(name) for name in BENDS]].copy()
+    values[:, 0] = math.radians(1.5) * np.round(values[:, 0] / math.radians(1.5))
+    assert watched(Aligned(driven.time, values, BENDS)) == {}
+    values[26000:, 0] = values[26000, 0]
+    assert watched(Aligned(driven.time, values, BENDS)) == {"steering_wheel_angle": pytest.approx(260.0, abs=1.0)}
+    backwards = values.copy()
+    backwards[:, 1] = np.abs(backwards[:, 1])
+    assert watched(Aligned(driven.time, backwards, BENDS)) == {}
+    one_spikes = values.copy()
+    one_spikes[:, 2] = 0.0
+    assert "steering_wheel_angle" not in watched(Aligned(driven.time, one_spikes, BENDS))
+
+
 def test_missing_samples_are_no_equal_ones(driven):
     values = driven.values.copy()
     values[26000:] = np.nan

@@ -22,8 +22,10 @@ MOST = 25.0
 WORSE = 0.3
 """What every later candidate costs, so that the usual unit is taken where nothing decides."""
 
-TIED = ("yaw_rate", "lateral_acceleration", "steering_wheel_angle", "longitudinal_acceleration")
-"""Signals that the relations tie to the speed."""
+TIED = (
+    "yaw_rate", "lateral_acceleration", "steering_wheel_angle", "steering_wheel_rate", "longitudinal_acceleration",
+)  # fmt: skip
+"""Signals that the relations tie to the speed, or to one that is."""
 
 
 class Chosen(NamedTuple):

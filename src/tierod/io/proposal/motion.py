@@ -133,6 +133,10 @@ class Motion:
             powers = {"lateral_acceleration": 1, basis: -2, "steering_wheel_angle": -1}
             words = "lateral acceleration over that of a usual car at this speed and steering angle"
             add(words, lateral, speed**2 * angle * STEERING_RATIO / bend, powers, 0.45)
+        turning = self.columns.get("steering_wheel_rate")
+        if turning is not None and angle is not None:
+            powers = {"steering_wheel_rate": 1, "steering_wheel_angle": -1}
+            add("steering wheel rate over change of its angle", turning, np.gradient(angle) * RATE, powers, 0.25)
         if forward is not None:
             powers = {"longitudinal_acceleration": 1, basis: -1}
             add("longitudinal acceleration over change of speed", forward, np.gradient(speed) * RATE, powers, 0.35)

@@ -32,6 +32,7 @@ _ANGLE = r"angle|winkel|_ang_|_pos_|position|angolo|angulo|_lw_|_lrw_|stellung"
 _RATE = r"rate|geschw|velocity|_speed_|_spd_|_vel_|_dot_|punkt|vitesse|velocita|velocidad|_gier_?v_"
 _TORQUE = r"torque|moment|_trq_|_tq_|couple|coppia|_m_"
 _ASSIST = r"motor|assist|_eps_|unterst|servo|hilfs|_emot_"
+_OF_DRIVER = r"driver|fahrer|_hand|torsion|drehstab"
 _WANTED = r"request|target|soll|_cmd_|command|demand|desired|wunsch|_ref_"
 _SPEED = r"speed|geschw|velocity|_vel_|_spd_|vitesse|velocita|velocidad|drehzahl|_v_|_n_|_rpm_|omega|revs"
 _WHEEL = r"wheel|(?<!len[k_])rad(?!ar|ius|_s_|_per)|_whl_|_wss_|_ws_|roue|ruota|rueda"
@@ -56,8 +57,10 @@ _RULES: tuple[_Rule, ...] = (
     _Rule("target_steering_wheel_angle", (_STEER, _ANGLE, _WANTED), _TORQUE),
     _Rule("steering_torque_request", (_STEER, _TORQUE, _WANTED), "motor"),
     _Rule("motor_target_torque", (_ASSIST, _TORQUE, _WANTED)),
+    # The unit that sends it is no word of its meaning: EPS_TorsionBarTorque is the driver's.
+    _Rule("driver_torque", (_OF_DRIVER, _TORQUE), f"{_WANTED}|{_ASSIST.replace('_eps_|', '')}"),
     _Rule("motor_torque", (_ASSIST, _TORQUE), f"{_WANTED}|engine|verbrenn|drehmoment_?motor|fahrmotor|wheel_motor"),
-    _Rule("driver_torque", (r"driver|fahrer|_hand|torsion|drehstab|" + _STEER, _TORQUE), f"{_WANTED}|{_ASSIST}"),
+    _Rule("driver_torque", (_STEER, _TORQUE), f"{_WANTED}|{_ASSIST}"),
     _Rule("rack_force", (r"rack|zahnstange", r"force|kraft|_f_")),
     _Rule("rack_position", (r"rack|zahnstange", r"_pos|weg|travel|displacement")),
     _Rule("tie_rod_force", (r"tie_?rod|spurstange|track_?rod", r"force|kraft|_f_"), "left|right|links|rechts"),

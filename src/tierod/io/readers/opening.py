@@ -270,7 +270,8 @@ def _decoded(path: Path, log: Log, dbc: Paths, kind: Kind) -> Source:
         some = ", ".join(identifier_text(identifier) for identifier in ids[:6]) + ", ..." * (len(ids) > 6)
         raise InputError(
             f"{path} holds {heard.frames} CAN frames of {len(ids)} identifiers ({some}); "
-            "which signals they carry stands in a DBC file: give it with dbc= (--dbc)"
+            "which signals they carry stands in a DBC file: give it with dbc= (--dbc), or name it in the vehicle file "
+            "(dbc under [channels])"
         )
     paths = [dbc] if isinstance(dbc, str | Path) else list(dbc)
     found = [shipped(entry, ".dbc") for entry in paths]

@@ -23,6 +23,9 @@ RATES = (
 TURN = ("lateral_acceleration", "yaw_rate", "vehicle_speed")
 """In a turn the first is about the product of the other two."""
 
+STEERED = ("steering_wheel_angle", "road_wheel_angle")
+"""Signals that cannot rest while the car turns to one side and then to the other."""
+
 SAME_SPEED = (
     ("vehicle_speed", SPEEDS[1:]),
     *((f"wheel_speed_{end}_left", ("vehicle_speed", f"wheel_speed_{end}_right")) for end in ("front", "rear")),

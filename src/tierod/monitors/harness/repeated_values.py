@@ -169,6 +169,28 @@ def beside_turn(
     return memory, all_of(run.seconds > limits.delay, apart, shows)
 
 
+def angle_beside_bends(
+    limits: PairLimits, old: Contradiction, run: EqualValues, bend: Scalar
+) -> tuple[Contradiction, Scalar]:
+    """A steering angle that stays while the car turns to one side and then to the other [m/s^2]."""
+    early = run.seconds < limits.delay
+    least = where(early, bend, minimum(old.start, bend))
+    most = where(early, bend, maximum(old.far, bend))
+    passed = all_of(negated(early), least < -limits.turn, most > limits.turn)
+    return Contradiction(least, most, old.seconds), passed
+
+
+def bend_of(acceleration: Scalar, yaw: Scalar, speed: Scalar) -> Scalar:
+    """Lateral acceleration that both signals of a turn show; 0 where they part or one is missing [m/s^2].
+
+    A car that rolls back keeps its sign, and a spike of one signal shows nothing.
+    """
+    turned = yaw * speed
+    agree = all_of(present(acceleration), present(turned), acceleration * turned > 0.0)
+    size = minimum(absolute(acceleration), absolute(turned))
+    return where(agree, where(acceleration > 0.0, size, -size), 0.0)
+
+
 def speed_beside_others(
     limits: PairLimits,
     old: Contradiction,

@@ -20,13 +20,24 @@ from tierod.core.graph.maths import (
     present,
     where,
 )
-from tierod.monitors.harness.related_signals import FOLLOWS, RATES, SAME_SPEED, SPEEDS, TURN, is_ordered, is_turned
+from tierod.monitors.harness.related_signals import (
+    FOLLOWS,
+    RATES,
+    SAME_SPEED,
+    SPEEDS,
+    STEERED,
+    TURN,
+    is_ordered,
+    is_turned,
+)
 from tierod.monitors.harness.repeated_values import (
     NEW,
     Contradiction,
     EqualValues,
     PairLimits,
+    angle_beside_bends,
     angle_beside_rate,
+    bend_of,
     beside_followed,
     beside_turn,
     is_changing,
@@ -43,7 +54,8 @@ class StuckSignals:
 
     A signal that changed with every sample and repeats one value for a second while the car moves is stuck. A coarse
     signal rests by itself, so another one must contradict it: the angle moves while its rate stays, speeds part, the
-    lateral acceleration of a turn comes without yaw rate, one torque moves without the other.
+    lateral acceleration of a turn comes without yaw rate, the car turns left and right and the wheel rests, one torque
+    moves without the other.
 
     Args:
         names: canonical signals that are watched
@@ -61,7 +73,8 @@ class StuckSignals:
         angle: that rate and angle may differ by over a run [rad]; six degrees, above any sensor's step
         drift: ... and per second [rad/s]; rates have offsets, which are followed, and noise
         offset_time: over which the offset of a rate is followed [s]; far above a turn
-        turn: by which lateral acceleration and speed times yaw rate may differ [m/s^2]; a bank of 9 degrees
+        turn: by which lateral acceleration and speed times yaw rate may differ [m/s^2]; a bank of 9 degrees. Beyond it
+            to both sides a car was steered
         yaw_rate: from which a speed shows in a turn [rad/s]; at 20 m/s and more an offset of the lateral acceleration
             does not reach it
         misfit: share of the time in which turns may not fit while all their signals change [-]: where they do more
@@ -132,6 +145,11 @@ class StuckSignals:
         return tuple(name for name in TURN if name in self.names) if self._has(TURN) else ()
 
     @property
+    def steered(self) -> tuple[str, ...]:
+        """Steering angles that bends can contradict."""
+        return tuple(name for name in STEERED if name in self.names) if self._has(TURN) else ()
+
+    @property
     def speeds(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
         """(speed, others) that are there."""
         there = ((name, tuple(each for each in others if each in self.all_names)) for name, others in SAME_SPEED)
@@ -147,7 +165,7 @@ class StuckSignals:
 
     def init(self) -> State:
         """No signal has been seen yet."""
-        pairs = 2 * len(self.rates) + len(self.turns) + len(self.speeds) + len(self.followers)
+        pairs = 2 * len(self.rates) + len(self.turns) + len(self.speeds) + len(self.followers) + len(self.steered)
         none = (Contradiction(0.0, 0.0, 0.0),) * pairs
         return self.State((NEW,) * len(self.all_names), none, (0.0,) * len(self.rates), 0.0, 0.0)
 
@@ -248,6 +266,9 @@ class StuckSignals:
         for name, other, share in self.followers:
             followed = beside_followed(limits, next(old), now[other], runs[name], runs[other], share)
             pairs.append((name, *followed, 3.0 * runs[name].longest))
+        for name in self.steered:
+            bend = bend_of(*(now[other] for other in TURN))
+            pairs.append((name, *angle_beside_bends(limits, next(old), runs[name], bend), 0.0))
         after: list[Contradiction] = []
         found: dict[str, Scalar] = {}
         for name, memory, violated, least in pairs:
