@@ -16,6 +16,7 @@ from tierod.export.c_export import write_folder
 from tierod.export.evidence.checks import FURTHER, checks, of_monitor
 from tierod.export.evidence.comparison import Difference, differences, table
 from tierod.export.evidence.coverage import Stepped, covered
+from tierod.export.evidence.single_precision import apart, beside_double
 from tierod.export.evidence.targets import targets
 from tierod.export.interface import Interface
 from tierod.export.stimuli import disturbed_inputs
@@ -37,12 +38,14 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
     write_folder({"test/random.csv": input_table(face.subject, Vectors(last[:10_000], vectors.outputs, ""))}, folder)
     (folder / "build").mkdir(exist_ok=True)
     first = next(iter(samples.values()))
+    driven = dict(list(samples.items())[:-1])
     further = np.concatenate([*samples.values(), disturbed_inputs(first, 2 * len(first))])
     write_text(folder / FURTHER, input_table(face.subject, Vectors(rounded(further), vectors.outputs, "")))
     found = differences(face, folder, samples)
     items: list[Item] = [
         Heading("Back to back"),
         table(found, face.options.precision),
+        *([beside_double(face, apart(face, folder, driven))] if face.options.precision == "single" else []),
         Heading("Checks"),
         *checks(of_monitor(face), folder),
         *covered(of_monitor(face), folder, Stepped(face.program, face.graph.state)),
