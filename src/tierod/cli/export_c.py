@@ -144,12 +144,14 @@ def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Pa
     """Compare, check and measure an export, and write the page about it."""
     from tierod.cli.terminal import messages, show, write_page
     from tierod.export.evidence.page import evidence
-    from tierod.export.stimuli import SEED, random_inputs
+    from tierod.export.stimuli import SEED, affordable, random_inputs
     from tierod.export.vectors import STEPS, rounded, vectors_of
     from tierod.report.analysis.analysis import facts_of
 
-    inputs, source = inputs_of(face.subject, car, drive, DRIVEN_STEPS)
-    samples = {source: rounded(inputs), f"random (seed {SEED})": rounded(random_inputs(face.subject, RANDOM_STEPS))}
+    subject, most = face.subject, affordable(face.subject, DRIVEN_STEPS)
+    inputs, source = inputs_of(subject, car, drive, max(most, STEPS))
+    random = random_inputs(subject, affordable(subject, RANDOM_STEPS))
+    samples = {source: rounded(inputs[:most]), f"random (seed {SEED})": rounded(random)}
     messages().print("comparing, checking and measuring: some minutes", markup=False)
     found = evidence(face, output, vectors_of(face.subject, inputs[:STEPS], source), samples)
     show(found)
