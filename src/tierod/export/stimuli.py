@@ -23,7 +23,7 @@ LONGEST_GAP = 120
 """Samples: longer than signals are held for, so that whatever waits for a signal to return is reached too."""
 
 
-WORK: Annotated[float, ""] = 1.2e9
+WORK: Annotated[float, ""] = 0.7e9
 """Operations that samples of one kind may take: compiled without optimisation, a bank takes a millisecond for a step,
 and the evidence runs it a dozen times over."""
 FEWEST = 1_000

@@ -94,7 +94,7 @@ def sanitized(export: Checked, folder: Path, compiler: str) -> tuple[str, str, s
     """Reports of the address and undefined-behaviour sanitizers over vectors and random samples."""
     name = "address and undefined-behaviour sanitizers"
     program = f"build/sanitized-{compiler}"
-    flags = ["-std=c99", "-O1", "-g", f"-fsanitize={SANITIZERS}", "-I."]
+    flags = ["-std=c99", "-O0", "-g", f"-fsanitize={SANITIZERS}", "-I."]
     built = ran([compiler, *flags, *export.sources, "-o", program, "-lm"], folder)
     if built.code != 0:
         return name, version(compiler), f"not run: {built.first}"
