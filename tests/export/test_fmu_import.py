@@ -200,6 +200,61 @@ def test_what_is_no_unit_for_this_platform_is_one_sentence(folder, tmp_path):
         read_unit(tmp_path / "none.fmu")
 
 
+def edited(folder, target, old, new):
+    """The trolley with another description."""
+    with zipfile.ZipFile(folder / "trolley.fmu") as given, zipfile.ZipFile(target, "w") as made:
+        for name in given.namelist():
+            content = given.read(name)
+            if name == "modelDescription.xml":
+                assert old.encode() in content
+                content = content.replace(old.encode(), new.encode())
+            made.writestr(name, content)
+    return target
+
+
+def test_a_damaged_archive_is_one_sentence(folder, tmp_path, mixed):
+    whole = (folder / "trolley.fmu").read_bytes()
+    for name, content in (("half", whole[: len(whole) // 2]), ("short", whole[:-10]), ("nothing", b"")):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(InputError, match=f"{name} is no functional mock-up unit: File is not a zip file"):
+            read_unit(tmp_path / name)
+    with zipfile.ZipFile(tmp_path / "other.fmu", "w") as archive:
+        archive.writestr("readme.txt", "text")
+    with pytest.raises(InputError, match=r"it has no modelDescription\.xml; export it anew"):
+        read_unit(tmp_path / "other.fmu")
+    with zipfile.ZipFile(folder / "trolley.fmu") as given, zipfile.ZipFile(tmp_path / "trolley.fmu", "w") as made:
+        for name in given.namelist():
+            made.writestr(name, b"no library" if name.startswith("binaries") else given.read(name))
+    (tmp_path / "t.toml").write_text(PLANT.replace("LASTS", "1e9"))
+    with pytest.raises(InputError, match=r"the unit trolley\.fmu cannot be loaded: .*; export it anew") as caught:
+        driven(mixed, Document.read(tmp_path / "t.toml", "plant"))
+    assert "\n" not in str(caught.value)
+
+
+def test_another_version_of_the_standard_and_another_kind_are_named(folder, tmp_path):
+    old = edited(folder, tmp_path / "old.fmu", 'fmiVersion="2.0"', 'fmiVersion="1.0"')
+    with pytest.raises(InputError, match=r"is a unit of FMI 1\.0, and only 2 and 3 can be run"):
+        read_unit(old)
+    solverless = edited(folder, tmp_path / "solverless.fmu", "CoSimulation", "ModelExchange")
+    with pytest.raises(InputError, match="is for model exchange alone; export it for co-simulation"):
+        read_unit(solverless)
+
+
+def test_variables_in_other_units_of_measurement_are_converted_refused_or_named(folder, tmp_path, mixed):
+    def plant(name, new, old='"km/h"'):
+        edited(folder, tmp_path / f"{name}.fmu", old, new)
+        text = PLANT.replace("LASTS", "1e9").replace("trolley", name)
+        return Document.parse(text, tmp_path / f"{name}.toml", "plant")
+
+    miles = with_plant(mixed, plant("miles", '"mph"'))[0].car.wires.outputs
+    assert {each.signal: each.gain for each in miles}["vehicle_speed"] == pytest.approx(0.44704)
+    with pytest.raises(ParameterError, match="'v_kmh': the unit 'kg' cannot become 'm/s': they measure different"):
+        with_plant(mixed, plant("mass", '"kg"'))
+    warned = with_plant(mixed, plant("bare", "", ' unit="km/h"'))[1]
+    assert any("states no unit of measurement for v_kmh [m/s]: taken as they are" in each for each in warned)
+    assert not any("no unit of measurement" in each for each in with_plant(mixed, plant("whole", '"km/h"'))[1])
+
+
 def test_the_command_line_drives_a_unit_and_writes_its_plant_file(folder, tmp_path, capsys):
     unit = str(folder / "trolley.fmu")
     assert main(["inspect", unit, "--write-map", str(tmp_path / "car.plant.toml")]) == 0

@@ -131,11 +131,13 @@ def export_fault_memory(output: Path, evidence: bool) -> None:
 def _write(face: Interface, car: Vehicle, drive: str | None, output: Path) -> list[str]:
     """Write the files of an export, and give their names."""
     from tierod.export.c_export import files, refuse_foreign, write_folder
+    from tierod.export.stimuli import affordable
     from tierod.export.vectors import STEPS, vectors_of
 
     refuse_foreign(output, f"{face.prefix}.h")
-    inputs, source = inputs_of(face.subject, car, drive, STEPS)
-    texts = files(face, vectors_of(face.subject, inputs, source))
+    steps = affordable(face.subject, STEPS)
+    inputs, source = inputs_of(face.subject, car, drive, steps)
+    texts = files(face, vectors_of(face.subject, inputs, source, steps))
     write_folder(texts, output)
     return list(texts)
 
@@ -144,14 +146,16 @@ def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Pa
     """Compare, check and measure an export, and write the page about it."""
     from tierod.cli.terminal import messages, show, write_page
     from tierod.export.evidence.page import evidence
-    from tierod.export.stimuli import SEED, random_inputs
+    from tierod.export.stimuli import SEED, affordable, random_inputs
     from tierod.export.vectors import STEPS, rounded, vectors_of
     from tierod.report.analysis.analysis import facts_of
 
-    inputs, source = inputs_of(face.subject, car, drive, DRIVEN_STEPS)
-    samples = {source: rounded(inputs), f"random (seed {SEED})": rounded(random_inputs(face.subject, RANDOM_STEPS))}
+    subject, most = face.subject, affordable(face.subject, DRIVEN_STEPS)
+    inputs, source = inputs_of(subject, car, drive, most)
+    random = random_inputs(subject, affordable(subject, RANDOM_STEPS))
+    samples = {source: rounded(inputs[:most]), f"random (seed {SEED})": rounded(random)}
     messages().print("comparing, checking and measuring: some minutes", markup=False)
-    found = evidence(face, output, vectors_of(face.subject, inputs[:STEPS], source), samples)
+    found = evidence(face, output, vectors_of(subject, inputs[:STEPS], source), samples)
     show(found)
     write_page(found, facts_of(car), output / "evidence.html", car.not_good_for, kind="evidence")
 

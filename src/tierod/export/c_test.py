@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tierod.export.c_header import banner, reason_name, reasons
-from tierod.export.clocks import added
+from tierod.export.clocks import free_clocks
 from tierod.export.interface import Interface
 from tierod.export.members import elements
 
@@ -147,7 +147,8 @@ def _rows(face: Interface) -> str:
 
 def _run(face: Interface) -> str:
     """Many steps, for tests that call it as a library."""
-    clocks = "".join(f"        state.{name} = (uint32_t)steps;\n" for name in _free_clocks(face))
+    free = [face.counted[k] for k in free_clocks(face.program, face.clocks)]
+    clocks = "".join(f"        state.{name} = (uint32_t)steps;\n" for name in free)
     return (
         "#ifdef TIEROD_NO_MAIN\nvoid tierod_run(long n, const double *u, double *y, long anew, long steps);\n"
         "/* Runs over n rows; begins anew where that is asked for, with clocks that have counted so many steps. */\n"
@@ -155,12 +156,3 @@ def _run(face: Interface) -> str:
         f"    if (anew != 0) {{\n        begin();\n{clocks}    }}\n    (void)steps;\n"
         "    for (k = 0; k < n; k++) {\n        one(&u[k * INPUTS], &y[k * OUTPUTS]);\n    }\n}\n#endif\n\n"
     )
-
-
-def _free_clocks(face: Interface) -> list[str]:
-    """Clocks that run on whatever is measured: those whose next value rests on no condition."""
-    return [
-        face.counted[k]
-        for k, clock in face.clocks.items()
-        if (more := added(face.program, clock.next, k)) is not None and more.condition is None
-    ]

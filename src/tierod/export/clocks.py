@@ -6,6 +6,7 @@ clock where it begins at zero, and every next value is its own plus one and the 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from tierod.core.graph.operations import NEXT_STATE, STATE, Operation, Program
@@ -51,6 +52,20 @@ def clocks(program: Program, initial: Program) -> dict[int, Clock]:
             if _counts(program, position, value, steps) and len(steps) == 1:
                 found[position] = Clock(position, steps.pop(), value)
     return found
+
+
+def free_clocks(program: Program, known: Mapping[int, Clock]) -> tuple[int, ...]:
+    """Positions of the clocks that run on whatever is measured: their next value rests on no condition.
+
+    Args:
+        program: of the step
+        known: its clocks
+    """
+    return tuple(
+        k
+        for k, clock in known.items()
+        if (more := added(program, clock.next, k)) is not None and more.condition is None
+    )
 
 
 def is_own(program: Program, index: int, position: int) -> bool:

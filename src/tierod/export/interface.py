@@ -10,6 +10,7 @@ from tierod.core.graph.operations import NEXT_STATE, OUTPUT, RING, SAMPLE, TUNIN
 from tierod.core.graph.trace import Graph
 from tierod.export.clocks import Clock, clocks
 from tierod.export.described import Described
+from tierod.export.growth import growth_first
 from tierod.export.members import Member, elements, identifier, members
 from tierod.export.spelling import Precision, Spelling
 from tierod.export.subject import Subject
@@ -67,8 +68,9 @@ class Interface:
 
     @cached_property
     def program(self) -> Program:
-        """Of one step."""
-        return program(self.graph.function)
+        """Of one step; in single precision small changes of a state are summed before they are added to it."""
+        found = program(self.graph.function)
+        return growth_first(found) if self.options.precision == "single" else found
 
     @cached_property
     def initial(self) -> Program:

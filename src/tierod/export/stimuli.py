@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import asdict
 from typing import Annotated
 
 import numpy as np
 
+from tierod.core.graph.operation_count import operation_count
 from tierod.core.signals import SIGNALS
 from tierod.export.subject import Subject
 
@@ -18,6 +21,24 @@ UNBOUNDED: Annotated[float, ""] = 10.0
 STEPS_BETWEEN_GAPS = 400
 LONGEST_GAP = 120
 """Samples: longer than signals are held for, so that whatever waits for a signal to return is reached too."""
+
+
+WORK: Annotated[float, ""] = 0.7e9
+"""Operations that samples of one kind may take: compiled without optimisation, a bank takes a millisecond for a step,
+and the evidence runs it a dozen times over."""
+FEWEST = 1_000
+
+
+def affordable(subject: Subject, most: int) -> int:
+    """Samples of one kind that the evidence takes: fewer where a step is long.
+
+    Args:
+        subject: that runs
+        most: samples
+    """
+    counted = asdict(operation_count(subject.block))
+    operations = sum(count for name, count in counted.items() if name != "states")
+    return max(FEWEST, min(most, int(WORK / max(operations, 1))))
 
 
 def random_inputs(subject: Subject, count: int, seed: int = SEED) -> np.ndarray:
@@ -90,6 +111,25 @@ def disturbed_inputs(inputs: np.ndarray, count: int, seed: int = SEED) -> np.nda
             values[start:stop, k] = _failed(generator, values[start:stop, k], float(spread[k]))
     return values
 
+
+def altered_inputs(inputs: np.ndarray, count: int) -> Iterator[np.ndarray]:
+    """Samples (at most count, inputs) of a drive in which one signal has another size or sign throughout.
+
+    So the drive is one of a car that no vehicle file describes: what a monitor finds implausible is reached.
+
+    Args:
+        inputs: (n, inputs) of a drive
+        count: of samples of each
+    """
+    for column in range(inputs.shape[1]):
+        for factor in FACTORS:
+            values = inputs[:count].copy()
+            values[:, column] *= factor
+            yield values
+
+
+FACTORS = (-1.0, 0.2, 4.0)
+"""Of the signals of an altered drive."""
 
 DISTURBED_EVERY = 1500
 """Samples from one failure to the next."""

@@ -62,17 +62,25 @@ def differences(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]
             if not there(compiler):
                 found.append(Difference(build, "", trouble=version(compiler)))
                 continue
-            library, warnings, trouble = _built(face, folder, compiler, level)
+            library, warnings, trouble = built(face, folder, compiler, level)
             if library is None:
                 found.append(Difference(build, "", trouble=trouble))
                 continue
             for name, values in samples.items():
-                outputs = _run(library, values, wanted[name].shape[1])
+                outputs = run_over(library, values, wanted[name].shape[1])
                 found.append(_difference(face, (build, name), outputs, wanted[name], warnings))
     return found
 
 
-def _built(face: Interface, folder: Path, compiler: str, level: tuple[str, ...]) -> tuple[ctypes.CDLL | None, int, str]:
+def built(face: Interface, folder: Path, compiler: str, level: tuple[str, ...]) -> tuple[ctypes.CDLL | None, int, str]:
+    """An export as a library, warnings of the compiler, and why it could not be built.
+
+    Args:
+        face: of the export
+        folder: that holds it; the library goes to `build` in it
+        compiler: its name
+        level: flags beside those of all builds
+    """
     (folder / "build").mkdir(exist_ok=True)
     library = folder / "build" / f"{compiler}{'_'.join(level)}.so"
     sources = [f"{face.prefix}.c", f"{face.prefix}_parameters.c", "test/compare.c"]
@@ -83,12 +91,20 @@ def _built(face: Interface, folder: Path, compiler: str, level: tuple[str, ...])
     return ctypes.CDLL(str(library.resolve())), done.text.count("warning:"), ""
 
 
-def _run(library: ctypes.CDLL, values: np.ndarray, width: int) -> np.ndarray:
+def run_over(library: ctypes.CDLL, values: np.ndarray, width: int, steps: int = 0) -> np.ndarray:
+    """Outputs (n, outputs) of an export that begins anew.
+
+    Args:
+        library: as built
+        values: (n, inputs)
+        width: number of outputs
+        steps: that clocks have counted when it begins
+    """
     given = np.ascontiguousarray(values, dtype=float)
     outputs = np.zeros((len(given), width))
     library.tierod_run.argtypes = [ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_long, ctypes.c_long]
     library.tierod_run.restype = None
-    library.tierod_run(len(given), given.ctypes.data, outputs.ctypes.data, 1, 0)
+    library.tierod_run(len(given), given.ctypes.data, outputs.ctypes.data, 1, steps)
     return outputs
 
 

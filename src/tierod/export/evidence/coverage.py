@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from tierod.core.content import Table
 from tierod.core.graph.branches import with_picks
-from tierod.core.graph.operations import STATE, TUNING, Program
+from tierod.core.graph.operations import STATE, TUNING, Operation, Program
 from tierod.export.evidence.checks import Checked
 from tierod.export.evidence.tools import ran, version
 
@@ -19,8 +19,10 @@ REASONS = {
     "presence": "whether a value is there that the monitor has worked out itself from inputs that it holds: none of "
     "the samples, whole signals missing among them, makes it missing; the block asks because it stands elsewhere too",
     "age": "how long ago a value was there that the monitor works out itself: with these samples it is always there",
+    "limit": "a limit at zero that the value does not reach with these samples",
     "store": "a checksum that is right over contents that are not",
-    "other": "no reason is recorded: drive, random samples and failed signals do not reach them; listed below",
+    "other": "no reason is recorded: drives, altered ones too, random samples and failed signals do not reach them; "
+    "listed below",
 }
 """Why branches are not reached, by their kind."""
 
@@ -115,11 +117,22 @@ def _kind(line: str, stepped: Stepped | None) -> str:
         return "other"
     if _rests_on_presence(stepped.program, int(named[1])):
         return "presence"
-    return "age" if _rests_on_age(stepped, int(named[1])) else "other"
+    if _rests_on_age(stepped, int(named[1])):
+        return "age"
+    return "limit" if _is_limit(stepped.program, int(named[1])) else "other"
+
+
+def _is_limit(program: Program, index: int) -> bool:
+    """Whether something is selected where a value is not below zero, and zero else."""
+    operations = program.operations
+    if operations[index].name != "if" or operations[operations[index].arguments[0]].name != "not":
+        return False
+    asked = operations[operations[operations[index].arguments[0]].arguments[0]]
+    return asked.name == "lt" and operations[asked.arguments[1]] == Operation("constant", (), 0.0)
 
 
 def _rests_on_age(stepped: Stepped, index: int) -> bool:
-    """Whether a selection asks for the age of a held value alone."""
+    """Whether a selection asks for the age alone of a value that is held while it is missing."""
     operations = stepped.program.operations
     waiting = list(operations[index].arguments[:1]) if operations[index].name in ("select", "if") else []
     ages = 0
@@ -129,7 +142,8 @@ def _rests_on_age(stepped: Stepped, index: int) -> bool:
             if operation.constant[0] != STATE or not stepped.state[operation.constant[1]].endswith(".age"):
                 return False
             ages += 1
-        waiting += operation.arguments
+        held = operation.name in ("select", "if") and _is_presence(stepped.program, operation.arguments[0])
+        waiting += operation.arguments[1:] if held else operation.arguments
     return ages > 0
 
 

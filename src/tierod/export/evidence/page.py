@@ -13,12 +13,13 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.files import write_text
 from tierod.core.graph.operation_count import operation_count
 from tierod.export.c_export import write_folder
-from tierod.export.evidence.checks import FURTHER, checks, of_monitor
+from tierod.export.evidence.checks import FURTHER, Checked, checks, of_monitor
 from tierod.export.evidence.comparison import Difference, differences, table
 from tierod.export.evidence.coverage import Stepped, covered
+from tierod.export.evidence.single_precision import apart, beside_double
 from tierod.export.evidence.targets import targets
 from tierod.export.interface import Interface
-from tierod.export.stimuli import disturbed_inputs
+from tierod.export.stimuli import FACTORS, affordable, altered_inputs, disturbed_inputs
 from tierod.export.vectors import Vectors, input_table, rounded
 from tierod.report.analysis.analysis import Analysis
 
@@ -37,15 +38,17 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
     write_folder({"test/random.csv": input_table(face.subject, Vectors(last[:10_000], vectors.outputs, ""))}, folder)
     (folder / "build").mkdir(exist_ok=True)
     first = next(iter(samples.values()))
+    driven = dict(list(samples.items())[:-1])
     further = np.concatenate([*samples.values(), disturbed_inputs(first, 2 * len(first))])
     write_text(folder / FURTHER, input_table(face.subject, Vectors(rounded(further), vectors.outputs, "")))
     found = differences(face, folder, samples)
     items: list[Item] = [
         Heading("Back to back"),
         table(found, face.options.precision),
+        *([beside_double(face, apart(face, folder, driven))] if face.options.precision == "single" else []),
         Heading("Checks"),
         *checks(of_monitor(face), folder),
-        *covered(of_monitor(face), folder, Stepped(face.program, face.graph.state)),
+        *covered(_with_altered(face, folder, first), folder, Stepped(face.program, face.graph.state)),
         Heading("Targets"),
         targets(face, folder, vectors),
         Heading("Operations"),
@@ -53,6 +56,22 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
     ]
     title = f"Evidence for {face.prefix}"
     return Analysis(title, (_summary(face, found),), items, _document(face, found, items))
+
+
+ALTERED, SHORTEST = 600_000, 1_000
+"""Samples of all altered drives together, at the most; of one, so that it is worth while."""
+
+
+def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:
+    """The export with a run over every altered drive, each from the first state on."""
+    export, subject = of_monitor(face), face.subject
+    count = affordable(subject, ALTERED) // (len(FACTORS) * max(len(subject.sample), 1))
+    runs = list(export.runs)
+    for number, values in enumerate(altered_inputs(drive, count) if count >= SHORTEST else ()):
+        name = f"build/altered-{number}.csv"
+        write_text(folder / name, input_table(subject, Vectors(rounded(values), drive[:0], "")))
+        runs.append((name, "test/expected.csv"))
+    return export._replace(runs=tuple(runs))
 
 
 def _summary(face: Interface, found: list[Difference]) -> str:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +18,8 @@ from tierod.core.files import expanded
 
 LARGEST = 2_000_000_000
 """Bytes that a unit may unpack to."""
+
+DESCRIPTION = "modelDescription.xml"
 
 NUMBERS = ("Real", "Float64")
 """Types of variables that are exchanged."""
@@ -93,7 +97,7 @@ def read_unit(path: str | Path) -> Unit:
         MissingExtra: fmpy is not installed
     """
     file = expanded(path)
-    _require_archive(file)
+    _require_version(file, _require_archive(file))
     try:
         import fmpy
     except ImportError:
@@ -104,27 +108,38 @@ def read_unit(path: str | Path) -> Unit:
     except Exception as error:  # fmpy and lxml fail in many ways at a damaged description
         raise InputError(f"{file} has no description that can be read ({_first_line(error)}); export it anew") from None
     version, own = str(described.fmiVersion), described.coSimulation
-    if version[:1] not in ("2", "3"):
-        raise InputError(f"{file} is a unit of FMI {version}, and only 2 and 3 can be run; export it as one of these")
     if own is None:
         raise InputError(f"{file} is for model exchange alone; export it for co-simulation, with its own solver")
     _require_platform(file, platforms, int(version[0]))
     return _unit(file, described, own, int(version[0]))
 
 
-def _require_archive(file: Path) -> None:
+_VERSION = re.compile(rb"""<fmiModelDescription[^>]*?\sfmiVersion\s*=\s*["']([^"']*)["']""")
+
+
+def _require_version(file: Path, description: bytes) -> None:
+    """Before it is read by rules that another version does not follow."""
+    found = _VERSION.search(description)
+    version = found[1].decode(errors="replace") if found else ""
+    if found and version[:1] not in ("2", "3"):
+        raise InputError(f"{file} is a unit of FMI {version}, and only 2 and 3 can be run; export it as one of these")
+
+
+def _require_archive(file: Path) -> bytes:
+    """The description in an archive that is whole."""
     if not file.is_file():
         raise InputError(f"there is no file {file}; name a functional mock-up unit (.fmu)")
     try:
         with zipfile.ZipFile(file) as archive:
             size = sum(each.file_size for each in archive.infolist())
-            names = archive.namelist()
-    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
+            described = archive.read(DESCRIPTION) if DESCRIPTION in archive.namelist() else None
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError, RuntimeError) as error:
         raise InputError(f"{file} is no functional mock-up unit: {_first_line(error)}; export it anew") from None
-    if "modelDescription.xml" not in names:
+    if described is None:
         raise InputError(f"{file} is no functional mock-up unit: it has no modelDescription.xml; export it anew")
     if size > LARGEST:
         raise InputError(f"{file} would unpack to {size / 1e9:.1f} GB, more than the {LARGEST / 1e9:g} GB allowed")
+    return described
 
 
 def _require_platform(file: Path, platforms: list[str], version: int) -> None:

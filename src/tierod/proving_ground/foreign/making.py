@@ -91,8 +91,20 @@ def remarks(car: ForeignCar, unit: Unit, acting: Iterable[str]) -> list[str]:
         found.append("no parameter of the unit is its speed at the start ('start_speed'): it begins at its own")
     if car.drives and not {*LATERAL, *SLIP} & set(car.gives):
         found.append("the unit gives no lateral speed: its place on the path is kept without it")
+    if bare := _without_unit(car, unit):
+        found.append(
+            f"the unit states no unit of measurement for {', '.join(bare)}: taken as they are; write one in the plant "
+            "file where they differ"
+        )
     free = sorted(name for name in unit.of("input") if name not in {each.variable for each in car.wires.inputs})
     if free:
         shown = ", ".join(free[:8]) + (f" and {len(free) - 8} more" if len(free) > 8 else "")
         found.append(f"inputs of the unit that are left at their start: {shown}")
     return found
+
+
+def _without_unit(car: ForeignCar, unit: Unit) -> list[str]:
+    """Connected variables as the unit has them, with the unit of measurement in which their numbers are taken."""
+    wires = [*car.wires.inputs, *car.wires.outputs]
+    plain = [each for each in wires if (each.gain, each.offset) == (1.0, 0.0) and each.unit not in ("", "1")]
+    return [f"{each.variable} [{each.unit}]" for each in plain if not unit.variables[each.variable].unit]

@@ -1,0 +1,163 @@
+"""Single precision beside `scan` in double: how far the estimate that matters is off, and how late a verdict is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.core.content import Table
+from tierod.core.graph import Memory, scan
+from tierod.core.graph.trace import initial_memory
+from tierod.export.clocks import free_clocks
+from tierod.export.evidence.comparison import built, run_over
+from tierod.export.interface import Interface
+
+
+class Aim(NamedTuple):
+    """How far single precision may take an estimate from double.
+
+    Args:
+        output: dotted name
+        limit: largest difference, in the unit that is shown
+        unit: that is shown
+        scale: of one unit of the output in the unit that is shown
+    """
+
+    output: str
+    limit: float
+    unit: str
+    scale: float = 1.0
+
+
+AIMS = {
+    "friction": Aim("estimate.friction_torque", 0.002, "N·m"),
+    "motor-angle": Aim("estimate.motor_angle", 0.002, "rad"),
+    "driver-torque": Aim("statement.magnitude", 0.01, "N·m"),
+    "sideslip": Aim("estimate.sideslip_angle", 0.02, "°", math.degrees(1.0)),
+}
+"""What has to agree, by the name of the monitor."""
+
+LATEST: Annotated[float, "s"] = 0.05
+"""By which a verdict may fall earlier or later."""
+HOURS = (0.0, 100.0)
+"""That clocks have run for when a drive begins."""
+
+
+@dataclass(frozen=True)
+class Apart:
+    """What single precision does on one drive.
+
+    Args:
+        samples: what was run over, in words
+        hours: that the clocks had run for [h]
+        steps: of the drive
+        largest: difference of the estimate in the unit of its aim; NaN where no aim names one
+        verdicts: changes of the status in double precision
+        longest: for which the statuses of both differ [s]
+    """
+
+    samples: str
+    hours: float
+    steps: int
+    largest: float
+    verdicts: int
+    longest: float
+
+    def within(self, aim: Aim | None) -> bool:
+        """Whether it is as close as it has to be."""
+        return self.longest <= LATEST and not (aim is not None and not self.largest <= aim.limit)
+
+
+def aim_of(face: Interface) -> Aim | None:
+    """What has to agree; None for a monitor for which nothing is laid down, or a variant without that output."""
+    aim = AIMS.get(face.subject.monitor)
+    return aim if aim is not None and aim.output in face.subject.graph.output else None
+
+
+def apart(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]) -> list[Apart] | str:
+    """Single precision, compiled by gcc with -O2, over drives, with clocks that begin and clocks that have run.
+
+    Args:
+        face: of an export in single precision
+        folder: that holds it
+        samples: (n, inputs) by name
+
+    The answer is a sentence where it cannot be compiled.
+    """
+    library, _, trouble = built(face, folder, "gcc", ("-O2",))
+    if library is None:
+        return trouble
+    return [
+        _measured(face, name, hours, run_over(library, values, len(face.graph.output), steps), values, steps)
+        for name, values in samples.items()
+        for hours, steps in _beginnings(face)
+    ]
+
+
+def _beginnings(face: Interface) -> Iterator[tuple[float, int]]:
+    """Hours that clocks have run for, and steps."""
+    yield from ((hours, round(3600.0 * hours * face.subject.rate)) for hours in HOURS)
+
+
+def _measured(face: Interface, name: str, hours: float, found: np.ndarray, values: np.ndarray, steps: int) -> Apart:
+    wanted = scan(face.subject.block, values, _after(face, steps)).values
+    statuses = list(face.statuses)
+    aim = aim_of(face)
+    largest = math.nan
+    if aim is not None:
+        place = face.graph.output.index(aim.output)
+        largest = aim.scale * _largest(found[:, place], wanted[:, place])
+    unlike = (found[:, statuses] != wanted[:, statuses]).any(axis=1)
+    changes = (np.diff(wanted[:, statuses], axis=0) != 0.0).any(axis=1)
+    return Apart(name, hours, len(values), largest, int(changes.sum()), _longest(unlike) / face.subject.rate)
+
+
+def _after(face: Interface, steps: int) -> Memory:
+    """The first state of the block, with clocks that have counted so many steps."""
+    memory = initial_memory(face.subject.block)
+    for position in free_clocks(face.program, face.clocks):
+        memory[position] = steps / face.subject.rate
+    return Memory(memory, 0)
+
+
+def _largest(found: np.ndarray, wanted: np.ndarray) -> float:
+    """Largest difference; infinite where one of both alone is missing."""
+    missing = np.isnan(wanted)
+    if (np.isnan(found) != missing).any():
+        return math.inf
+    return float(np.abs(found - wanted)[~missing].max(initial=0.0))
+
+
+def _longest(unlike: np.ndarray) -> int:
+    """Steps of the longest stretch."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], unlike.astype(int), [0]])))
+    return int((edges[1::2] - edges[::2]).max(initial=0))
+
+
+def beside_double(face: Interface, found: list[Apart] | str) -> Table:
+    """The differences as a table."""
+    aim = aim_of(face)
+    title = "Single precision beside scan in double (gcc -O2)"
+    if isinstance(found, str):
+        return Table(title, ("samples", "result"), (("all", f"not run: {found}"),))
+    header = ("samples", "clocks began at", "largest difference", "changes of the status", "longest while it differs")
+    shown = "" if aim is None else f" {aim.unit}"
+    rows = tuple(
+        (
+            f"{each.samples}, {each.steps} steps",
+            f"{each.hours:g} h",
+            "-" if math.isnan(each.largest) else f"{each.largest:.2g}{shown}",
+            str(each.verdicts),
+            f"{1e3 * each.longest:.3g} ms",
+        )
+        for each in found
+    )
+    note = f"Statuses may differ for {1e3 * LATEST:g} ms."
+    if aim is not None:
+        note = f"Of {aim.output}, which may differ by {aim.limit:g}{shown}. {note}"
+    return Table(title, header, rows, note)
