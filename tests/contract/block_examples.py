@@ -54,6 +54,7 @@ from tierod.monitors.driver_torque.observer import ColumnObserver
 from tierod.monitors.driver_torque.printed import PrintedObserver
 from tierod.monitors.driver_torque.signs import ColumnSigns
 from tierod.monitors.driver_torque.starting import Starting
+from tierod.monitors.friction.balance_rows import BalanceRows
 from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.presets import consistent, unscented
@@ -188,6 +189,7 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
     InputHold: lambda: InputHold(SteeringSample, DT, 0.05),
     JumpGate: lambda: JumpGate(SteeringSample, DT, 0.05, 5.0),
     SteeringConditioning: SteeringConditioning,
+    BalanceRows: lambda: BalanceRows(CAR, 0.02),
     PreslidingFrictionFilter: lambda: PreslidingFrictionFilter(CAR),
     FrictionMonitor: lambda: FrictionMonitor.of_vehicle(load("midsize-eps")),
     FrictionVerdict: lambda: FrictionVerdict(FrictionLimits(0.01, 0.02, 0.03)),

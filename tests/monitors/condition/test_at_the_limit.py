@@ -55,9 +55,19 @@ def test_a_wrong_yaw_rate_on_the_straight_before_is_named(car):
 
 
 def test_hands_follow_the_wheel_and_no_jump_of_a_reading():
-    turning = Hands(np.inf, 0.0)
+    turning = Hands(np.inf, 0.0, 0.0, 0.0)
     for place in range(40):
         turning = turning.after(0.05 * place, 0.01)
     assert turning.rate == pytest.approx(5.0, rel=0.01)
     assert turning.after(np.nan, 0.01).rate == turning.rate
-    assert turning.after(turning.angle + 2.0 * FASTEST * 0.01, 0.01).rate == 0.0
+    jumped = turning.after(turning.angle + 2.0 * FASTEST * 0.01, 0.01)
+    assert jumped.rate == 0.0
+    assert jumped.jumped == pytest.approx(0.5)
+    assert jumped.after(turning.angle, 0.01).jumped == pytest.approx(0.0, abs=0.01)
+
+
+def test_readings_that_come_seldom_give_the_same_rate():
+    turning = Hands(np.inf, 0.0, 0.0, 0.0)
+    for place in range(80):
+        turning = turning.after(np.nan if place % 2 else 0.05 * place, 0.01)
+    assert turning.rate == pytest.approx(5.0, rel=0.01)

@@ -16,15 +16,17 @@ from tierod.vehicles import Vehicle
 
 _MOTION = (
     "the vehicle file does not describe torques and forces of the steering and the drives: wheel speeds, yaw rate and "
-    "steering angle are judged by the motion of the car alone, with limits that come from two real cars",
+    "steering angle are judged by the motion of the car alone, with limits that {}",
     "both wheels of an axle at once are not judged: their slip looks the same",
 )
+OF_OTHERS, OF_OWN = "come from two real cars", "were designed on its own drives"
 
 
 def _bank(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> ConditionSession:
     block, calibrated, car = condition_monitor(vehicle, 1.0 / rate), has_own_limits(vehicle), None
     if rolls(vehicle):
-        calibrated, car = False, Car(block.lanes[0].vehicle, _MOTION)
+        notes = tuple(each.format(OF_OWN if calibrated else OF_OTHERS) for each in _MOTION)
+        calibrated, car = False, Car(block.lanes[0].vehicle, notes)
     graph = block.judge.reaction.reconfiguration.switchover.graph
     return ConditionSession("condition, bank", block, graph, vehicle, rate, calibrated, BANK_DECIDES, car)
 

@@ -87,7 +87,7 @@ def rolling_monitor(
 
     Args:
         vehicle: with the parameters of `RollingCar`
-        limits: for all hypotheses but healthy; those of real cars if None
+        limits: for all hypotheses but healthy; if None those of the vehicle file, or else of real cars
         sample_time: [s]
         codes: table of trouble codes; the shipped one if None
 
@@ -99,11 +99,31 @@ def rolling_monitor(
         replace(KindOfFault.of_sensor(each.name, sample_time), unknown=each.error_on_cars, alike=ALIKE, lasting=ALIKE)
         for each in (SENSOR_TABLE[SENSORS.index(name)] for name in OF_CARS)
     )
-    lanes = (*(base.leaving_out(each) for each in explanations), ploughing(base), skidding(base))
+    own = limits_of(vehicle, explanations) if has_own_limits(vehicle) else rolling_limits()
+    decision = rolling_decision(base, limits or own, sample_time)
+    reaction = FaultReaction.of(Reconfiguration.of_car(base.vehicle, sample_time), sample_time, codes)
+    return Bank(rolling_lanes(base), ConditionJudge(decision, kinds, reaction, OF_CARS))
+
+
+def rolling_lanes(base: RollingFilter) -> tuple[RollingFilter, ...]:
+    """A filter for every hypothesis about a rolling car, and those of sliding tyres.
+
+    Args:
+        base: the filter that suspects nothing
+    """
+    return (*(base.leaving_out(each) for each in hypotheses_of_cars()), ploughing(base), skidding(base))
+
+
+def rolling_decision(base: RollingFilter, limits: Limits, sample_time: float = 0.01) -> Decision:
+    """What decides between the filters of a rolling car.
+
+    Args:
+        base: the filter that suspects nothing
+        limits: of all hypotheses but healthy
+        sample_time: [s]
+    """
     costs = prices(base.sensor_noise, base.plausible)
-    weighing = Weighing(explanations, limits or rolling_limits(), sample_time, prices=costs)
+    weighing = Weighing(hypotheses_of_cars(), limits, sample_time, prices=costs)
     # What is never there must not widen the limits that were found without it.
     testability = Testability(poorer=1.0, remaining=3.0, judged=OF_CARS)
-    decision = Decision(weighing, low_grip=OF_SKIDDING, testability=testability)
-    reaction = FaultReaction.of(Reconfiguration.of_car(base.vehicle, sample_time), sample_time, codes)
-    return Bank(lanes, ConditionJudge(decision, kinds, reaction, OF_CARS))
+    return Decision(weighing, low_grip=OF_SKIDDING, testability=testability)

@@ -13,10 +13,10 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
 from tierod.io.derive import complete
-from tierod.methods.identification.vehicle import identify_vehicle
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.over_time import OverTime
 from tierod.monitors.harness.run import Run
+from tierod.monitors.own_car import identify_own_car
 from tierod.papers.own_car.brochure import identified
 from tierod.papers.own_car.cars import UnknownCar, drawn
 from tierod.proving_ground import run
@@ -126,7 +126,7 @@ def studied(case: Case) -> Studied:
     if case.learning:
         before = time.perf_counter()
         bare = without_truth(driven(car, case.learning, 100 * case.seed))
-        found = identify_vehicle({"learning": bare}, car.brochure)
+        found = identify_own_car({"learning": bare}, car.brochure)
         seconds, doubt = time.perf_counter() - before, found.doubt
         learnt = () if doubt else tuple(each.name for each in found.found)
         files[IDENTIFIED] = identified(car.brochure, found)

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 from tierod.core.content import Item, Table
 from tierod.core.errors import ParameterError
 from tierod.core.recording import Recording
+from tierod.monitors.condition.calibration.of_motion import MotionCalibration, calibrate_motion
 from tierod.monitors.condition.calibration.whole import ConditionCalibration, calibrate_condition
-from tierod.monitors.condition.hypotheses import hypotheses
 from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.structure import rolls
 from tierod.report.display import number
 from tierod.report.identification.subject import Subject, found_table
 from tierod.vehicles import Vehicle
+
+Calibrated: TypeAlias = ConditionCalibration | MotionCalibration
+"""Of a vehicle whose torques are known, and of one that is judged by its motion."""
 
 
 def _thresholds(
@@ -22,9 +26,11 @@ def _thresholds(
     free: tuple[str, ...],
     advance: Callable[[float], None],
     hours: float = 1000.0,
-) -> ConditionCalibration:
+) -> Calibrated:
     if free:
         raise ParameterError("thresholds are found with all parameters that fault-free driving shows; leave --free out")
+    if rolls(car):
+        return calibrate_motion(recordings, car, hours, advance)
     return calibrate_condition(recordings, car, hours, advance)
 
 
@@ -32,26 +38,27 @@ def _thresholds_signals() -> tuple[str, ...]:
     return tuple(ConditionSample._fields)
 
 
-def _thresholds_items(result: ConditionCalibration) -> Iterable[Item]:
+def _thresholds_items(result: Calibrated) -> Iterable[Item]:
     return _thresholds_tables(result)
 
 
-def _thresholds_tables(result: ConditionCalibration) -> Sequence[Table]:
+def _thresholds_tables(result: Calibrated) -> Sequence[Table]:
     limits = result.designed.limits
-    pairs = zip(hypotheses()[1:], limits.fast, limits.slow, strict=True)
+    pairs = zip(result.explanations[1:], limits.fast, limits.slow, strict=True)
     rows = tuple(
         (each.name.replace("_", " "), number(fast, 3), number(slow, 3))
         for each, fast, slow in pairs
         if len(each.suspects) == 1
     )
     note = "Mean log-likelihood ratio per sample, over 0.05 and 0.5 s, beyond which a fault is declared."
-    return [found_table(result.found), Table("Limits", ("suspect", "over 0.05 s", "over 0.5 s"), rows, note)]
+    found = [found_table(result.found)] if result.found else []
+    return [*found, Table("Limits", ("suspect", "over 0.05 s", "over 0.5 s"), rows, note)]
 
 
-def _thresholds_document(result: ConditionCalibration) -> dict[str, Any]:
+def _thresholds_document(result: Calibrated) -> dict[str, Any]:
     return {
         "thresholds": result.thresholds,
-        "converged": result.calibration.found.converged,
+        "converged": result.converged,
         "explained": not result.doubt,
     }
 
@@ -60,7 +67,7 @@ THRESHOLDS = Subject(
     "Thresholds",
     "Maximum-likelihood parameters of an automated vehicle for the filter of all its sensors in fault-free driving, "
     "from the first five minutes; limits of the condition monitor from all driving after them, for a wanted mean "
-    "time between false alarms.",
+    "time between false alarms. Of a car that is judged by its motion alone: limits from all its driving.",
     _thresholds,
     _thresholds_items,
     _thresholds_tables,

@@ -9,8 +9,10 @@ from typing import Any
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.methods.identification.drive_samples import SIGNALS
-from tierod.methods.identification.vehicle import VehicleIdentification, Zeros, identify_vehicle
+from tierod.methods.identification.vehicle import VehicleIdentification, Zeros
 from tierod.methods.identification.vehicle_judgement import LEARNT
+from tierod.monitors.friction.signals import SteeringSample
+from tierod.monitors.own_car import identify_own_car
 from tierod.report.display import number
 from tierod.report.identification.subject import Subject, found_table
 from tierod.vehicles import QUANTITIES, Vehicle
@@ -21,7 +23,7 @@ _BEYOND = "They include errors of the model, which longer driving does not remov
 def _vehicle(
     car: Vehicle, recordings: dict[str, Recording], free: tuple[str, ...], advance: Any
 ) -> VehicleIdentification:
-    return identify_vehicle(recordings, car, free, advance)
+    return identify_own_car(recordings, car, free, advance)
 
 
 def _items(result: VehicleIdentification) -> Iterator[Item]:
@@ -113,7 +115,7 @@ def _document(result: VehicleIdentification) -> dict[str, Any]:
 
 
 def _signals() -> tuple[str, ...]:
-    return SIGNALS
+    return tuple(dict.fromkeys((*SIGNALS, *SteeringSample._fields)))
 
 
 def _shown(result: VehicleIdentification) -> Iterable[Item]:

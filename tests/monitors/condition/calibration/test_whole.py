@@ -12,7 +12,7 @@ from tierod.monitors.condition.calibration.healthy_ratios import Watched
 from tierod.monitors.condition.calibration.likeliest import Found
 from tierod.monitors.condition.calibration.limits import designed_on
 from tierod.monitors.condition.calibration.vehicle_parameters import Calibration
-from tierod.monitors.condition.calibration.whole import ConditionCalibration, _suspicions, calibrate_condition
+from tierod.monitors.condition.calibration.whole import FAULTY, ConditionCalibration, calibrate_condition, suspicions_of
 from tierod.monitors.condition.hypotheses import hypotheses
 from tierod.monitors.condition.signals import TARGETS, WHEELS
 from tierod.vehicles import load
@@ -102,7 +102,7 @@ def test_a_drive_is_suspicious_where_one_fault_explains_it_far_better():
     pair[0, COUNT + 20] = 9.0
     watched = [Watched(each, 0.1) for each in (fault_free, faulty, jump, pair)]
     named = [drive._replace(name=name) for name in ("fault_free", "faulty", "jump", "pair")]
-    found = _suspicions(named, watched)
+    found = suspicions_of(named, watched, hypotheses(), FAULTY)
     assert [(each.drive, each.suspect, each.ratio) for each in found] == [
         ("faulty", "yaw_rate", 3.0),
         ("jump", "steering_wheel_angle", 1.5),

@@ -212,7 +212,7 @@ class RollingFilter:
         deviations = (20.0, 3.0, *turning, *offsets, *front, error.slip, error.slip, *slopes, *guessed)
         covariance = from_diagonal([value * value for value in deviations])
         at_rest = skeleton(RollingCar.State), tuple(value + 0.0 for value in covariance), 0.0
-        return self.State(*at_rest, SmallestSteps.unseen(COARSEST), Hands(inf, 0.0))
+        return self.State(*at_rest, SmallestSteps.unseen(COARSEST), Hands(inf, 0.0, 0.0, 0.0))
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, LeaveOutFilter.Output]:
         """One sample on."""
@@ -243,7 +243,7 @@ class RollingFilter:
             p.rear_distance * bounded.yaw_rate,
             where(bounded.speed > self.slowest, 1.0, 0.0),
             where(where(present(along), along, 0.0) < -self.braking, 0.0, 1.0),
-            lacking(bounded, p, hands.rate),
+            lacking(bounded, p, hands),
             turning=bounded.speed * bounded.yaw_rate,
         )
 

@@ -64,7 +64,10 @@ class Watched(NamedTuple):
 
 
 def watch(
-    recordings: Sequence[Recording], vehicle: Vehicle, progress: Callable[[float], None] = lambda share: None
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    progress: Callable[[float], None] = lambda share: None,
+    bank: Bank | None = None,
 ) -> list[Watched]:
     """The ratios of all hypotheses on drives, while none of them is declared.
 
@@ -72,8 +75,9 @@ def watch(
         recordings: of healthy driving
         vehicle: with calibrated parameters
         progress: called with the share that is done
+        bank: lanes with a judge that is `Watching`; that of the whole vehicle if None
     """
-    bank, watched = _watching(LeaveOutFilter.of_vehicle(vehicle), hypotheses()), []
+    bank, watched = bank or _watching(LeaveOutFilter.of_vehicle(vehicle), hypotheses()), []
     for place, recording in enumerate(recordings):
         watched.append(_watched(bank, aligned(recording)))
         progress((place + 1) / len(recordings))
@@ -84,7 +88,8 @@ def _watched(bank: Bank, drive: np.ndarray) -> Watched:
     """One drive, piece by piece: the ratios of an hour would fill the memory."""
     width, skipped = round(BLOCK * RATE), round(SETTLING * RATE)
     end = skipped + max((len(drive) - skipped) // width, 0) * width
-    found, state = [np.empty((0, 2 * len(bank.lanes) - 2))], scan(bank, drive[:skipped]).state
+    explanations = bank.judge.decision.weighing.hypotheses
+    found, state = [np.empty((0, 2 * len(explanations) - 2))], scan(bank, drive[:skipped]).state
     for begin in range(skipped, end, PIECE * width):
         result = scan(bank, drive[begin : min(begin + PIECE * width, end)], state)
         found.append(block_maxima(result.values, 0.0))

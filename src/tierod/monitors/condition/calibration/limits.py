@@ -13,7 +13,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
 from tierod.monitors.condition.bank.weighing import Limits
 from tierod.monitors.condition.calibration.healthy_ratios import BLOCK, watch
-from tierod.monitors.condition.hypotheses import hypotheses
+from tierod.monitors.condition.hypotheses import Hypothesis, hypotheses
 from tierod.vehicles import Vehicle
 
 NAME = "condition"
@@ -169,14 +169,17 @@ def _bare(blocks: np.ndarray) -> np.ndarray:
     return np.asarray(np.maximum(blocks.max(axis=0) + above, least))
 
 
-def table_of(designed: DesignedLimits, source: str) -> dict[str, float | str | Mapping[str, float]]:
+def table_of(
+    designed: DesignedLimits, source: str, explanations: Sequence[Hypothesis] | None = None
+) -> dict[str, float | str | Mapping[str, float]]:
     """Limits as a vehicle file holds them.
 
     Args:
         designed: the limits
         source: of the drives
+        explanations: hypotheses that they are of, healthy first; those of the whole vehicle if None
     """
-    names = [each.name for each in hypotheses()[1:]]
+    names = [each.name for each in (explanations or hypotheses())[1:]]
     return {
         "source": source,
         "calibrated": 1.0,
@@ -196,8 +199,12 @@ def has_own_limits(vehicle: Vehicle) -> bool:
     return vehicle.thresholds.get(NAME, {}).get("calibrated") == 1.0
 
 
-def limits_of(vehicle: Vehicle) -> Limits:
+def limits_of(vehicle: Vehicle, explanations: Sequence[Hypothesis] | None = None) -> Limits:
     """The limits that a vehicle file holds.
+
+    Args:
+        vehicle: its file
+        explanations: hypotheses that they are of, healthy first; those of the whole vehicle if None
 
     Raises:
         ParameterError: there are none, or they are not those of the hypotheses
@@ -208,7 +215,7 @@ def limits_of(vehicle: Vehicle) -> Limits:
             f"the vehicle '{vehicle.name}' has no limits of the condition monitor; 'tierod identify thresholds' finds "
             "them on healthy drives"
         )
-    names = [each.name for each in hypotheses()[1:]]
+    names = [each.name for each in (explanations or hypotheses())[1:]]
     columns = []
     for key in ("fast", "slow"):
         given = table.get(key)

@@ -17,7 +17,7 @@ from tierod.monitors.condition.calibration.healthy_ratios import BLOCK, SETTLING
 from tierod.monitors.condition.calibration.limits import LEAST_HOURS, NAME, DesignedLimits, designed_on, table_of
 from tierod.monitors.condition.calibration.vehicle_parameters import Calibration, calibrate
 from tierod.monitors.condition.further_variants import Table, further_calibration, further_variants
-from tierod.monitors.condition.hypotheses import hypotheses
+from tierod.monitors.condition.hypotheses import Hypothesis, hypotheses
 from tierod.monitors.condition.signals import OF_AUTOMATED
 from tierod.vehicles import Vehicle
 
@@ -89,6 +89,16 @@ class ConditionCalibration:
         )
 
     @property
+    def explanations(self) -> tuple[Hypothesis, ...]:
+        """Hypotheses that the limits are of, healthy first."""
+        return hypotheses()
+
+    @property
+    def converged(self) -> bool:
+        """Whether the search for the parameters came to its end."""
+        return self.calibration.found.converged
+
+    @property
     def remarks(self) -> tuple[str, ...]:
         """What was noticed."""
         designed = self.designed
@@ -97,10 +107,7 @@ class ConditionCalibration:
             f"The parameters come from the first {self.seconds:.0f} s of driving, the limits from {rest:.2f} h after "
             "them. Limits without a factor, from one half of that driving, would have been exceeded in "
             f"{designed.alarms_before} times of ten seconds of the other.",
-            f"With limits {designed.factor:.2f} times those one false alarm in {_hours(designed.hours_between_alarms)} "
-            f"h is to be expected, at 95 % none sooner than in {_hours(designed.hours_at_least)} h, if the tail goes "
-            f"on as an exponential: no more than {rest:.2f} h were seen, of this vehicle, on these roads, in this "
-            "weather.",
+            remark_of_limits(designed),
         ]
         silent = self._silent()
         if silent and not self.suspicions:
@@ -181,7 +188,7 @@ def calibrate_condition(
     designed = designed_on(
         np.concatenate([each.blocks for each in after]), hours_between_alarms, sum(each.hours for each in after)
     )
-    suspicions = _suspicions([*first, *rest], watched)
+    suspicions = suspicions_of([*first, *rest], watched, hypotheses(), FAULTY)
     further: Mapping[str, Table] = {}
     if not suspicions:
         fitted, healthy = ([each.recording for each in part] for part in (first, rest))
@@ -201,18 +208,44 @@ def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
         )
 
 
-def _suspicions(drives: Sequence[HealthyDrive], watched: Sequence[Watched]) -> tuple[Suspicion, ...]:
-    """The most likely single fault of every drive that does not look healthy."""
-    explanations = hypotheses()[1:]
-    single = [k for k, each in enumerate(explanations) if len(each.suspects) == 1]
+def remark_of_limits(designed: DesignedLimits) -> str:
+    """What limits promise, and on how little.
+
+    Args:
+        designed: limits
+    """
+    return (
+        f"With limits {designed.factor:.2f} times those one false alarm in {_hours(designed.hours_between_alarms)} "
+        f"h is to be expected, at 95 % none sooner than in {_hours(designed.hours_at_least)} h, if the tail goes "
+        f"on as an exponential: no more than {designed.hours:.2f} h were seen, of this vehicle, on these roads, in "
+        "this weather."
+    )
+
+
+def suspicions_of(
+    drives: Sequence[HealthyDrive],
+    watched: Sequence[Watched],
+    explanations: Sequence[Hypothesis],
+    faulty: tuple[float, float],
+) -> tuple[Suspicion, ...]:
+    """The most likely single fault of every drive that does not look healthy.
+
+    Args:
+        drives: in their order
+        watched: what the bank makes of each
+        explanations: hypotheses, healthy first
+        faulty: ratios from which on a drive does not look healthy, fast and slow [nat]
+    """
+    faults = explanations[1:]
+    single = [k for k, each in enumerate(faults) if len(each.suspects) == 1]
     found: dict[str, Suspicion] = {}
     for drive, seen in zip(drives, watched, strict=True):
         if not len(seen.blocks):
             continue
         fast, slow = np.split(seen.blocks.max(axis=0), 2)
-        ratios = np.maximum(fast[single] / FAULTY[0], slow[single] / FAULTY[1])
+        ratios = np.maximum(fast[single] / faulty[0], slow[single] / faulty[1])
         worst = int(np.argmax(ratios))
-        each = Suspicion(drive.name, explanations[single[worst]].name, float(ratios[worst]))
+        each = Suspicion(drive.name, faults[single[worst]].name, float(ratios[worst]))
         if each.ratio > max(1.0, found[drive.name].ratio if drive.name in found else 0.0):
             found[drive.name] = each
     return tuple(found.values())

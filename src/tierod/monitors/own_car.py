@@ -1,0 +1,83 @@
+"""All that ordinary drives teach of a car: its motion, and the torques at its column."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from math import sqrt
+
+from tierod.core.recording import Recording
+from tierod.methods.identification.experiment import Found
+from tierod.methods.identification.vehicle import VehicleIdentification, identify_vehicle
+from tierod.methods.identification.vehicle_judgement import CONTRADICTION, LEARNT, NARROWED, NOT_SEEN, Judged
+from tierod.methods.identification.vehicle_priors import spread_of
+from tierod.monitors.friction.motor_ratio import NAME, DriveRatio, ratio_of_drives
+from tierod.vehicles import Vehicle
+from tierod.vehicles.vehicle import Parameter
+
+CURE = (
+    "drive ten minutes of bends at 30 to 120 km/h with driver_torque and motor_torque recorded; better: take it from "
+    "the data sheet of the steering gear"
+)
+_MOTION = 0.8
+"""Share of the work for the motion."""
+
+
+def identify_own_car(
+    recordings: Mapping[str, Recording],
+    vehicle: Vehicle,
+    free: tuple[str, ...] = (),
+    progress: Callable[[float], None] = lambda share: None,
+) -> VehicleIdentification:
+    """The most probable parameters of a car, given its file and drives.
+
+    Args:
+        recordings: ordinary drives of one car, by name
+        vehicle: what is known before, see `identify_vehicle`
+        free: parameters of its motion that may change; all that drives may show, and the ratio of its motor's torque,
+            where none is given
+        progress: called with the share that is done
+
+    Raises:
+        InputError: a recording without what is needed
+        ParameterError: the vehicle lacks a parameter, or one is free that drives do not show
+    """
+    found = identify_vehicle(recordings, vehicle, free, lambda share: progress(_MOTION * share))
+    if free or found.doubt or NAME not in vehicle or not spread_of(NAME, vehicle)[0]:
+        return found
+    seen = ratio_of_drives(recordings, _with(vehicle, found), lambda share: progress(_MOTION + (1 - _MOTION) * share))
+    each = _judged(vehicle, seen)
+    if each.kind != LEARNT:
+        return dataclasses.replace(found, judged=(*found.judged, each))
+    before = vehicle.parameters[NAME]
+    learnt = Found.normal(NAME, (before.value, before.standard_deviation), each.value, each.deviation, "drives")
+    return dataclasses.replace(found, found=(*found.found, learnt), judged=(*found.judged, each))
+
+
+def _with(vehicle: Vehicle, found: VehicleIdentification) -> Vehicle:
+    """The car as far as its motion has shown it."""
+    learnt = {each.name: each.value for each in found.found if each.name in vehicle}
+    parameters = {
+        name: dataclasses.replace(each, value=learnt[name]) if name in learnt else each
+        for name, each in vehicle.parameters.items()
+    }
+    return dataclasses.replace(vehicle, parameters=parameters)
+
+
+def _judged(vehicle: Vehicle, seen: DriveRatio | None) -> Judged:
+    """File and drives together, both taken as normal."""
+    before: Parameter = vehicle.parameters[NAME]
+    spread = spread_of(NAME, vehicle)[0]
+    kept = Judged(NAME, NOT_SEEN, before.value, spread, before.value, spread, f"not seen in these drives; {CURE}")
+    if seen is None:
+        return kept
+    apart = abs(seen.value - before.value) / sqrt(seen.deviation**2 + spread**2)
+    if apart > CONTRADICTION:
+        text = f"{seen.value:.3g} ± {seen.deviation:.2g} in these drives, {apart:.1f} σ from the file; {CURE}"
+        return kept._replace(text=text)
+    weights = spread**-2, seen.deviation**-2
+    deviation = 1.0 / sqrt(sum(weights))
+    if deviation >= NARROWED * spread:
+        return kept
+    value = (weights[0] * before.value + weights[1] * seen.value) * deviation**2
+    return Judged(NAME, LEARNT, before.value, spread, value, deviation, "")
