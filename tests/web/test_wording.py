@@ -15,7 +15,7 @@ def test_a_bus_log_without_database_leads_to_the_page(tmp_path):
     with pytest.raises(InputError) as found:
         read(path)
     said = in_the_page(str(found.value))
-    assert said.endswith("choose or upload it as CAN database under 'New recording'")
+    assert ": choose or upload it as CAN database under 'New recording', or name it in the vehicle file" in said
     assert "--dbc" in str(found.value)
     assert "--" not in said
 
