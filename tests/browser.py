@@ -2,9 +2,7 @@
 
 import os
 import shutil
-import subprocess
 from contextlib import contextmanager
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -27,22 +25,16 @@ def chromium():
             browser.close()
 
 
-@cache
-def _axe():
-    """Where axe-core is: AXE_CORE names axe.min.js, or npm has it."""
-    named = os.environ.get("AXE_CORE")
-    if named:
-        return Path(named)
-    npm = shutil.which("npm")
-    root = subprocess.run([npm, "root", "-g"], capture_output=True, text=True, check=False).stdout if npm else ""
-    return Path(root.strip() or ".") / "axe-core" / "axe.min.js"
+PLACES = (os.environ.get("TIEROD_AXE", ""), str(Path(__file__).parents[1] / ".venv" / "axe.min.js"))
+"""Of npm's axe-core, which is not part of the project: `bash scripts/axe.sh` fetches it, or TIEROD_AXE names it."""
 
 
 def violations(page):
     """Rules of axe-core that a page breaks, with the first element each; skips the test where axe-core is not here."""
-    if not _axe().is_file():
-        pytest.skip("axe-core is not installed (npm install -g axe-core, or AXE_CORE=.../axe.min.js)")
-    page.evaluate(_axe().read_text(encoding="utf-8"))
+    axe = next((Path(each) for each in PLACES if each and Path(each).is_file()), None)
+    if axe is None:
+        pytest.skip("axe-core is not there; `bash scripts/axe.sh` fetches it")
+    page.evaluate(axe.read_text(encoding="utf-8"))
     found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")["violations"]
     return [
         (each["id"], each["impact"], each["nodes"][0]["target"], each["nodes"][0]["failureSummary"]) for each in found

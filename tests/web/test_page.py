@@ -5,19 +5,16 @@ import os
 import shutil
 import threading
 import urllib.parse
-from pathlib import Path
 
 import pytest
+
+from browser import violations
 
 pytest.importorskip("fastapi", reason="the extra 'web' is not installed")
 playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
 
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 pytestmark = pytest.mark.skipif(not os.path.exists(CHROMIUM), reason="no chromium is installed")
-
-PLACES = (os.environ.get("TIEROD_AXE", ""), Path(__file__).parents[2] / ".venv" / "axe.min.js")
-AXE = next((Path(each) for each in PLACES if each and Path(each).is_file()), None)
-"""Of npm's axe-core, which is not part of the project: `bash scripts/axe.sh` fetches it, or TIEROD_AXE names it."""
 
 FILE = "drives/weave.parquet"
 
@@ -116,16 +113,13 @@ def test_every_view_fits_wide_and_narrow_in_light_and_dark(page, address):
     assert page.locator("h1").count() == 1
 
 
-@pytest.mark.skipif(AXE is None, reason="axe-core is not there; `bash scripts/axe.sh` fetches it")
 @pytest.mark.parametrize("address", VIEWS)
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(browser, server, address, scheme):
     context = browser.new_context(base_url=server, bypass_csp=True, color_scheme=scheme)
     page = context.new_page()
     opened(page, address, VIEWS[address])
-    page.add_script_tag(path=str(AXE))
-    found = page.evaluate("async () => (await axe.run()).violations.map(v => [v.impact, v.id, v.nodes[0].html])")
-    assert [each for each in found if each[0] in ("serious", "critical")] == []
+    assert [each for each in violations(page) if each[1] in ("serious", "critical")] == []
     context.close()
 
 
