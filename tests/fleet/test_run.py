@@ -14,12 +14,16 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from fleet.drives import DAY, FRICTION, NOVEMBER, Here, judged, written
+from fleet.drives import DAY, FRICTION, NOVEMBER, SIGNALS, Here, judged, written
 from tierod.core.errors import InputError, OutputError
+from tierod.core.recording import Channel, Recording
 from tierod.fleet import fleet_file, running
 from tierod.fleet.judging import Asked
+from tierod.fleet.likeness import Moments, alike
 from tierod.fleet.places import Place
 from tierod.fleet.results import findings_of, ledger_of
+from tierod.io.readers import read
+from tierod.io.writers.mf4 import write_mf4
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.together import Chosen
 
@@ -254,3 +258,40 @@ def test_what_stops_most_monitors_is_said_first_and_once(tmp_path):
     assert row["reason"].startswith("no monitor can judge it: friction, driver-torque: the time leaps ahead from about")
     assert row["reason"].count("the time leaps") == 1
     assert "; motor-angle: the monitor 'motor-angle' cannot run" in row["reason"]
+
+
+def test_one_drive_in_several_formats_counts_once(tmp_path):
+    drives = tmp_path / "drives"
+    written(drives / "a.parquet", start=0.0)
+    written(drives / "other.parquet", seed=2, start=0.0)
+    recording = read(drives / "a.parquet")
+    write_mf4(recording, drives / "b.mf4")
+    (drives / "c.csv").write_text(
+        "time," + ",".join(SIGNALS) + "\n"
+        + "\n".join(
+            f"{time:.3f}," + ",".join(f"{recording[name].values[at]:.5g}" for name in SIGNALS)
+            for at, time in enumerate(recording["yaw_rate"].time)
+        )
+    )  # fmt: skip
+    judged(drives, tmp_path / "results")
+    found = reasons(tmp_path / "results")
+    assert {name: outcome for name, (outcome, _) in found.items()} == {
+        "a.parquet": "judged", "b.mf4": "skipped", "c.csv": "skipped", "other.parquet": "judged"}  # fmt: skip
+    assert "a.parquet: mean and deviation of 7 signals agree; delete one" in found["b.mf4"][1]
+    assert "a.parquet: mean and deviation of 7 signals agree; delete one" in found["c.csv"][1]
+
+
+def test_drives_that_resemble_each_other_count_each(tmp_path):
+    generator = np.random.default_rng(3)
+    rows = []
+    for _ in range(300):
+        piece = {name: Channel(name, np.arange(60_000) / 100.0, 3.0 + generator.normal(size=60_000), "")
+                 for name in ("yaw_rate", "driver_torque", "vehicle_speed", "motor_torque")}  # fmt: skip
+        moments = Moments()
+        moments.add(Recording(piece))
+        rows.append({"vehicle": "a", "moments": moments.moments, "duration_s": 600.0, "start": None})
+    assert not list(alike(rows))
+    assert list(alike([rows[0], rows[1], rows[0]])) == [(0, 2)]
+    dated = [{**rows[0], "start": start} for start in (0.0, 30.0, DAY)]
+    assert list(alike(dated)) == [(0, 1)]
+    assert not list(alike([rows[0], {**rows[0], "vehicle": "b"}]))

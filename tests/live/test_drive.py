@@ -91,6 +91,17 @@ def test_a_silent_bus_is_said_once(tmp_path):
     ]
 
 
+def test_a_bus_that_falls_silent_in_a_drive_names_its_end(tmp_path):
+    drive, inbox, events = started(tmp_path, Outputs(silence=10.0))
+    frames = frames_of_drive(tmp_path, 5.0)
+    driven(drive, inbox, frames)
+    drive.tick(frames[-1].time + 6.0, frames[-1].time + 6.0)
+    drive.close()
+    texts = [each["text"] for each in events if each["event"] == "problem"]
+    assert "no frame came for 5 s; the drive ends after 10 s of silence" in texts
+    assert not any("ignition" in text for text in texts)
+
+
 def test_a_receiver_on_a_virtual_bus_comes_back_after_the_bus_was_lost(monkeypatch):
     inbox = queue.SimpleQueue()
     receiver = Receiver(1, Address("virtual", "lost"), inbox)

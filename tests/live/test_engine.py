@@ -5,6 +5,7 @@ import random
 import pytest
 
 from live_drives import START, frames_of_drive, messages
+from tierod.live.counting import Gap, sentences
 from tierod.live.engine import Engine
 from tierod.live.judge import Plan
 from tierod.live.log import FrameLog
@@ -88,6 +89,14 @@ def test_a_message_that_falls_silent_is_named(tmp_path):
     assert any(
         kind == "silence" and "0x200 on CAN1 did not come for 2.9" in each["text"] for kind, each in events
     ) or any(kind == "silence" and "0x200 on CAN1 did not come for 3" in each["text"] for kind, each in events)
+
+
+def test_messages_that_fall_silent_together_are_one_sentence():
+    gaps = [Gap(identifier, "CAN1", 2.0 + identifier) for identifier in range(1, 8)] + [Gap(0x100, "CAN2", 3.0)]
+    assert sentences(gaps) == [
+        "0x001, 0x002, 0x003, 0x004 and 3 more on CAN1 did not come for 9 s",
+        "0x100 on CAN2 did not come for 3 s",
+    ]
 
 
 def test_a_message_that_begins_later_than_others_is_waited_for(tmp_path):

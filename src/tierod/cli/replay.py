@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from tierod.live.replay import Played
 
 
 def replay(
@@ -30,10 +33,9 @@ def replay(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> None:
     """Play a recording onto a bus; Ctrl-C ends it."""
-    import dataclasses
     import itertools
 
-    from tierod.cli.terminal import messages, output, print_json
+    from tierod.cli.terminal import messages
     from tierod.core.errors import ParameterError
     from tierod.io.readers.dbc import load_databases
     from tierod.io.readers.opening import shipped
@@ -67,12 +69,21 @@ def replay(
     finally:
         for bus in buses:
             bus.shutdown()
+    _print(played, as_json)
+
+
+def _print(played: Played, as_json: bool) -> None:
+    """What was played and what went wrong on purpose."""
+    import dataclasses
+
+    from tierod.cli.terminal import output, print_json
+
     if as_json:
         print_json(dataclasses.asdict(played))
-    else:
-        output().print(
-            f"{played.sent} frames sent, {played.lost} lost, {played.doubled} doubled, {played.held} held back, "
-            f"{played.off} bus-offs, {played.failed} refused by the bus",
-            soft_wrap=True,
-            markup=False,
-        )
+        return
+    output().print(
+        f"{played.sent} frames sent, {played.lost} lost, {played.doubled} doubled, {played.held} held back, "
+        f"{played.off} bus-offs, {played.failed} refused by the bus",
+        soft_wrap=True,
+        markup=False,
+    )

@@ -19,14 +19,18 @@ from tierod.export.interface import Interface
 from tierod.export.members import Member, elements, identifier, members
 
 
-class LaneInterface(Interface):
-    """What the C of one lane reaches: its own state, outputs and parameters, and those that all lanes share."""
+class _OfBank(Interface):
+    """What lanes and judge have in common."""
 
     @property
     def bank(self) -> BankGraph:
         """Of the whole."""
         bank: BankGraph = self.subject.graph
         return bank
+
+
+class LaneInterface(_OfBank):
+    """What the C of one lane reaches: its own state, outputs and parameters, and those that all lanes share."""
 
     @property
     def graph(self) -> Graph:
@@ -135,14 +139,8 @@ class LaneInterface(Interface):
         return tuple(described(self.graph.output_tree))
 
 
-class BankInterface(Interface):
+class BankInterface(_OfBank):
     """What the C of a bank looks like from outside, and what its judge reaches."""
-
-    @property
-    def bank(self) -> BankGraph:
-        """Of the whole."""
-        bank: BankGraph = self.subject.graph
-        return bank
 
     @cached_property
     def lane(self) -> LaneInterface:

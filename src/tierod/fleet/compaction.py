@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from tierod.core.errors import InputError
 from tierod.fleet import schema
 from tierod.fleet.ledger import Ledger
+from tierod.fleet.likeness import alike
 from tierod.fleet.places import Place
 from tierod.fleet.results import read_table
 from tierod.fleet.task import part_of, table_of
@@ -33,23 +34,26 @@ ROWS = 1 << 16
 
 
 def mark_doubles(ledger: Ledger) -> None:
-    """Let of several recordings with the same content only the first by name count.
+    """Let of several recordings of the same drive only the first by name count.
 
     Raises:
         OutputError: the folder cannot be written
     """
-    first: dict[str, str] = {}
-    for name in sorted(ledger.rows):
-        row = ledger.rows[name]
-        if row["outcome"] != schema.JUDGED or not row["recording"]:
-            continue
-        original = first.setdefault(row["recording"], name)
-        if original != name:
-            whose = ledger.rows[original]["vehicle"]
-            other = "" if whose == row["vehicle"] else f", which is given as of the vehicle {whose}"
-            reason = f"it is the same drive as {original}{other}: byte for byte; delete one"
-            # Looked at again by every run, since the other one may go.
-            ledger.put({**row, "outcome": schema.SKIPPED, "reason": reason, "lasting": False})
+    names = sorted(name for name, row in ledger.rows.items() if row["outcome"] == schema.JUDGED and row["recording"])
+    rows = [ledger.rows[name] for name in names]
+    first: dict[str, int] = {}
+    same = {at: first[digest] for at, row in enumerate(rows) if first.setdefault(digest := row["recording"], at) != at}
+    reasons = dict.fromkeys(same, "byte for byte")
+    for original, at in alike(rows):
+        if at not in same and original not in same:
+            same[at] = original
+            reasons[at] = f"mean and deviation of {len(rows[at]['moments'])} signals agree"
+    for at, original in same.items():
+        whose = rows[original]["vehicle"]
+        other = "" if whose == rows[at]["vehicle"] else f", which is given as of the vehicle {whose}"
+        reason = f"it is the same drive as {names[original]}{other}: {reasons[at]}; delete one"
+        # Looked at again by every run, since the other one may go.
+        ledger.put({**rows[at], "outcome": schema.SKIPPED, "reason": reason, "lasting": False})
 
 
 def mark_overlaps(ledger: Ledger) -> None:

@@ -15,14 +15,12 @@ from tierod.core.findings import Element, Episode, Finding, Status, Trace
 from tierod.core.recording import Recording
 from tierod.core.timestamps import CALENDAR
 from tierod.experiments.fingerprint import fingerprint
+from tierod.fleet.likeness import TEMPERATURE, Moments
 from tierod.fleet.schema import WHOLE
 from tierod.io.readers import open_chunks
 from tierod.monitors.harness.pieces import CHUNK
 from tierod.monitors.together import Chosen, Concluded, Together
 from tierod.vehicles import Vehicle
-
-TEMPERATURE = "ambient_temperature"
-"""Signal whose mean stands beside the findings, where it was recorded."""
 
 Row = dict[str, Any]
 """Of the findings, without what the fleet file decides."""
@@ -72,6 +70,7 @@ class Judgement:
         refused: by monitor, why it did not run
         start: seconds since 1970, UTC; None without a date
         duration: [s]
+        moments: mean and standard deviation of every signal that was read
     """
 
     rows: tuple[Row, ...]
@@ -79,6 +78,7 @@ class Judgement:
     refused: Mapping[str, str]
     start: Annotated[float, "s"] | None
     duration: Annotated[float, "s"]
+    moments: Mapping[str, Sequence[float]]
 
 
 def pieces_of(path: Path, car: Vehicle, needs: Sequence[str], seconds: float) -> Iterator[Recording]:
@@ -104,15 +104,15 @@ def judge(pieces: Iterator[Recording], together: Together, asked: Asked, start: 
         InputError: the recording cannot be read, or is too short
     """
     rows: list[Row] = []
-    heat = _Mean()
+    moments = Moments()
     ended = 0
     kept: dict[str, Concluded] = {}
     for piece in pieces:
         together.add(piece)
-        heat.add(piece)
+        moments.add(piece)
         begin, end = together.span or piece.span
         if end - begin >= (ended + 1) * asked.span - EDGE:
-            rows += _rows(kept := dict(together.concluded()), together.car, ended, heat)
+            rows += _rows(kept := dict(together.concluded()), together.car, ended, moments)
             ended += 1
         if not together.running:
             break
@@ -120,7 +120,7 @@ def judge(pieces: Iterator[Recording], together: Together, asked: Asked, start: 
     if together.running and end - begin < asked.shortest:
         raise TooShort(f"it has {end - begin:.3g} s, and less than {asked.shortest:g} s say nothing (--shortest)")
     if end - begin > ended * asked.span or not ended:
-        rows += _rows(kept := dict(together.concluded()), together.car, ended, heat)
+        rows += _rows(kept := dict(together.concluded()), together.car, ended, moments)
     date = _date(together.metadata, start)
     for row in rows:
         row["start"] = None if date is None else date + row["start_s"] - begin
@@ -128,30 +128,12 @@ def judge(pieces: Iterator[Recording], together: Together, asked: Asked, start: 
         name: {trace: each.diagnosis.traces[trace] for trace in each.estimates if trace in each.diagnosis.traces}
         for name, each in kept.items()
     }
-    return Judgement(tuple(rows), estimates, dict(together.refused), date, end - begin)
+    return Judgement(tuple(rows), estimates, dict(together.refused), date, end - begin, moments.moments)
 
 
 def chunk(asked: Asked) -> float:
     """Length of the pieces in which a recording is read [s]."""
     return min(CHUNK, asked.span)
-
-
-@dataclass
-class _Mean:
-    """Mean of the outside temperature."""
-
-    total: float = 0.0
-    count: int = 0
-
-    def add(self, piece: Recording) -> None:
-        if TEMPERATURE in piece:
-            values = piece[TEMPERATURE].values
-            seen = values[np.isfinite(values)]
-            self.total, self.count = self.total + float(seen.sum()), self.count + len(seen)
-
-    @property
-    def value(self) -> float | None:
-        return self.total / self.count if self.count else None
 
 
 def _date(metadata: Mapping[str, object], start: float | None) -> float | None:
@@ -167,8 +149,9 @@ def _judged_share(evidence: Mapping[str, float]) -> float:
     return evidence.get("required_signals_share", evidence.get("signals_complete_share", 1.0))
 
 
-def _rows(concluded: Mapping[str, Concluded], car: Vehicle, span: int, heat: _Mean) -> list[Row]:
+def _rows(concluded: Mapping[str, Concluded], car: Vehicle, span: int, moments: Moments) -> list[Row]:
     rows = []
+    heat = moments.of(TEMPERATURE)
     for name, each in concluded.items():
         diagnosis = each.diagnosis
         duration = float(diagnosis.recording["duration_s"])
@@ -177,7 +160,7 @@ def _rows(concluded: Mapping[str, Concluded], car: Vehicle, span: int, heat: _Me
             "start_s": float(diagnosis.recording["start_s"]),
             "duration_s": duration,
             "judged_s": duration * _judged_share(diagnosis.findings[0].evidence),
-            "temperature_K": heat.value,
+            "temperature_K": None if heat is None else heat[0],
             "monitor": name,
             "variant": each.variant,
             "tuning": fingerprint(diagnosis.parameters[len(car.parameters) :]),

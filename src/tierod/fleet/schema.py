@@ -110,6 +110,8 @@ def ledger() -> pa.Schema:
     remarks                 what a reader of the result must know: an overlap in time, monitors that did not run and why
     start, duration_s       as in the findings; null where not known
     findings                number of rows in the findings
+    moments                 mean and standard deviation of every signal that was read and varies (SI): equal ones in two
+                            files are the same drive
     processor_s             processor time that it took [s]
     memory_bytes            largest resident memory of the process that judged it [bytes]
     key                     of the result
@@ -137,6 +139,7 @@ def ledger() -> pa.Schema:
             ("start", pa.timestamp("us", tz="UTC")),
             ("duration_s", pa.float64()),
             ("findings", pa.int32()),
+            ("moments", pa.map_(pa.string(), pa.list_(pa.float64()))),
             ("processor_s", pa.float64()),
             ("memory_bytes", pa.int64()),
             ("key", pa.string()),

@@ -249,6 +249,7 @@ def _about(found: Judgement) -> dict[str, Any]:
         "duration_s": found.duration,
         "findings": len(found.rows),
         "remarks": [f"{name} did not run: {reason}" for name, reason in found.refused.items()],
+        "moments": found.moments,
     }
 
 

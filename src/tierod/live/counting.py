@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 
-from tierod.io.readers.frames import Frames, messages
+from tierod.io.readers.frames import Frames, identifier_text, messages
 
 _SETTLING = 20
 """Gaps from which a period is taken."""
@@ -17,15 +18,17 @@ _SPREAD, _MOST = 0.3, 0.7
 """A message is periodic, so that lost frames can be counted, where more than this share of its gaps is within the
 spread of the median; in bursts nothing is counted."""
 
+NAMED = 4
+"""Messages that are named of those that fell silent together."""
+
 
 @dataclass
 class _Message:
-    """Newest stamp [s], period [s] as it was learnt, gaps seen, and whether the message is silent now."""
+    """Newest stamp [s], period [s] as it was learnt, and gaps seen."""
 
     newest: float
     period: float = math.nan
     seen: int = 0
-    silent: bool = False
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,23 @@ class Gap:
     identifier: int
     bus: str
     seconds: Annotated[float, "s"]
+
+
+def sentences(gaps: Iterable[Gap]) -> list[str]:
+    """One sentence for each bus, however many of its messages fell silent.
+
+    Args:
+        gaps: that ended together
+    """
+    of_bus: dict[str, list[Gap]] = {}
+    for gap in gaps:
+        of_bus.setdefault(gap.bus, []).append(gap)
+    found = []
+    for bus, silent in of_bus.items():
+        names = [identifier_text(gap.identifier) for gap in silent]
+        some = ", ".join(names[:NAMED]) + f" and {len(names) - NAMED} more" * (len(names) > NAMED)
+        found.append(f"{some} on {bus} did not come for {max(gap.seconds for gap in silent):.2g} s")
+    return found
 
 
 class Gaps:

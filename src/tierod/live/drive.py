@@ -188,6 +188,8 @@ class Drive:
     def _silent_sentence(self) -> str:
         if self.health.notices["error frame"] > 10 and not self._running:
             return "error frames alone come: the bit rate is wrong; give that of the bus with --bitrate"
+        if self._running:
+            return f"no frame came for {SILENT:.0f} s; the drive ends after {self.outputs.silence:.0f} s of silence"
         return f"no frame came for {SILENT:.0f} s; switch the ignition on, and check channel and bit rate"
 
     def once(self, key: str, text: str) -> None:

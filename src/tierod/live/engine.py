@@ -13,13 +13,13 @@ from tierod.core.errors import OutputError, TierodError
 from tierod.core.findings import Diagnosis
 from tierod.core.recording import Channel, Recording
 from tierod.io.readers.channel_map import ChannelMap
-from tierod.io.readers.frames import Frames, identifier_text, taken
+from tierod.io.readers.frames import Frames, taken
 from tierod.io.readers.making import Doubts, made_from
 from tierod.io.readers.mapping import Plan as Mapping_
 from tierod.io.readers.mapping import plan as mapping
 from tierod.io.readers.streaming import completed
 from tierod.live.clock import DriveClock
-from tierod.live.counting import Gaps
+from tierod.live.counting import Gaps, sentences
 from tierod.live.decoding import Decoder
 from tierod.live.frame import Frame, frames_of, packed, unpacked
 from tierod.live.judge import Judge, Plan, Shown
@@ -212,8 +212,7 @@ class Engine:
         frames = frames_of(piece.frames, self.clock.origin)
         frames = taken(frames, np.argsort(frames.time, kind="stable"))
         self.decoder.hear(frames)
-        for gap in self.gaps.add(frames):
-            text = f"{identifier_text(gap.identifier)} on {gap.bus} did not come for {gap.seconds:.2g} s"
+        for text in sentences(self.gaps.add(frames)):
             self.say("silence", {"time": piece.until, "text": text})
         if self.decoder.known is None:
             for judge in self.judges:

@@ -82,6 +82,24 @@ def long_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -
     return _after(state, direction, gap, gap * shrink, slope)
 
 
+def build_ups(
+    states: tuple[BuildUp, BuildUp, BuildUp], angle_increment: Scalar, dahl_angle: Scalar
+) -> tuple[BuildUp, BuildUp, BuildUp]:
+    """The three laws side by side: finite, exponential and long, in this order.
+
+    Args:
+        states: before the increment
+        angle_increment: [rad], without reversal inside
+        dahl_angle: level over initial stiffness [rad], positive
+    """
+    finite, exponential, long = states
+    return (
+        finite_build_up(finite, angle_increment, dahl_angle),
+        exponential_build_up(exponential, angle_increment, dahl_angle),
+        long_build_up(long, angle_increment, dahl_angle),
+    )
+
+
 def _gap(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
     """Direction, travel, gap to the level in that direction, and the gap's derivative for ln(dahl_angle)."""
     direction = sign(angle_increment)

@@ -22,6 +22,7 @@ from typing import Any
 from tierod import __version__
 from tierod.core.errors import OutputError
 from tierod.core.files import write_text
+from tierod.core.processes import runs
 from tierod.web.errors import Absent
 
 KINDS = ("series", "results", "identified")
@@ -131,7 +132,8 @@ class Store:
         found: list[tuple[float, int, Path]] = []
         for kind in KINDS:
             for left in (self.folder / kind).glob(".new-*"):
-                if not _runs(left.name.split("-")[1]):
+                number = left.name.split("-")[1]
+                if not (number.isdigit() and runs(int(number))):
                     shutil.rmtree(left, ignore_errors=True)
             for path in (self.folder / kind).glob("*/*"):
                 with contextlib.suppress(OSError):
@@ -143,17 +145,6 @@ class Store:
                 return
             shutil.rmtree(path, ignore_errors=True)
             total -= size
-
-
-def _runs(process: str) -> bool:
-    """Whether a process of this number runs."""
-    try:
-        os.kill(int(process), 0)
-    except (ProcessLookupError, ValueError):
-        return False
-    except OSError:
-        return True
-    return True
 
 
 def stamp_of(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""Cars whose tyres slide: no sensor is accused for it, and what was wrong before is named all the same."""
+"""Cars with sliding tyres: no sensor fault is declared, and faults that began before the slide are still named."""
 
 import numpy as np
 import pytest

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
+from tierod.core.threads import THREADS
 from tierod.io.readers import child
 
 REPLY = 256
@@ -53,7 +54,7 @@ class Template:
     def __init__(self, script: str):
         self.owner, self._lock = os.getpid(), threading.Lock()
         self._line, other = socket.socketpair()
-        threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMEXPR_MAX_THREADS"), "1")
+        threads = dict.fromkeys((*THREADS, "NUMEXPR_MAX_THREADS"), "1")
         with other:
             self._process = subprocess.Popen(
                 [sys.executable, "-P", str(child.__file__), script],

@@ -8,6 +8,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from tierod.core.processes import runs
+
 PREFIX = "tierod-reading-"
 """Beginning of the name; the number of the process that removes it follows."""
 
@@ -27,15 +29,5 @@ def _sweep(folder: str) -> None:
     """Remove what a killed program left, once in a program."""
     for each in Path(folder).glob(f"{PREFIX}*"):
         number = each.name.removeprefix(PREFIX).partition("-")[0]
-        if number.isdigit() and not _lives(int(number)):
+        if number.isdigit() and not runs(int(number)):
             shutil.rmtree(each, ignore_errors=True)
-
-
-def _lives(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        return True
-    return True

@@ -99,7 +99,8 @@ def judge(
         f"{listed(targets)}: {_off(targets)}, too little for a verdict; check the channels, and the actuators with them"
         for targets in (causes.asked if causes else ())
     )
-    return Finding(name, Status.HEALTHY, headline, None, None, evidence, "", "none", warnings)
+    action = f"none for the {len(healthy)} that were judged; the others each need what is named beside them"
+    return Finding(name, Status.HEALTHY, headline, None, None, evidence, "", action if open_ else "none", warnings)
 
 
 def _hardly_judged(

@@ -13,7 +13,7 @@ from tierod.monitors.friction.conditioning import SteeringConditioning
 from tierod.monitors.friction.presliding_tuning import Coefficients, PreslidingTuning
 from tierod.monitors.friction.signals import SteeringSample
 from tierod.monitors.friction.torque_balance import ROLLING_SPEED, Regressors, column_motion, reference_load, regressors
-from tierod.physics.friction_build_up import RELAXED, BuildUp, exponential_build_up, finite_build_up, long_build_up
+from tierod.physics.friction_build_up import RELAXED, BuildUp, build_ups
 
 
 class BalanceRow(NamedTuple):
@@ -73,11 +73,7 @@ class BalanceRows:
         """One sample on."""
         conditioning, clean = self.conditioning.step(state.conditioning, sample)
         column = column_motion(clean, self.parameters.torsion_bar_stiffness, self.conditioning.sample_time)
-        laws = (
-            finite_build_up(state.finite, column.increment, self.dahl_angle),
-            exponential_build_up(state.exponential, column.increment, self.dahl_angle),
-            long_build_up(state.long, column.increment, self.dahl_angle),
-        )
+        laws = build_ups((state.finite, state.exponential, state.long), column.increment, self.dahl_angle)
         load = reference_load(self.parameters, self.tuning.reference_lever)
         rows = regressors(clean, column, laws, self._before, self.parameters, load)
         low_pass, passed = self.low_pass.step(state.low_pass, rows)

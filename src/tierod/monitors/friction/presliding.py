@@ -28,13 +28,7 @@ from tierod.monitors.friction.torque_balance import (
     regressors,
     row_of,
 )
-from tierod.physics.friction_build_up import (
-    RELAXED,
-    BuildUp,
-    exponential_build_up,
-    finite_build_up,
-    long_build_up,
-)
+from tierod.physics.friction_build_up import RELAXED, BuildUp, build_ups
 from tierod.vehicles import Vehicle
 
 COUNTS_OF_HANDS_ON = 10.0
@@ -166,11 +160,7 @@ class PreslidingFrictionFilter:
         conditioning, clean = self.conditioning.step(state.conditioning, sample)
         column = column_motion(clean, self.parameters.torsion_bar_stiffness, self.conditioning.sample_time)
         angle = exp(state.mean.log_dahl_angle)
-        laws = (
-            finite_build_up(state.finite, column.increment, angle),
-            exponential_build_up(state.exponential, column.increment, angle),
-            long_build_up(state.long, column.increment, angle),
-        )
+        laws = build_ups((state.finite, state.exponential, state.long), column.increment, angle)
         load = reference_load(self.parameters, self.tuning.reference_lever)
         both_sides = regressors(clean, column, laws, state.mean, self.parameters, load)
         low_pass, passed = self.low_pass.step(state.low_pass, both_sides)

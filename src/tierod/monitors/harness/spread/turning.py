@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from tierod.core.findings import Element, Finding, ParameterEffect, Status
+from tierod.core.findings import CONSISTENT, INCONSISTENT, Element, Finding, ParameterEffect, Status
 from tierod.core.shown import shown, written
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.spread.carried import REACH
@@ -132,7 +132,7 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
     alarm = finding.status in ALARMS
     names = in_words(found.names)
     given = "; ".join(spread_of(vehicle, name) for name in found.names)
-    other = _as_found(found)
+    other = _as_found(found, finding.confirmed is not None)
     cause = f"the verdict depends on parameters of the vehicle file: within their spread ({given}) it is {other}"
     finding = replace(
         finding,
@@ -152,8 +152,10 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
     )
 
 
-def _as_found(found: Turn) -> str:
-    """The other verdict in words, with who is at fault where that differs."""
+def _as_found(found: Turn, estimates: bool) -> str:
+    """The other verdict in words, with who is at fault where that differs; an estimate is never healthy."""
+    if estimates:
+        return CONSISTENT if found.status is Status.HEALTHY else INCONSISTENT
     names = tuple(sorted(each.replace("_", " ") for each in _at_fault(found.elements)))
     return f"a fault of {in_words(names)}" if names and found.status in ALARMS else str(found.status)
 

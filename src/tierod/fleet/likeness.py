@@ -1,0 +1,91 @@
+"""Whether two recordings hold the same drive, though their files differ: mean and deviation of every signal agree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any
+
+import numpy as np
+
+from tierod.core.recording import Recording
+
+TEMPERATURE = "ambient_temperature"
+"""Its mean stands beside the findings. It hardly varies, so that rounding changes its moments."""
+
+LEAST_SIGNALS = 3
+"""Fewer agree by chance."""
+
+TOLERANCE = 5e-4
+"""Of a signal's deviation. Rounding to a logger's resolution changes less; noise alone, of a car that stands for ten
+minutes, agrees to .004."""
+
+MINUTE: Annotated[float, "s"] = 60.0
+"""Clocks of two loggers differ by less."""
+
+
+class Moments:
+    """Mean and standard deviation of every signal of a recording, piece by piece."""
+
+    def __init__(self) -> None:
+        self._sums: dict[str, np.ndarray] = {}
+
+    def add(self, piece: Recording) -> None:
+        """Take a piece in."""
+        for name, channel in piece.channels.items():
+            values = channel.values
+            values = values if np.isfinite(values.sum()) else values[np.isfinite(values)]
+            if len(values):
+                first, count, total, squares = self._sums.get(name, (values[0], 0.0, 0.0, 0.0))
+                # About the first value: a mean far from zero costs no digits of the deviation.
+                offsets = values - first
+                sums = (first, count + len(values), total + offsets.sum(), squares + offsets @ offsets)
+                self._sums[name] = np.array(sums)
+
+    def of(self, name: str) -> tuple[float, float] | None:
+        """Mean and standard deviation of a signal; None where it has no value."""
+        if name not in self._sums:
+            return None
+        first, count, total, squares = map(float, self._sums[name])
+        return first + total / count, max(squares / count - (total / count) ** 2, 0.0) ** 0.5
+
+    @property
+    def moments(self) -> dict[str, list[float]]:
+        """Of every signal of the car's motion that varies, as the ledger keeps them."""
+        found = {name: self.of(name) for name in sorted(self._sums) if name != TEMPERATURE}
+        return {name: list(pair) for name, pair in found.items() if pair and pair[1] > 0.0}
+
+
+def alike(rows: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, int]]:
+    """Pairs of recordings that hold the same drive, by their places; the earlier first.
+
+    Args:
+        rows: of the ledger, with `vehicle`, `moments`, `duration_s` and `start`. Recordings of one drive are of one
+            vehicle, have the same signals, and last equally long within a second; where both have a date, they begin
+            within a minute
+    """
+    groups: dict[tuple[str, tuple[str, ...]], list[int]] = {}
+    for place, row in enumerate(rows):
+        signals = tuple(sorted(row.get("moments") or ()))
+        if len(signals) >= LEAST_SIGNALS:
+            groups.setdefault((row["vehicle"], signals), []).append(place)
+    for (_, signals), places in groups.items():
+        for one, two in _near(np.array([_features(rows[place], signals) for place in places])):
+            first, second = rows[places[one]], rows[places[two]]
+            begun, other_begun = first.get("start"), second.get("start")
+            if begun is None or other_begun is None or abs(begun - other_begun) < MINUTE:
+                yield places[one], places[two]
+
+
+def _features(row: Mapping[str, Any], signals: Sequence[str]) -> list[float]:
+    """Such that those of one drive differ by less than 1 each."""
+    pairs = [row["moments"][name] for name in signals]
+    ratios = [mean / deviation for mean, deviation in pairs] + [np.log(deviation) for _, deviation in pairs]
+    return [row["duration_s"], *(np.array(ratios) / TOLERANCE)]
+
+
+def _near(features: np.ndarray) -> list[tuple[int, int]]:
+    if len(features) < 2:
+        return []
+    from scipy.spatial import KDTree
+
+    return sorted(KDTree(features).query_pairs(1.0, p=np.inf))
