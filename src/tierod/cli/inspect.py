@@ -157,7 +157,7 @@ def _short(reason: str) -> str:
 
 
 def _can_run(ready: Readiness, verdict: str) -> str:
-    """That it can run, on what condition, as which variant, and whether one must be chosen."""
+    """Whether the monitor can run, on what condition, as which variant, and whether a variant must be chosen."""
     monitor, free = ready.monitor, ready.variants
     condition = f" if {monitor.condition}" if monitor.condition else ""
     if monitor.default is None:

@@ -72,7 +72,7 @@ def at_least(value: float) -> Goal:
 
 
 def between(low: float, high: float) -> Goal:
-    """From one value to another."""
+    """Goal between two values."""
     return Goal(low, high)
 
 

@@ -53,7 +53,7 @@ class Places(NamedTuple):
 
     @classmethod
     def of(cls, time: np.ndarray, start: float, width: float) -> Places:
-        """Of times [s], rising, shape (n,), at least one."""
+        """Places of rising times [s], shape (n,), at least one."""
         bins = np.floor((time - start) / width + 1e-6).astype(int)
         first, last = int(bins[0]), int(bins[-1])
         bins -= first

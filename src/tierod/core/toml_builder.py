@@ -1,4 +1,4 @@
-"""From a value in a TOML file to a field of a dataclass, as its annotation means it."""
+"""Conversion of a value in a TOML file to a field of a dataclass, by the field's annotation."""
 
 from __future__ import annotations
 

@@ -78,14 +78,14 @@ class Entry:
         return dataclasses.replace(self, **changes)
 
     def document(self) -> dict[str, Any]:
-        """As it stands in a file."""
+        """The entry as the file holds it."""
         content = dataclasses.asdict(self)
         content["status"] = int(self.status)
         return content
 
     @classmethod
     def of(cls, content: Mapping[str, Any]) -> Entry:
-        """From what stands in a file.
+        """The entry that a file holds.
 
         Raises:
             ValueError: it is not an entry

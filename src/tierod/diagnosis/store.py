@@ -134,7 +134,7 @@ def save(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, ob
 
 
 def save_held(path: Path, codes: TroubleCodes, vehicle: str, content: Mapping[str, object], before: str) -> str:
-    """As `save`, of a file that is held.
+    """Save into a file that is locked already; otherwise as `save`.
 
     Args:
         path: of the file, as `holding` gives it

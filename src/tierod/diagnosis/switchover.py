@@ -1,4 +1,4 @@
-"""From a sensor to its substitute and back, without a bump that a controller would feel."""
+"""Bumpless switchover from a sensor to its substitute and back."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Supplied(NamedTuple):
 
 
 class SupplyState(NamedTuple):
-    """Of one signal: what was supplied last, from where, and what is left of the bump."""
+    """Switchover of one signal: last value, its source, and the remaining bump."""
 
     value: Scalar
     deviation: Scalar

@@ -53,7 +53,7 @@ class Campaign:
 
     @property
     def hours(self) -> float:
-        """Of driving, all cells together [h]."""
+        """Driving time of all cells together [h]."""
         return float(sum(cell.scenario.duration for cell in self.plan.cells)) / 3600.0
 
 

@@ -136,7 +136,7 @@ class Results:
         self.usable = folder.is_dir() and os.access(folder, os.W_OK) and not self.cache.trouble()
 
     def key(self, work: Work, given: object) -> str:
-        """Of the result of a task: the function and its code, and what it is given; "" where that has no content."""
+        """Key of a task's result, from function, code and arguments; "" where an argument has no content."""
         try:
             return f"result-{fingerprint(work, given, _code(work))[:24]}"
         except TypeError:

@@ -68,7 +68,7 @@ def _speed(cell: Cell) -> float:
 
 
 def _bytes_per_second(cell: Cell) -> float:
-    """Of a recording: its numbers; compression gains little on noise."""
+    """Bytes per second of a cell's recording; compression gains little on noise."""
     scenario = cell.scenario
     channels = channel_names(scenario.car)
     readings = sum(sensor.rate for name, sensor in scenario.sensors.items() if name in channels)

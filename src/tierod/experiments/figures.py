@@ -51,7 +51,7 @@ class Moments:
 
     @classmethod
     def of(cls, values: np.ndarray) -> Moments:
-        """Of the finite values."""
+        """Moments of the finite values."""
         values = np.asarray(values, float)
         values = values[np.isfinite(values)]
         if not len(values):

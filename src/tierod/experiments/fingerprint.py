@@ -93,19 +93,19 @@ def _encoded_object(value: Any) -> Iterator[bytes]:
 
 @cache
 def ground_code() -> str:
-    """Of all that decides a drive beside its scenario: tierod's code, NumPy's random numbers, the kind of processor."""
+    """Digest of what decides a drive beside its scenario: tierod's code, NumPy's random numbers, the processor."""
     return fingerprint(_contents(_files(GROUND)), __version__, np.__version__, platform.machine())
 
 
 @cache
 def tower_code() -> str:
-    """Of all code that decides a verdict beyond the drive."""
+    """Digest of all code that decides a verdict beyond the drive."""
     return fingerprint(_contents([*_files(TOWER), *(ROOT / "experiments" / f"{name}.py" for name in JUDGE)]))
 
 
 @cache
 def work_code(module: str) -> str:
-    """Of the code that decides what a function of a module gives: drives, methods, and the module with its imports.
+    """Digest of the code that decides the result of a module's function: drives, methods, the module and its imports.
 
     Of the packages whose code belongs to studies only the files that the module imports count, directly or over others,
     so that a change of a claim or of a chart leaves the drives of a study valid.
@@ -136,7 +136,7 @@ def _imports(path: Path) -> Iterator[str]:
 
 
 def _file_of(module: str) -> Path | None:
-    """Of a module; None where the name is that of something in a module."""
+    """File of a module; None where the name is that of something in a module."""
     try:
         found = find_spec(module)
     except (ModuleNotFoundError, ValueError):  # part of a module, or a script

@@ -136,7 +136,7 @@ class Judged:
 
 
 def plain(judged: Judged) -> dict[str, Any]:
-    """As JSON holds it: NaN is null, infinity the text "inf"."""
+    """The judgement as JSON holds it: NaN is null, infinity the text "inf"."""
     found: dict[str, Any] = _plain(dataclasses.asdict(judged))
     return found
 

@@ -92,14 +92,14 @@ class _Tap:
         return getattr(self._session, name)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """As the session itself."""
+        """Absorb a piece, as the session does."""
         shown = self._session.absorb(aligned)
         self._time.append(aligned.time)
         self._pieces.append(shown)
         return shown
 
     def conclude(self) -> Conclusion:
-        """As the session itself."""
+        """Conclude, as the session does."""
         return self._session.conclude()
 
     def seen(self) -> _Seen:

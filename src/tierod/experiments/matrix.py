@@ -56,7 +56,7 @@ class Point:
     seed: int
 
     def changes(self, common: Mapping[str, object]) -> dict[str, Any]:
-        """Of the scenario by dotted name; a later axis replaces what an earlier one has set."""
+        """Changes of the scenario by dotted name; a later axis replaces what an earlier one has set."""
         merged = dict(common)
         for level in self.levels:
             merged |= level.changes
@@ -64,12 +64,12 @@ class Point:
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """That act on the drive."""
+        """Faults that act on the drive."""
         return tuple(fault for level in self.levels for fault in level.faults)
 
     @property
     def tables(self) -> list[Mapping[str, Any]]:
-        """Of these faults, as a scenario has them."""
+        """Tables of these faults, as a scenario has them."""
         return [table for level in self.levels for table in level.tables]
 
 

@@ -58,7 +58,7 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """Of its files."""
+        """Name of the cell's files."""
         return slug(self.point.place)
 
     @property
@@ -84,7 +84,7 @@ class Plan:
     keep: bool
 
     def verdict_key(self, cell: Cell, judge: Judge) -> str:
-        """Of all that decides a verdict: the drive, the monitor with its belief, what taught it, and the code."""
+        """Key of a verdict, from the drive, the monitor with its vehicle, its baseline, and the code."""
         teacher = None if cell.teacher is None or not judge.learns else self.cells[cell.teacher].key
         belief = {name: getattr(judge.belief, name) for name in ("name", "torque_unit", "parameters")}
         return fingerprint(
@@ -92,7 +92,7 @@ class Plan:
         )
 
     def verdict_name(self, cell: Cell, judge: Judge) -> str:
-        """Of the file of a verdict."""
+        """File name of a verdict."""
         return f"{cell.name}_{slug({'label': judge.label}, 40)}"
 
     def done(self, cell: Cell, store: Store) -> bool:
@@ -122,7 +122,7 @@ DECIDING = ("car", "course", "duration", "seed", "sensors", "faults", "scatter",
 
 
 def drive_key(scenario: Any, known: dict[int, tuple[Any, str]] | None = None) -> str:
-    """Of all that decides a drive: what is driven and the code that drives.
+    """Key of a drive, from all that decides it: the scenario and the code that drives.
 
     Args:
         scenario: what is driven
@@ -140,7 +140,7 @@ def drive_key(scenario: Any, known: dict[int, tuple[Any, str]] | None = None) ->
 
 
 def window_of(windows: Sequence[Mapping[str, Any]]) -> Window | None:
-    """From the first start to the last end of the faults of a drive; None where none came."""
+    """Window from the first start to the last end of a drive's faults; None where no fault came."""
     came = [each for each in windows if each["start"] is not None]
     if not came:
         return None

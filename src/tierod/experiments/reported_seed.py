@@ -7,7 +7,7 @@ from tierod.core.graph.graph_digest import graph_digest
 
 
 def reported_seed(*blocks: Block) -> int:
-    """Of reported drives, by the graphs and the tuning of the judged monitor.
+    """Seed of reported drives, from the graphs and the tuning of the judged monitor.
 
     Whoever changes a threshold or an equation draws new drives, and whoever moves a file draws the same ones.
 

@@ -1,4 +1,4 @@
-"""From the points of a matrix to scenarios that can be driven: changes applied, faults added, everything checked."""
+"""Scenarios from the points of a matrix: changes applied, faults added, everything checked."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Scenes:
 
     @classmethod
     def of(cls, file: CampaignFile, document: Document) -> Scenes:
-        """Of a campaign file.
+        """Scenarios of a campaign file.
 
         Raises:
             ParameterError: no such scenario, or one that already has faults

@@ -57,7 +57,7 @@ class Summary:
 
     @property
     def exit_code(self) -> int:
-        """Of the command: 0 all gates met, 1 one missed, 2 not to be judged."""
+        """Exit code of the command: 0 all criteria met, 1 one missed, 2 not to be judged."""
         return EXIT_CODES[self.status]
 
 

@@ -99,7 +99,7 @@ def work(task: Task) -> str:
 
 
 def code() -> tuple[str, str]:
-    """Of what drives and of what judges."""
+    """Digests of the code that drives and of the code that judges."""
     return ground_code(), tower_code()
 
 
@@ -188,7 +188,7 @@ def _machine() -> dict[str, Any]:
 
 
 def _plain(value: object) -> Any:
-    """As JSON holds it; what it cannot hold becomes text."""
+    """The value as JSON holds it; anything else becomes text."""
     import json
 
     return json.loads(json.dumps(_finite(value), default=str, allow_nan=False))

@@ -24,7 +24,7 @@ class _OfBank(Interface):
 
     @property
     def bank(self) -> BankGraph:
-        """Of the whole."""
+        """Graph of the whole bank."""
         bank: BankGraph = self.subject.graph
         return bank
 
@@ -34,12 +34,12 @@ class LaneInterface(_OfBank):
 
     @property
     def graph(self) -> Graph:
-        """Of one step of a lane."""
+        """Graph of one step of a lane."""
         return self.bank.lane
 
     @cached_property
     def initial(self) -> Program:
-        """Of the first state.
+        """Program that sets the first state of a lane.
 
         Raises:
             TraceError: lanes begin differently, and not by their parameters
@@ -74,12 +74,12 @@ class LaneInterface(_OfBank):
 
     @cached_property
     def shared_members(self) -> tuple[Member, ...]:
-        """Of the parameters that all lanes share."""
+        """Parameters that all lanes share."""
         return members([f"lanes.{self.graph.tuning[k]}" for k in self.shared])
 
     @cached_property
     def own_members(self) -> tuple[Member, ...]:
-        """Of the parameters that a lane has of its own."""
+        """Parameters that each lane has of its own."""
         return members([self.graph.tuning[k] for k in self.own])
 
     @cached_property
@@ -144,12 +144,12 @@ class BankInterface(_OfBank):
 
     @cached_property
     def lane(self) -> LaneInterface:
-        """Of the lanes."""
+        """Interface of the lanes."""
         return LaneInterface(self.subject, self.options)
 
     @cached_property
     def graph(self) -> Graph:
-        """Of one step of the judge, with the inputs and outputs of the bank."""
+        """Graph of one step of the judge, with the inputs and outputs of the bank."""
         judge = self.bank.judge
         return replace(
             judge,
@@ -162,12 +162,12 @@ class BankInterface(_OfBank):
 
     @cached_property
     def program(self) -> Program:
-        """Of one step of the judge."""
+        """Program of one step of the judge."""
         return program(self.bank.judge.function)
 
     @cached_property
     def initial(self) -> Program:
-        """Of the first state of the judge."""
+        """Program that sets the first state of the judge."""
         return initial_program(self.subject.block.judge)
 
     @cached_property

@@ -23,7 +23,7 @@ PARAMETER = 4
 
 @dataclass(frozen=True)
 class Options:
-    """Of an export.
+    """Options of an export.
 
     Args:
         precision: of all numbers
@@ -52,29 +52,29 @@ class Interface:
 
     @cached_property
     def spelling(self) -> Spelling:
-        """Of names and numbers."""
+        """Spelling of names and numbers in C."""
         return Spelling(f"tierod_{self.subject.name}", self.options.precision, self.options.fused)
 
     @property
     def prefix(self) -> str:
-        """Of all names."""
+        """Prefix of all exported names."""
         return self.spelling.prefix
 
     @property
     def graph(self) -> Graph:
-        """Of one step."""
+        """Graph of one step."""
         graph: Graph = self.subject.graph
         return graph
 
     @cached_property
     def program(self) -> Program:
-        """Of one step; in single precision small changes of a state are summed before they are added to it."""
+        """Program of one step; in single precision it sums small changes of a state before it adds them."""
         found = program(self.graph.function)
         return growth_first(found) if self.options.precision == "single" else found
 
     @cached_property
     def initial(self) -> Program:
-        """Of the first state."""
+        """Program that sets the first state."""
         return initial_program(self.subject.block)
 
     @cached_property
@@ -86,17 +86,17 @@ class Interface:
 
     @cached_property
     def sample(self) -> tuple[Member, ...]:
-        """Of one sample."""
+        """Members of one sample."""
         return members(self.graph.sample)
 
     @cached_property
     def output(self) -> tuple[Member, ...]:
-        """Of one output."""
+        """Members of one output."""
         return members(self.graph.output)
 
     @cached_property
     def parameters(self) -> tuple[Member, ...]:
-        """Of the parameters."""
+        """Members of the parameters."""
         return members(self.graph.tuning)
 
     @cached_property

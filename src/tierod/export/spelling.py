@@ -37,7 +37,7 @@ class Spelling:
 
     @property
     def suffix(self) -> str:
-        """Of literals and of functions of the C library."""
+        """Suffix of literals and of functions of the C library."""
         return "f" if self.precision == "single" else ""
 
     def number(self, value: float) -> str:

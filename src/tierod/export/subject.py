@@ -60,7 +60,7 @@ class Subject:
 
     @property
     def version(self) -> str:
-        """Of tierod, with monitor and variant."""
+        """Version of tierod, with monitor and variant."""
         return f"tierod {__version__}, {self.monitor}, {self.variant}"
 
     @property

@@ -1,4 +1,4 @@
-"""From one file per result to a partitioned Parquet dataset: findings by the month of the drive.
+"""Compaction of one file per result into a partitioned Parquet dataset: findings by the month of the drive.
 
     results/findings/month=2026-11/findings.parquet
 

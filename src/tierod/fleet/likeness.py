@@ -50,7 +50,7 @@ class Moments:
 
     @property
     def moments(self) -> dict[str, list[float]]:
-        """Of every signal of the car's motion that varies, as the ledger keeps them."""
+        """Mean and deviation of every signal of the car's motion that varies, as the ledger keeps them."""
         found = {name: self.of(name) for name in sorted(self._sums) if name != TEMPERATURE}
         return {name: list(pair) for name, pair in found.items() if pair and pair[1] > 0.0}
 

@@ -80,7 +80,7 @@ class Ranked:
 
     @property
     def urgency(self) -> Urgency:
-        """Of its worst reason."""
+        """Urgency of the worst reason."""
         return self.reasons[0].urgency
 
 

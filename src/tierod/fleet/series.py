@@ -1,4 +1,4 @@
-"""From the findings of a fleet to series over months: one per monitor and thing judged, a row per car."""
+"""Series over months from the findings of a fleet: one per monitor and judged element, a row per car."""
 
 from __future__ import annotations
 

@@ -24,14 +24,14 @@ DECIDING = ("judging.py", "levels.py", "schema.py")
 
 @cache
 def code() -> str:
-    """Of all code that decides what a result holds: tierod's, and that of monitors of other packages."""
+    """Digest of all code that decides a result: tierod's, and that of monitors of other packages."""
     own = [_content(OWN / name) for name in DECIDING]
     others = [_content(path) for name in MONITORS.plugin_names() for path in _sources(MONITORS[name])]
     return fingerprint(tower_code(), own, others, __version__, np.__version__)
 
 
 def vehicle_digest(car: Vehicle) -> str:
-    """Of a vehicle: its file as read, and the files that say how its bus is read.
+    """Digest of a vehicle: its file as read, and the files that describe its bus.
 
     Args:
         car: loaded

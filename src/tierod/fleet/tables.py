@@ -171,7 +171,7 @@ def _pieces(whole: Recording) -> Iterator[Recording]:
 
 
 def _digest(samples: pa.Table) -> str:
-    """Of the numbers, whatever chunks and types of lists they came in."""
+    """Digest of the numbers, whatever chunks and list types hold them."""
     from tierod.core.arrow import floats
 
     digest = hashlib.sha256()

@@ -42,7 +42,7 @@ class Sudden:
     size: Annotated[float, "N*m"]
 
     def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
-        """As of `Linear`."""
+        """Friction that this ageing adds, arguments as of `Linear`."""
         return np.asarray(np.where(day >= begin, self.size, 0.0))
 
 
@@ -59,7 +59,7 @@ class Corrosion:
     time: Annotated[float, "s", POSITIVE] = 60.0 * SECONDS_PER_DAY
 
     def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
-        """As of `Linear`."""
+        """Friction that this ageing adds, arguments as of `Linear`."""
         first = THAW + YEAR * np.ceil((begin - THAW) / YEAR)
         grown = np.zeros(np.broadcast_shapes(np.shape(day), np.shape(begin)))
         for winter in range(int(np.ceil(np.nanmax(day - begin, initial=0.0) / YEAR)) + 1):

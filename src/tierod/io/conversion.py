@@ -1,4 +1,4 @@
-"""From any format that is read to any that is written, piece by piece."""
+"""Conversion of any format that is read to any that is written, piece by piece."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ LONGEST: Annotated[int, "byte"] = 1 << 29
 
 @dataclass(frozen=True)
 class State:
-    """Of one monitor.
+    """State of one monitor.
 
     Args:
         block: digest of its block, see `snapshot.digest_of_block`

@@ -27,7 +27,7 @@ class ClockTuning:
 
 @dataclass
 class _Bus:
-    """Of one bus: what is added to its stamps, its newest stamp, and when that came by the computer's clock [s]."""
+    """Clock of one bus: offset of its stamps, its newest stamp, and the computer's clock when that came [s]."""
 
     added: float
     newest: float

@@ -1,4 +1,4 @@
-"""From frames to signals while they come: every identifier is looked up in the databases once."""
+"""Decoding of frames into signals as they come: every identifier is looked up in the databases once."""
 
 from __future__ import annotations
 

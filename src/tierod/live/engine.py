@@ -297,7 +297,7 @@ class Engine:
         return [judge.shown() for judge in self.judges]
 
     def delay(self, each: Shown) -> float:
-        """By how much its verdict follows what happens, at the most [s]: a tick, or a piece where it is not stepped.
+        """Longest delay of a monitor's verdict [s]: a tick, or a piece where the monitor is not stepped.
 
         Args:
             each: what is shown of a monitor

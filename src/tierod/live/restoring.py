@@ -33,7 +33,7 @@ class Held:
         self._reader, self._nodes = reader, nodes
 
     def node(self, name: str) -> Any:
-        """As it was written; None where there is none."""
+        """The tree as it was written; None where there is none."""
         return self._nodes.get(name)
 
     def value(self, name: str) -> Any:

@@ -47,7 +47,7 @@ class Layout:
 
     @property
     def name(self) -> str:
-        """Of the message in the DBC."""
+        """Name of the message in the DBC."""
         return "Tierod_" + re.sub(r"\W", "_", self.monitor)
 
 

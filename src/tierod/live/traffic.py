@@ -24,7 +24,7 @@ SPAN: Annotated[float, "s"] = 1.0
 
 @dataclass(frozen=True)
 class Load:
-    """Of one bus.
+    """Load of one bus.
 
     Args:
         frames: per second
@@ -60,7 +60,7 @@ class Traffic:
             self._seen.popleft()
 
     def loads(self) -> dict[int, Load]:
-        """Of every bus, by its number, over the last second."""
+        """Load of every bus, by its number, over the last second."""
         rate = self._bitrate or USUAL
         words = f"{rate / 1000:.0f} kbit/s" + ("" if self._bitrate else " (assumed)")
         sums: dict[int, tuple[int, float]] = {}

@@ -18,7 +18,7 @@ LEAST_ACROSS = 0.3
 
 
 class Torques(NamedTuple):
-    """Of both steering motors at the column and of both drives at their wheels [N*m]."""
+    """Torques of both steering motors at the column and of both drives at their wheels [N*m]."""
 
     steering_motor_1: Scalar
     steering_motor_2: Scalar
@@ -107,7 +107,7 @@ def forces_of(x: AutomatedState, torques: Torques, p: AutomatedParameters) -> Fo
 
 
 def yaw_acceleration_of(x: AutomatedState, forces: Forces, p: AutomatedParameters) -> Scalar:
-    """Of the body [rad/s**2].
+    """Yaw acceleration of the body [rad/s**2].
 
     Args:
         x: state of `AutomatedVehicle`

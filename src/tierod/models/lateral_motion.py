@@ -209,7 +209,7 @@ class LateralMotion:
 
     @classmethod
     def _acceleration(cls, seen: _Seen, forces: Forces, p: Sampled) -> Scalar:
-        """Of all forces but gravity, at the centre of gravity [m/s**2]."""
+        """Acceleration by all forces but gravity, at the centre of gravity [m/s**2]."""
         own = lateral_acceleration(forces.front_across, forces.rear_across, p.car.mass)
         return own + seen.unknown["side_force"] / p.car.mass
 

@@ -176,7 +176,7 @@ class CommandedMotor:
     """
 
     class State(NamedTuple):
-        """That of `StatorFrameMotor`; loss of a phase far above the knee, and logarithm of the knee over its value."""
+        """State of `StatorFrameMotor`; a phase's loss far above the knee, and the knee's logarithm over its value."""
 
         current_alpha: Annotated[float, "A"]
         current_beta: Annotated[float, "A"]

@@ -15,7 +15,7 @@ from tierod.physics.friction import smooth_coulomb, viscous
 
 @dataclass(frozen=True)
 class Actuator:
-    """From the motor of a steer-by-wire steering to the torque at the road wheels.
+    """Actuator between the motor of a steer-by-wire steering and the road wheels.
 
     Args:
         motor_torque_constant: torque of the motor per ampere, k_M
@@ -104,7 +104,7 @@ class DisturbedSteering:
     """
 
     class State(NamedTuple):
-        """Of the steering, and the torque of the tyres."""
+        """State of the steering, and the torque of the tyres."""
 
         road_wheel_angle: Annotated[float, "rad"]
         road_wheel_rate: Annotated[float, "rad/s"]

@@ -52,7 +52,7 @@ class SteeredVehicle:
 
     @dataclass(frozen=True)
     class Parameters(SteerByWire.Parameters, Trails, SingleTrack.Parameters):
-        """Of the vehicle, its trails and its steering."""
+        """Parameters of the vehicle, its trails and its steering."""
 
     @staticmethod
     def derivative(x: State, u: Input, p: Parameters) -> State:
@@ -94,7 +94,7 @@ class TorqueShownVehicle:
 
     @dataclass(frozen=True)
     class Parameters(Trails, SingleTrack.Parameters):
-        """Of the vehicle and its trails."""
+        """Parameters of the vehicle and its trails."""
 
     @staticmethod
     def derivative(x: SingleTrack.State, u: SingleTrack.Input, p: Parameters) -> SingleTrack.State:

@@ -125,7 +125,7 @@ class ColumnWithFriction:
     """
 
     class State(NamedTuple):
-        """As `SteeringColumn.State`, and the friction at the motor over its level."""
+        """State of `SteeringColumn`, and the friction at the motor over its level."""
 
         steering_wheel_rate: Annotated[float, "rad/s"]
         motor_speed: Annotated[float, "rad/s"]

@@ -197,7 +197,7 @@ class Chassis(Protocol):
 
 
 class Steering(Protocol):
-    """From the steering wheel (or its actuator) to the road wheels."""
+    """Steering from the steering wheel (or its actuator) to the road wheels."""
 
     @property
     def actuators(self) -> tuple[str, ...]:
@@ -210,10 +210,10 @@ class Steering(Protocol):
         """Memory before the first step: friction relaxed."""
 
     def steer(self, motion: Motion) -> Steer:
-        """Of the road wheels."""
+        """Steering angle and rate of the road wheels."""
 
     def hand(self, motion: Motion) -> Hand:
-        """Of the steering wheel."""
+        """Angle and rate of the steering wheel."""
 
     def derivative(self, motion: Motion, start: Motion, memory: Memory, loads: Loads) -> Motion:
         """Rate of change of the motion; dry friction follows the path from the `start` of the step."""

@@ -1,4 +1,4 @@
-"""From the driver's wanted force to torques of drive and brakes at the wheels."""
+"""Powertrain and brakes: torques at the wheels from the force that the driver requests."""
 
 from __future__ import annotations
 

@@ -214,7 +214,7 @@ class _Run:
 
     @contextmanager
     def begun(self, seconds: float) -> Iterator[None]:
-        """With the unit that computes the vehicle, where it is one of another tool; closed behind it.
+        """The run with another tool's unit that computes the vehicle, if there is one; the unit is closed behind it.
 
         Args:
             seconds: duration [s]

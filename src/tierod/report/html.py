@@ -68,7 +68,7 @@ class Origin:
 
     @classmethod
     def now(cls, command: str = "") -> Origin:
-        """Of what is made at this moment by this version."""
+        """Origin of a page made now by this version."""
         return cls(datetime.now(UTC).isoformat(timespec="seconds"), __version__, command)
 
 

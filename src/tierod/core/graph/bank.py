@@ -75,7 +75,7 @@ class Bank:
 
     @property
     def Sample(self) -> type:
-        """That of the lanes."""
+        """Sample of the lanes."""
         sample: type = self.lanes[0].Sample
         return sample
 

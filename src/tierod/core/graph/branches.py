@@ -70,7 +70,7 @@ def _condition(program: Program, value: int, holds: bool) -> Condition:
 
 
 def _chosen(program: Program, conditions: dict[int, frozenset[Condition]]) -> dict[int, Condition]:
-    """Of the conditions of every operation the one that spares most; none where it spares too little."""
+    """The conditions that save most operations, one for each operation; none where they save too little."""
     worked = [
         index
         for index, operation in enumerate(program.operations)

@@ -11,7 +11,7 @@ from tierod.core.graph.trace import Graph
 
 
 class BranchingPrinter(LinePrinter):
-    """As a `LinePrinter`, for what is stepped alone and so need not vectorise; the same numbers to the last bit.
+    """Prints a step that runs alone and need not vectorise; its numbers equal those of `LinePrinter` to the last bit.
 
     Args:
         graph: of the block

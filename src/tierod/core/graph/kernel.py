@@ -32,7 +32,7 @@ class Kernel(Protocol):
 
     @property
     def graph(self) -> Interface:
-        """Of the block."""
+        """Interface of the block's graph."""
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
         """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""

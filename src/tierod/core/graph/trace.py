@@ -25,7 +25,7 @@ class Interface(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the block's class."""
+        """Name of the block's class."""
 
     @property
     def tuning(self) -> tuple[str, ...]:

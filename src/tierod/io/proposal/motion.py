@@ -55,7 +55,7 @@ class Motion:
 
     @classmethod
     def of(cls, raw: Recording) -> Motion:
-        """Of a recording whose channels have the names of signals and the values of the file."""
+        """Motion of a recording whose channels have the names of signals and the values of the file."""
         begin = raw.span[0]
         aligned = raw.slice(stop=begin + LONGEST).align(raw.names, RATE, maximum_age=0.25)
         kernel = np.full(SMOOTHING, 1.0 / SMOOTHING)

@@ -106,7 +106,7 @@ def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], Non
 
 
 def _one_each(columns: list[Column], meant: dict[str, Meant]) -> tuple[dict[str, Column], dict[str, tuple[str, ...]]]:
-    """By signal its best column, a known name before mere words, and the other ones."""
+    """Best column of every signal, a known name before mere words, and the other candidates."""
     found: dict[str, list[Column]] = {}
     for column in columns:
         if column.name in meant:

@@ -440,6 +440,6 @@ def _begins(path: str, beginning: bytes) -> bool:
 
 
 def _in_order(name: str) -> tuple[int, str]:
-    """By the number at the end of the name, as recorders split bags."""
+    """Sort key by the number at the end of the name, as recorders split bags."""
     digits = "".join(each for each in name.rpartition("_")[2] if each.isdigit())
     return int(digits or 0), name

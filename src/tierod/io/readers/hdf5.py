@@ -130,7 +130,7 @@ def _clock(members: Sequence[Data], given: TimeEntry) -> Data | float | None:
 
 
 def _named(timed: Sequence[Timed]) -> dict[str, Timed]:
-    """By the shortest name that is unique: that of the vector alone, or with its groups."""
+    """Datasets by the shortest name that is unique: that of the vector alone, or with its groups."""
     often: dict[str, int] = {}
     for each in timed:
         often[each.data.parts[-1]] = often.get(each.data.parts[-1], 0) + 1

@@ -76,7 +76,7 @@ class Kind:
 
     @property
     def name(self) -> str:
-        """Of the format."""
+        """Name of the format."""
         return self.format.name
 
 

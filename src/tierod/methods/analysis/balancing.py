@@ -175,7 +175,7 @@ def parted(system: LinearSystem, stays: Callable[[complex], bool]) -> tuple[np.n
 
 
 def _square_roots(part: LinearSystem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """To and back of the balanced coordinates, and the Hankel singular values, those of rounding left out."""
+    """Transformations to and from balanced coordinates, and the Hankel singular values without those of rounding."""
     reached = _root(controllability_gramian(part))
     shown = _root(observability_gramian(part))
     left, values, right = np.linalg.svd(shown.T @ reached)

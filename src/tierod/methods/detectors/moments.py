@@ -145,7 +145,7 @@ class _Sums(NamedTuple):
     squares: Scalar
 
     def changed(self, weight: Scalar, away: Scalar) -> _Sums:
-        """With one more value (weight 1), one less (-1), or as they are (0)."""
+        """The sums with one value more (weight 1), one less (-1), or unchanged (0)."""
         step = weight * away
         return _Sums(self.number + weight, self.sum + step, self.squares + step * away)
 

@@ -73,7 +73,7 @@ def run_length(walk: Walk, start: float = 0.0) -> float:
 
 
 def _renewed(walk: Walk, start: float) -> float:
-    """Of a walk that begins anew at zero: length of one try over the chance that it ends at the upper limit."""
+    """Run length of a walk that restarts at zero: length of one try over the chance that it ends at the upper limit."""
     chain = _Chain(walk)
     tries = chain.solve(np.column_stack([np.ones(len(chain.at)), chain.above(chain.at), chain.below(chain.at)]))
 
@@ -89,7 +89,7 @@ def _renewed(walk: Walk, start: float) -> float:
 
 
 def _ending(walk: Walk, start: float) -> float:
-    """Of a walk that ends at both limits.
+    """Run length of a walk that ends at both limits.
 
     Long walks forget where they began, and rounding then spoils one number, the rate at which they end: it is taken
     anew from the chance of ending in one step, over where a walk that goes on is found.

@@ -223,7 +223,7 @@ def _experiment(
     deviation: Sequence[float],
     p: BenchParameters,
 ) -> Experiment:
-    """With the first state, and its variance, from the first samples."""
+    """Experiment whose first state, and its variance, come from the first samples."""
     first = np.arange(_FIRST) - 0.5 * (_FIRST - 1)
     known = np.column_stack([bridged(values)[:_FIRST] for values in measured.T])
     slopes = first @ known / (first @ first) / step

@@ -117,7 +117,7 @@ class Fitted:
 
     @property
     def parameters(self) -> BenchParameters:
-        """Of the column, with all that was found."""
+        """Parameters of the column, with all that was found."""
         found = self.estimate.parameters(self.base)
         return replace(found, **{name: value for name, (value, _) in self.wheel.items()})
 

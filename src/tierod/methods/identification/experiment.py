@@ -65,7 +65,7 @@ class Free:
     spread: float | None = None
 
     def coordinate(self, value: float) -> float:
-        """Of the search.
+        """Coordinate of a value in the search.
 
         Raises:
             ParameterError: a start that is not positive, where the parameter has to be
@@ -119,7 +119,7 @@ class Estimate:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the free parameters."""
+        """Names of the free parameters."""
         return tuple(each.name for each in self.free)
 
     def index(self, name: str) -> int:
@@ -148,7 +148,7 @@ class Estimate:
 
     @property
     def correlation(self) -> np.ndarray:
-        """Of the parameters."""
+        """Correlation of the parameters."""
         spread = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(spread, spread))
 
@@ -182,11 +182,11 @@ class Found:
     def normal(
         cls, name: str, before: tuple[float, float | None], value: float, deviation: float, method: str
     ) -> Found:
-        """With the interval of a normal distribution; `before` is value and deviation of the vehicle file."""
+        """Result with the interval of a normal distribution; `before` is value and deviation of the vehicle file."""
         half = INTERVAL * deviation
         return cls(name, *before, value, deviation, value - half, value + half, method)
 
     @property
     def change(self) -> float:
-        """Of the value, over that before; NaN where that was zero."""
+        """Change of the value, relative to that before; NaN where that was zero."""
         return self.value / self.before - 1.0 if self.before else math.nan

@@ -54,7 +54,7 @@ def white_noise(values: np.ndarray) -> float:
 
 
 def whiteness(residuals: Sequence[np.ndarray]) -> Whiteness:
-    """Of the residuals of one output over several experiments, each (n,); missing ones are left out."""
+    """Whiteness of the residuals of one output over several experiments, each (n,); missing ones are left out."""
     power = sum(float(np.nansum(each**2)) for each in residuals)
     count = sum(int(np.isfinite(each).sum()) for each in residuals)
     if not power > 0.0:

@@ -168,7 +168,7 @@ class _Shaft:
 
     @cached_property
     def steps(self) -> np.ndarray:
-        """By which the shaft turns from sample to sample; still over a gap."""
+        """Angle by which the shaft turns from sample to sample; zero over a gap."""
         return np.nan_to_num(np.diff(self.angle))
 
     @property

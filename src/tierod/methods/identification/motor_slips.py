@@ -91,7 +91,7 @@ def in_time(
 
 
 def _moved(seen: MotorRecording, samples: float) -> MotorRecording:
-    """With voltages from so many samples later."""
+    """The recording with voltages from so many samples later."""
     whole = int(np.floor(samples))
     padded = np.concatenate([[np.nan], seen.voltage, [np.nan, np.nan]])
     first = 1 + np.arange(len(seen.voltage)) + whole

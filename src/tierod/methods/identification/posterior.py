@@ -102,7 +102,7 @@ class Posterior(NamedTuple):
 
     @property
     def values(self) -> dict[str, float]:
-        """Of the parameters, by name."""
+        """Values of the parameters, by name."""
         return {prior.name: prior.at(float(x)) for prior, x in zip(self.priors, self.place, strict=True)}
 
     @property

@@ -36,12 +36,12 @@ class Box(NamedTuple):
 
     @property
     def middle(self) -> Array:
-        """Of the box."""
+        """Middle of the box."""
         return np.asarray(0.5 * (self.low + self.high))
 
     @property
     def half_width(self) -> Array:
-        """Of the box."""
+        """Half width of the box."""
         return np.asarray(0.5 * (self.high - self.low))
 
 

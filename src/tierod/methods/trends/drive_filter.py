@@ -38,7 +38,7 @@ class TrendNoise:
             raise ParameterError(f"{self} has a negative deviation, or a scale or clip that is not positive")
 
     def variance(self, deviation: np.ndarray) -> np.ndarray:
-        """Of a drive about the level of its car [unit**2]."""
+        """Variance of a drive about the level of its car [unit**2]."""
         return np.asarray((self.scale * deviation) ** 2 + self.scatter**2)
 
 
@@ -55,7 +55,7 @@ class Prior:
     covariance: np.ndarray
 
     def of(self, cars: slice | np.ndarray) -> Prior:
-        """That of some of the cars."""
+        """Prior that some of the cars give."""
         mean = self.mean[cars] if self.mean.ndim == 2 else self.mean
         return Prior(mean, self.covariance[cars] if self.covariance.ndim == 3 else self.covariance)
 

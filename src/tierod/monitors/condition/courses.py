@@ -1,4 +1,4 @@
-"""From statements sample by sample to episodes of faults and courses of trouble codes, piece by piece."""
+"""Episodes of faults and courses of trouble codes, from statements sample by sample, piece by piece."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Driven:
 
     @property
     def seconds(self) -> float:
-        """Of all samples."""
+        """Duration of all samples [s]."""
         return self.samples * self.period
 
     @property

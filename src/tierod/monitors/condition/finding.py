@@ -185,7 +185,7 @@ def _lost(
 
 
 def _order(loss: Loss) -> tuple[float, bool]:
-    """By time, and what is not there before what cannot be judged for it."""
+    """Sort key: by time, and an absent signal before one that cannot be judged for its absence."""
     return math.inf if loss.since is None else loss.since, loss.status is not Status.NOT_AVAILABLE
 
 

@@ -58,7 +58,7 @@ def condition_monitor(vehicle: Vehicle, sample_time: float = 0.01, codes: Troubl
 
 
 def _whole(vehicle: Vehicle, sample_time: float, codes: TroubleCodes | None) -> Bank:
-    """Of a vehicle whose torques are known: lanes of all hypotheses, and one of sliding tyres."""
+    """Bank for a vehicle whose torques are known: lanes of all hypotheses, and one of sliding tyres."""
     base, explanations = LeaveOutFilter.of_vehicle(vehicle, sample_time), hypotheses()
     calibrated, limits = has_own_limits(vehicle), limits_of(vehicle)
     kinds = tuple(KindOfFault.of_sensor(name, sample_time) for name in OF_AUTOMATED)

@@ -118,7 +118,7 @@ class Since(NamedTuple):
 
 
 class ReactionState(NamedTuple):
-    """Of the substitutes and counters, and for how many samples in a row several elements have been in doubt."""
+    """State of substitutes and counters, and the number of samples in a row with several elements in doubt."""
 
     supply: tuple[SupplyState, ...]
     counters: tuple[DebounceCounter.State, ...]
@@ -145,7 +145,7 @@ class FaultReaction:
     def of(
         cls, reconfiguration: Reconfiguration, sample_time: float = 0.01, codes: TroubleCodes | None = None
     ) -> FaultReaction:
-        """With the debouncing of a table of trouble codes.
+        """Reaction with the debouncing of a table of trouble codes.
 
         Args:
             reconfiguration: of the sensors
@@ -194,7 +194,7 @@ class FaultReaction:
         return after, Supplies(*(getattr(supplied, name, Supplied(0.0, 0.0, NOTHING)) for name in SENSORS))
 
     def _results(self, sample: ConditionSample, judged: Judged, doubted: Scalar) -> Sequence[Scalar]:
-        """Of every code: 1 failed, -1 passed, 0 no result; nothing passes that could not have shown a fault."""
+        """Result of every code: 1 failed, -1 passed, 0 none; a code that could not have shown a fault does not pass."""
         results, readings = [], readings_of(sample)
         for place, each in enumerate(judged.statements):
             healthy = each.status == code_of(Status.HEALTHY)

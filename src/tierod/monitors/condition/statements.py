@@ -55,7 +55,7 @@ class StatementCourse(NamedTuple):
 
     @classmethod
     def of(cls, result: Result) -> StatementCourse:
-        """Of a block whose output is a `ConditionOutput`."""
+        """Course of the statements of a block whose output is a `ConditionOutput`."""
         status, kind, magnitude, deviation = (
             np.column_stack([result[f"statements.{name}.{each}"] for name in ELEMENTS])
             for each in ("status", "kind", "magnitude", "deviation")
@@ -76,7 +76,7 @@ class StatementCourse(NamedTuple):
         return cls(status, no, np.zeros(no.shape), unknown, unknown, no[:, 0], unknown[:, 0])
 
     def where_available(self, available: np.ndarray, moving: np.ndarray) -> StatementCourse:
-        """With "not available" where there is nothing to judge; a fault that was declared before stays.
+        """Statements with "not available" where nothing can be judged; a fault that was declared before stays.
 
         Args:
             available: whether each element is read, or its target is known, (n, elements)

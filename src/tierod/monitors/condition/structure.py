@@ -162,7 +162,7 @@ def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
 
 
 def _double(pairs: Isolability) -> tuple[str, ...]:
-    """Of two faults at once, those that something else explains as well."""
+    """Pairs of faults that another hypothesis explains as well."""
     both = [name for name in pairs.faults if " + " in name]
     mixed = [name for name in both if name not in pairs.isolable]
     if not mixed:

@@ -152,7 +152,7 @@ class Reconfiguration:
 
     @classmethod
     def of_car(cls, parameters: RollingCar.Parameters, sample_time: float = 0.01) -> Reconfiguration:
-        """With the filter of the others alone, whose errors are those on two real cars.
+        """Substitutes by the filter of the other sensors alone, with its errors on two real cars.
 
         Args:
             parameters: of `RollingCar`
@@ -164,7 +164,7 @@ class Reconfiguration:
     def of_vehicle(
         cls, vehicle: Vehicle, sample_time: float = 0.01, calibrated: bool = True, filters: bool = True
     ) -> Reconfiguration:
-        """With the shipped graph of substitutes.
+        """Substitutes by the shipped graph.
 
         Args:
             vehicle: with the parameters of `AutomatedVehicle`

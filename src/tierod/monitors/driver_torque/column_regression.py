@@ -168,7 +168,7 @@ class BelowBarOverDrive:
         self._products += rows.T @ rows
 
     def inertia(self) -> float | None:
-        """Of motor and gear at the motor's shaft [kg m^2]; None where the pieces do not show it clearly."""
+        """Inertia of motor and gear at the motor's shaft [kg m^2]; None where the pieces do not show it clearly."""
         count, normal = self._products[4, 4], self._products[1:, 1:]
         if normal[0, 0] < LEAST**2 * count:
             return None

@@ -154,7 +154,7 @@ def _switching(sample_time: float, tuning: ColumnTuning, *, smooth: bool) -> Swi
 
 
 def _stiffness(parameters: Column) -> float:
-    """Of the bar where there is a gear, else of the one spring."""
+    """Stiffness of the bar where there is a gear, else of the one spring."""
     return parameters.torsion_bar_stiffness if isinstance(parameters, ColumnParameters) else parameters.stiffness
 
 

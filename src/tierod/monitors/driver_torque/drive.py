@@ -172,7 +172,7 @@ class DriveFigures:
         self.inertia_error, self.torque_offset = float(result["inertia_error"][-1]), float(result["torque_offset"][-1])
 
     def consistency(self) -> Consistency | None:
-        """Of the observer; None where it has no NIS."""
+        """Consistency of the observer; None where it has no NIS."""
         return self._consistency.result() if self._consistency is not None else None
 
     def drive(self) -> Drive:

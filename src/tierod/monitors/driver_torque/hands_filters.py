@@ -179,7 +179,7 @@ _ANY_RATE = 25.0
 
 
 def log_likelihood(estimate: Tree) -> Scalar:
-    """Of the angle of one sample, less a constant; 0 where it is missing.
+    """Log-likelihood of the angle of one sample, less a constant; 0 where it is missing.
 
     Args:
         estimate: output of one of the filters

@@ -51,7 +51,7 @@ class ColumnTuning:
     outputs: tuple[str, ...] = ColumnOutput._fields
 
     def variances(self) -> tuple[float, ...]:
-        """Of the outputs that are measured."""
+        """Variances of the measured outputs."""
         noises = {
             "steering_wheel_angle": self.steering_wheel_angle_noise,
             "motor_angle_mechanical": self.motor_angle_noise,
@@ -68,7 +68,7 @@ LONGEST_JUMP = 3.0
 
 
 def usual_tuning(vehicle: Vehicle) -> ColumnTuning:
-    """That of a bench for a column with a gear that has no column inertia of a car, else that of the road."""
+    """Tuning of a bench for a geared column without a car's column inertia, else that of the road."""
     return ROAD if "column_inertia" in vehicle else ColumnTuning()
 
 

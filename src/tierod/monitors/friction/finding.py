@@ -140,7 +140,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Limits:
-    """Of rising friction, and of a fault."""
+    """Limits of rising friction and of a fault."""
 
     rising: Limit
     fault: Limit

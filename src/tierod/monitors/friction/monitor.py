@@ -60,7 +60,7 @@ class FrictionEstimator(Protocol):
 
     @property
     def vehicle_parameters(self) -> FrictionParameters:
-        """Of the vehicle file, as it assumes them."""
+        """Parameters of the vehicle file, as the estimator assumes them."""
 
     def init(self) -> Tree:
         """Nothing learnt yet."""
@@ -87,20 +87,20 @@ class FrictionMonitor:
     name: str = NAME
 
     class State(NamedTuple):
-        """Of estimator and judge."""
+        """State of estimator and judge."""
 
         filter: Tree
         verdict: FrictionVerdict.State
 
     class Output(NamedTuple):
-        """Of estimator and judge."""
+        """Output of estimator and judge."""
 
         estimate: Tree
         verdict: JudgedFriction
 
     @property
     def Sample(self) -> type:
-        """That of the estimator."""
+        """Sample of the estimator."""
         return self.filter.Sample
 
     @classmethod

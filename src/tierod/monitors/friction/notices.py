@@ -79,7 +79,7 @@ class FrictionRun:
 
     @property
     def limits(self) -> FrictionLimits:
-        """Of the vehicle file: without them the torques are raw counts, and there is no verdict to word."""
+        """Limits of the vehicle file; without them the torques are raw counts, and there is no verdict."""
         assert self.verdict.limits is not None
         return self.verdict.limits
 
@@ -110,7 +110,7 @@ def _levels(run: FrictionRun) -> list[str]:
 
 
 def _bar(run: FrictionRun) -> list[str]:
-    """Of the estimator that knows the bar, which alone learns an angle of build-up."""
+    """Notices of the estimator with a torsion bar, the only one that estimates an angle of build-up."""
     if run.parameters is None or "dahl_angle_rad" not in run.evidence:
         return []
     return [] if math.isfinite(run.parameters.torsion_bar_stiffness) else [RIGID_WARNING]

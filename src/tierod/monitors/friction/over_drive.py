@@ -84,7 +84,7 @@ class HysteresisOverDrive:
         self._open = rows[whole:].copy()
 
     def _keep(self, stroke: Stroke) -> None:
-        """Of the last ten minutes only the busiest strokes stay."""
+        """Keep the busiest strokes of the last ten minutes."""
         if self._strokes and stroke.start - self._strokes[0].start > STROKES_OF:
             self._closed += _busiest(self._strokes)
             self._strokes = []

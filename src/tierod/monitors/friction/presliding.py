@@ -210,7 +210,7 @@ class PreslidingFrictionFilter:
 
     @property
     def vehicle_parameters(self) -> FrictionParameters:
-        """Of the vehicle file, as the estimator assumes them."""
+        """Parameters of the vehicle file, as the estimator assumes them."""
         return self.parameters
 
     def seen(self, sample: SteeringSample, estimate: FrictionTorque) -> VerdictSample:

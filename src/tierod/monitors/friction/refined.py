@@ -105,7 +105,7 @@ class RefinedFrictionMonitor:
 
     @property
     def vehicle_parameters(self) -> FrictionParameters:
-        """Of the vehicle file, as the estimator assumes them."""
+        """Parameters of the vehicle file, as the estimator assumes them."""
         parameters: FrictionParameters = self.filter.parameters
         return parameters
 

@@ -49,7 +49,7 @@ class AssistCharacteristic:
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> AssistCharacteristic | None:
-        """That of a vehicle; None where its file has none or a guess, or its torques are raw counts.
+        """Characteristic of a vehicle; None where its file has none or a guess, or its torques are raw counts.
 
         Args:
             vehicle: whose characteristic it is

@@ -86,7 +86,7 @@ TOO_FEW = "fewer than"
 
 
 def refusals(monitor: Monitor, vehicle: Vehicle | None, recording: Recording) -> Mapping[str, str]:
-    """By the name of every variant, why a diagnosis would refuse the recording; "" where it would run.
+    """Reason why a diagnosis would refuse the recording, by variant; "" where it would run.
 
     Args:
         monitor: that is asked for

@@ -1,4 +1,4 @@
-"""From the running verdict of a monitor to a fault memory."""
+"""Transfer of a monitor's running verdict into a fault memory."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def refuse_leap(last: float, following: float) -> None:
 
 
 def share_read(piece: Recording) -> float:
-    """Of the recording, up to the end of a piece, 0 to 1."""
+    """Share of the recording up to the end of a piece, 0 to 1."""
     return float(piece.metadata.get(SHARE_READ, 1.0))
 
 

@@ -229,5 +229,5 @@ def beside_followed(
 
 
 def _agreed(old: Contradiction, run: EqualValues, residual: Scalar) -> Contradiction:
-    """With the residual of the sample before the run: what did not agree then contradicts by another defect."""
+    """Contradiction with the residual before the run: signals that disagreed then have another defect."""
     return Contradiction(where(run.seconds > 0.0, old.start, absolute(old.far)), residual, old.seconds)

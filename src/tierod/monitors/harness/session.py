@@ -23,7 +23,7 @@ from tierod.vehicles import Vehicle
 
 
 class StatusChange(NamedTuple):
-    """From when on a running verdict said what."""
+    """Change of a running verdict: its time and the new status."""
 
     time: Annotated[float, "s"]
     status: Status

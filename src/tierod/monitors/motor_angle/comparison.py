@@ -115,7 +115,7 @@ class SensorComparison:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """Of the parts, in order."""
+        """State of the parts, in order."""
 
         gate: ResidualGate.State
         increments: Increments.State

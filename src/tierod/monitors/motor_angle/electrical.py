@@ -124,7 +124,7 @@ class ElectricalChecks:
     Sample = MotorAngleSample
 
     class Output(NamedTuple):
-        """Of one sample."""
+        """Output of one sample."""
 
         alarms: ElectricalAlarms
         figures: ElectricalFigures

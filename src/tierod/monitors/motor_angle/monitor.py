@@ -52,7 +52,7 @@ class Alarms(NamedTuple):
     electrical: ElectricalAlarms
 
     def in_order(self) -> list[Scalar]:
-        """Of every alarm in the order of `ALARMS`."""
+        """Values of all alarms, in the order of `ALARMS`."""
         flags = dict(leaves(self))
         return [flags[each.name] for each in ALARMS]
 
@@ -102,7 +102,7 @@ class MotorAngleMonitor:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Of the parts, in order; the time, and since when a fault has been stated."""
+        """State of the parts, in order; the time, and since when a fault has been stated."""
 
         observer: MotorAngleObserver.State
         comparison: SensorComparison.State

@@ -85,7 +85,7 @@ class Axles:
         return Slips(*(where(running, new, old) for new, old in zip(after, before, strict=True)))
 
     def variance(self, slips: Slips) -> Scalar:
-        """Of the sideslip angle [rad2], for what stiffness and trail may be wrong and for tyres that follow late."""
+        """Variance of the sideslip angle [rad2], from wrong stiffness and trail and from tyres that follow late."""
         errors = (
             self.front_stiffness_deviation * slips.front,
             self.rear_stiffness_deviation * slips.rear,
@@ -96,7 +96,7 @@ class Axles:
         return sum((error * error for error in errors[1:]), errors[0] * errors[0])
 
     def of_vehicle(self, vehicle: Vehicle) -> Axles:
-        """With standard deviations and relaxation lengths of a vehicle file, as far as it has them."""
+        """Axles with standard deviations and relaxation lengths of a vehicle file, as far as it has them."""
         found: dict[str, float] = {}
         for axle in ("front", "rear"):
             if spread := vehicle.parameters[f"{axle}_cornering_stiffness"].standard_deviation:

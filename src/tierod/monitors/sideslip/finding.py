@@ -169,5 +169,5 @@ def distances(finding: Finding) -> dict[str, float]:
 
 
 def _signed(value: float, decimals: int) -> str:
-    """With its sign, and the minus that reports write."""
+    """Number with its sign, and the minus of reports."""
     return f"{value:+.{decimals}f}".replace("-", "−")

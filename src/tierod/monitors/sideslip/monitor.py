@@ -107,7 +107,7 @@ class SideslipMonitor:
         return _sample_class(_fields(self.estimator.Sample))
 
     def init(self) -> Tree:
-        """Of the estimator."""
+        """First state of the estimator."""
         return self.estimator.init()
 
     def step(self, state: Tree, sample: Tree) -> tuple[Tree, Output]:

@@ -92,7 +92,7 @@ class ObserverEstimate(NamedTuple):
 
 
 class ObserverState(NamedTuple):
-    """Of the observer itself, the last sideslip angle, and the slip angles of the axles then."""
+    """State of the observer, the last sideslip angle, and the slip angles of the axles then."""
 
     own: Tree
     sideslip_angle: Annotated[Scalar, "rad"]

@@ -82,7 +82,7 @@ class Schedule:
 
 
 def _sum(terms: list[Scalar]) -> Scalar:
-    """By halves, so that no long chain of additions has to be waited for."""
+    """Sum by halves, so that no long chain of additions delays the step."""
     if len(terms) == 1:
         return terms[0]
     middle = len(terms) // 2

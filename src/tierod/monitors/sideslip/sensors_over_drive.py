@@ -93,7 +93,7 @@ class SensorsOverDrive:
         self._rolling += (len(v), np.sum(r - a / v), np.sum(r - gain * d), np.sum(r))
 
     def offset(self, beside_turns: float = 0.0) -> Offset | None:
-        """Of the yaw rate, where the data show one that is worth naming.
+        """Offset of the yaw rate, where the data show one that is worth naming.
 
         Args:
             beside_turns: that of lateral acceleration over speed, see `MotionOverDrive.yaw_rate_offset` [rad/s]

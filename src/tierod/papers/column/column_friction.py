@@ -270,7 +270,7 @@ class ColumnFrictionObserver:
 
 
 def _initial_variance(model: Model, ratio: float, friction: FrictionTuning) -> tuple[float, ...]:
-    """Of a start at rest that may be none: 0.1 rad, 1 rad/s and 2 N·m at the wheel."""
+    """Variance of a start at rest within 0.1 rad, 1 rad/s and 2 N·m at the wheel."""
     known = {
         "steering_wheel_angle": 0.01,
         "motor_angle": 0.01 * ratio**2,

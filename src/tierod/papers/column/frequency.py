@@ -49,7 +49,7 @@ class Run:
     bar_torque: np.ndarray
 
     def response(self) -> MeasuredResponse:
-        """From the one to the other."""
+        """Response from one signal to the other."""
         return measured_response(self.motor_torque, self.bar_torque, 1.0 / _STEP, _PIECE).between(LOWEST, HIGHEST)
 
 
@@ -157,7 +157,7 @@ def _with_friction(column: LinearSystem, found: dict[float, MeasuredResponse]) -
 
 
 def _amplitude_claims(misses: Mapping[float, float]) -> Iterator[Item]:
-    """From errors of the gain [dB] by amplitude [N m]."""
+    """Claims from errors of the gain [dB] by amplitude [N m]."""
     yield Claim(
         "frequency.strong-sweep",
         "A strong sweep gives the gain of the linear column also with friction.",

@@ -180,7 +180,7 @@ class HandsDesign(NamedTuple):
 
     @property
     def thresholds(self) -> tuple[float, float]:
-        """As `HandsMonitor.of_vehicle` takes them."""
+        """Thresholds as `HandsMonitor.of_vehicle` takes them."""
         return self.to_on.threshold, self.to_off.threshold
 
 

@@ -136,7 +136,7 @@ def _drives(quick: bool) -> tuple[Drive, ...]:
 
 
 def _figures(task: tuple[str, str, bool]) -> Figures:
-    """Of a drive by name, with sensors by name, short where quick."""
+    """Figures of a drive by name, with sensors by name, short where quick."""
     drive = next(each for each in _drives(task[2]) if each.name == task[0])
     sensing, vehicle = next(each for each in sensings() if each.name == task[1]), load(CAR)
     sensors = sensing.sensors.at_rate(sensing.rate)

@@ -226,7 +226,7 @@ def _with_disturbances(sets: dict[str, LinearSystem], family: list[LinearSystem]
 
 
 def _rank_claims(unscaled: list[int], others: dict[str, dict[str, int]], rational: dict[str, int]) -> Iterator[Item]:
-    """Of ranks with both torques: unscaled; by every other method and column; in rational arithmetic."""
+    """Claims on ranks with both torques: unscaled; by every other method and column; in rational arithmetic."""
     yield Claim(
         "observability.with-disturbances",
         "With the torques of driver and disturbance as states the rank of the observability matrix is 5 of 8.",

@@ -224,7 +224,7 @@ def _deviation(system: LinearSystem) -> float:
 
 
 def _error_over_bound(system: LinearSystem) -> float:
-    """Of the default balanced reduction, in its units."""
+    """Error of the default balanced reduction over its bound, in its units."""
     inputs, outputs = balancing_sizes(SETS["S1"].motor_ratio)
     reduction = balanced_column(SETS["S1"])
     assert reduction.error_bound is not None

@@ -193,7 +193,7 @@ class Errors:
 
 
 def seeds(effort: Effort) -> tuple[int, ...]:
-    """Of the runs that are reported; the observers were tuned on 1 and 2."""
+    """Seeds of the reported runs; the observers were tuned on 1 and 2."""
     return tuple(SEEDS.of(BENCH, 1 if effort.quick else 5))
 
 

@@ -79,7 +79,7 @@ def items(loops: Mapping[str, ClosedLoop], effort: Effort) -> Iterator[Item]:
 
 
 def _failing(observers: Sequence[str], effort: Effort) -> dict[str, tuple[str, ...]]:
-    """By observer: how many columns of every one of `SHARES` are followed worse than the goal."""
+    """Columns of `SHARES` that an observer follows worse than the goal, by observer."""
     count = 3 if effort.quick else 50
     cases = [(name, share, seed) for name in observers for share in SHARES for seed in range(count)]
     worse = np.reshape([rms > GOAL for rms in effort.made(_wrong_column, cases)], (len(observers), len(SHARES), count))
@@ -104,7 +104,7 @@ def deaf(loop: ClosedLoop) -> ClosedLoop:
 
 
 def margins_of(loop: ClosedLoop, known: Belief) -> Margins | None:
-    """Of the loop cut at the motor's torque; None if it is unstable when closed."""
+    """Margins of the loop cut at the motor's torque; None if it is unstable when closed."""
     try:
         return margins(cut(loop, known), SAMPLE_TIME)
     except ParameterError:

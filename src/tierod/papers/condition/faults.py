@@ -92,7 +92,7 @@ class Injected:
 
     @property
     def fault(self) -> Fault:
-        """As the proving ground takes it."""
+        """The fault as the proving ground takes it."""
         lasts, trigger = self.end - self.start, AtTime(self.start)
         if self.element in TORQUES:
             return Fault(f"actuator.{TORQUES[self.element]}", TorqueLoss(self.size), trigger, lasts)

@@ -57,7 +57,7 @@ class RealCar:
         return load(self.vehicle)
 
     def recording(self) -> Recording | None:
-        """As it was made; None where it is not here or cannot be read with what is installed."""
+        """The recording as it was made; None where it is absent or cannot be read with what is installed."""
         from tierod.io.derive import complete
         from tierod.io.readers import read
 

@@ -90,7 +90,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def _squares(known: Mapping[int, by_bank.Known], drive: Drive, recording: Recording) -> Squares:
-    """Of one drive: the filters' where a sensor fails, else those of plain relations."""
+    """Squared errors of one drive: the filters' where a sensor fails, else those of plain relations."""
     shipped = by_bank.Known(load("smartload"))
     found: Squares = {}
     for calibrated, car in ((True, known[drive.vehicle]), (False, shipped)):

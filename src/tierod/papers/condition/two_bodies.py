@@ -91,7 +91,7 @@ class Sampling(NamedTuple):
 
     @property
     def row(self) -> tuple[str, ...]:
-        """Of the table."""
+        """Row of the table."""
         error = f"{1e3 * self.error:.2f}" if np.isfinite(self.error) else "diverges"
         return self.name, str(self.multiplications), str(self.additions), error
 
@@ -166,7 +166,7 @@ class OnDrive(NamedTuple):
 
     @property
     def row(self) -> tuple[str, ...]:
-        """Of the table."""
+        """Row of the table."""
         return (
             *(f"{1e3 * each:.2f}" for each in (self.residual, self.stated, self.error)),
             f"{self.jump:.3f}",

@@ -60,7 +60,7 @@ class MultibodyCar(RealCar):
         return replace(base, parameters={**base.parameters, **changed})
 
     def recording(self) -> Recording | None:
-        """As it was driven; None where CommonRoad's models are not installed."""
+        """The recording as it was driven; None where CommonRoad's models are not installed."""
         try:
             return multibody_drive(self.seed, self.learning + 30.0)
         except InputError:

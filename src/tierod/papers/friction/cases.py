@@ -64,7 +64,7 @@ class Case:
 
     @property
     def level(self) -> float:
-        """Of friction, before it changes if it does [N*m]."""
+        """Level of friction, before a change if there is one [N*m]."""
         return self.friction.levels[0] if isinstance(self.friction, FrictionCourse) else self.friction
 
     def counted_from(self, first: int) -> Case:

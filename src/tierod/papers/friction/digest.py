@@ -186,7 +186,7 @@ WARPED_RATE, WARPED_BAND = 20.0, 0.5
 
 
 def _warped(internal: np.ndarray, external: np.ndarray) -> np.ndarray:
-    """As `_variance`, once a second over the last 15 s, each window warped by itself; the first ones are shorter."""
+    """Variance as `_variance`, once a second over the last 15 s, each window warped alone; the first are shorter."""
     thin = round(RATE / WARPED_RATE)
     second, length = round(WARPED_RATE), 15 * round(WARPED_RATE)
     pair = [values[thin - 1 :: thin] for values in (external, internal)]

@@ -41,7 +41,7 @@ class Drives:
 
     @property
     def hours(self) -> float:
-        """Of driving."""
+        """Driving time [h]."""
         return sum(each.seconds for each in self.digests.values()) / 3600.0
 
 

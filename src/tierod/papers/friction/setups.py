@@ -45,7 +45,7 @@ def usual() -> Setup:
 
 
 def chassis(setup: Setup) -> TwoTrack:
-    """Of the car.
+    """Chassis of the car.
 
     Raises:
         TypeError: it is not the one with two tracks

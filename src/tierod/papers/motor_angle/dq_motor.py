@@ -126,7 +126,7 @@ READINGS = ("corrected", "printed")
 
 
 def q_axis_motor(p: MotorParameters, reading: str = "corrected") -> LinearSystem:
-    """From the voltage across the flux to the current across it.
+    """Linear system from the voltage across the flux to the current across it.
 
     Args:
         p: of the motor

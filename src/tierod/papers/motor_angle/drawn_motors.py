@@ -34,7 +34,7 @@ TARGET = "target of tierod"
 
 
 class Errors(NamedTuple):
-    """Of the angle [rad]: root mean square, and the largest."""
+    """Errors of the angle [rad]: root mean square, and the largest."""
 
     rms: float
     most: float

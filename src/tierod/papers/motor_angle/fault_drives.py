@@ -57,7 +57,7 @@ class BenchDrive:
 
     @property
     def time(self) -> np.ndarray:
-        """From the first sample [s]."""
+        """Time from the first sample [s]."""
         return np.arange(len(self.speed)) / RATE
 
 

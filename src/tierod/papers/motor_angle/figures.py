@@ -43,7 +43,7 @@ class CarDrive:
 
     @property
     def time(self) -> np.ndarray:
-        """Of the truth, from the first sample on [s]."""
+        """Time of the truth, from its first sample [s]."""
         return self.places / RATE
 
     def observed(self, observer: Block) -> Result:

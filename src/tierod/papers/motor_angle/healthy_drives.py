@@ -41,7 +41,7 @@ class AlarmWatch:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Of the monitor, and whether it has alarmed."""
+        """State of the monitor, and whether it has alarmed."""
 
         monitor: Tree
         alarmed: Scalar
@@ -95,12 +95,12 @@ class HealthyDrives:
 
     @property
     def hours(self) -> float:
-        """Of all drives [h]."""
+        """Duration of all drives [h]."""
         return len(self.drives) * self.seconds / 3600.0
 
     @property
     def turning(self) -> float:
-        """Of these, with a known angle [h]."""
+        """Duration of turning with a known angle [h]."""
         return sum(drive.turning for drive in self.drives) / 3600.0
 
     @property

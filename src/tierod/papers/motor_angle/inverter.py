@@ -101,7 +101,7 @@ def _observers(fit: InverterFit) -> dict[str, MotorAngleObserver]:
 
 
 def _errors(observer: MotorAngleObserver, drives: Sequence[ObserverDrive], commanded: bool = True) -> np.ndarray:
-    """Of every drive: root mean square and the largest error [rad], (2, n)."""
+    """Root mean square and largest error of every drive [rad], (2, n)."""
     found = []
     for seen in drives:
         away = scan(observer, seen.commanded if commanded else seen.samples)["motor_angle"] - seen.angle

@@ -126,7 +126,7 @@ class LinearSpeed:
 
     @classmethod
     def of(cls, observer: LinearSystem, sample_time: float) -> LinearSpeed:
-        """From a design.
+        """Observer from a design.
 
         Args:
             observer: of `full_observer` or `reduced_observer`

@@ -55,7 +55,7 @@ class ObserverDrive:
 
     @property
     def time(self) -> np.ndarray:
-        """From the first sample [s]."""
+        """Time from the first sample [s]."""
         return np.arange(len(self.angle)) / RATE
 
     def observed(self, observer: Block) -> Result:
@@ -164,7 +164,7 @@ class Accuracy(NamedTuple):
 
 
 def parameters(name: str = "motor-bench") -> tuple[DqMotorParameters, SampledMotorParameters]:
-    """Of a vehicle, for observers in the rotor's and in the stator's axes."""
+    """Parameters of a vehicle, for observers in the rotor's and in the stator's axes."""
     vehicle = load(name)
     return vehicle.parameters_for(DqMotorParameters), vehicle.parameters_for(SampledMotorParameters)
 

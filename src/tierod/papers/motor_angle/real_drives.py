@@ -120,7 +120,7 @@ class Agreement(NamedTuple):
 
 
 def agreement(angle: np.ndarray, other: np.ndarray) -> Agreement:
-    """Of two angles, whole turns left out."""
+    """Agreement of two angles, whole turns left out."""
     away = np.exp(1j * (angle - other))
     mean = float(np.angle(away.mean()))
     return Agreement(mean, float(np.std(np.angle(away * np.exp(-1j * mean)))))
@@ -236,7 +236,7 @@ _CURRENTS = ("motor_current_alpha", "motor_current_beta")
 
 
 def _observers() -> dict[str, Block]:
-    """With resistance and flux held: at one speed and one current the angle would go with them."""
+    """Observers with fixed resistance and flux, which one speed and one current do not show beside the angle."""
     fixed = SampledMotorParameters(**vars(ASSUMED), sample_time=_FINE)
     held = replace(MotorAngleTuning(), resistance_wander=0.0, first_resistance=1e-3, flux_wander=0.0, first_flux=0.02)
     return {

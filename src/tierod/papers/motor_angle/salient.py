@@ -121,7 +121,7 @@ def _offset_found(given: tuple[float, int, float]) -> Found | None:
 def _errors(
     effort: Effort, ratios: tuple[float, ...], files: dict[str, Assumed], count: int, fast: bool = False
 ) -> dict[tuple[float, str], list[float]]:
-    """Of every ratio and file, one per drive [rad]."""
+    """Errors of every ratio and file, one per drive [rad]."""
     keys = [(ratio, name) for ratio in ratios for name in files for _ in range(count)]
     seeds = [SEEDS.of(SALIENT, count)[number % count] for number in range(len(keys))]
     given = [Course(ratio, seed, files[name], fast) for (ratio, name), seed in zip(keys, seeds, strict=True)]

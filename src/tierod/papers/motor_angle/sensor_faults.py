@@ -46,11 +46,11 @@ class Delays:
 
     @property
     def share(self) -> float:
-        """Of trials in which it was found."""
+        """Share of trials in which the fault was found."""
         return float(np.mean([np.isfinite(each.delay) for each in self.found])) if self.found else np.nan
 
     def quantile(self, share: float, turning: bool = False) -> float:
-        """Of the delay, from the clock or of turning; infinite where it was not found so often [ms]."""
+        """Quantile of the delay, from the clock or of turning [ms]; infinite where too few trials found the fault."""
         values = [each.turning if turning else each.delay for each in self.found]
         return float(np.quantile(values, share, method="higher")) if values else np.nan
 

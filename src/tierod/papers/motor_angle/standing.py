@@ -187,7 +187,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def held_drive(seed: int) -> ObserverDrive:
-    """To and fro, held at one place, and on.
+    """Drive to and fro, held at one place, and on.
 
     Args:
         seed: of the noises and the place

@@ -29,7 +29,7 @@ PRINTED = 10.0
 
 @dataclass(frozen=True)
 class Traded:
-    """Of one observer at one speed, by factor.
+    """Trade-off of one observer at one speed, by factor.
 
     Args:
         noise: standard deviation that the sensors' noise makes [deg], (factors,)

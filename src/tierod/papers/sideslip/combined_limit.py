@@ -73,7 +73,7 @@ class Ramp:
 
     @property
     def lead(self) -> float:
-        """By how much the announcement came before the peak [s]."""
+        """Time from the announcement to the peak [s]."""
         return self.peak - self.announced
 
     @property

@@ -77,7 +77,7 @@ CASES = {
 
 @dataclass(frozen=True)
 class Measured:
-    """Of one case.
+    """Figures of one case.
 
     Args:
         spread: standard deviation of the true sideslip angle [deg]

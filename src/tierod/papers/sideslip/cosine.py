@@ -113,7 +113,7 @@ def _circles() -> Table:
 
 
 def _errors(car: str, drive: Drive, seeds: Sequence[int]) -> list[float]:
-    """Of the model alone and of the observer, by both forms each, mean over the seeds [deg]."""
+    """Errors of the model alone and of the observer, by both forms each, mean over the seeds [deg]."""
     p = matched(car, drive.speed, drive.steer)
     errors = []
     for seed in seeds:

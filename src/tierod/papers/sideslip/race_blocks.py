@@ -83,7 +83,7 @@ def unfitted(car: Vehicle) -> Vehicle:
 
 
 def ends(laps: Recording) -> np.ndarray:
-    """Of the blocks [s], (6,)."""
+    """Ends of the blocks [s], (6,)."""
     first, last = laps["sideslip_angle"].time[[0, -1]]
     limits: np.ndarray = np.linspace(first, last, BLOCKS + 1)
     return limits

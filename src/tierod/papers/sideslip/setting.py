@@ -139,7 +139,7 @@ class Driven:
         return self.time >= STRAIGHT_ON
 
     def torque(self) -> np.ndarray:
-        """Of the actuator at the road wheels [N m], from its current by the vehicle file, (n,)."""
+        """Torque of the actuator at the road wheels [N m], from its current by the vehicle file, (n,)."""
         return actuator().road_wheel_torque(actuator().motor_torque(self.signals["motor_current"]))
 
 
@@ -167,10 +167,10 @@ def of_recording(recording: Recording) -> Driven:
 
 @cache
 def actuator() -> Actuator:
-    """Of the vehicle file."""
+    """Actuator of the vehicle file."""
     return load("steer-by-wire").parameters_for(Actuator)
 
 
 def steering_ratio() -> float:
-    """Of the vehicle file."""
+    """Steering ratio of the vehicle file."""
     return actuator().steering_ratio

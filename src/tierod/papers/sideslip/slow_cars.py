@@ -79,7 +79,7 @@ def quadricycle() -> TwoTrack:
 
 
 def cars() -> dict[str, Small]:
-    """By name."""
+    """Cars by name."""
     return {
         "quadricycle, 450 kg": Small(quadricycle(), LIGHT),
         "light demonstrator, 403 kg": Small(demonstrator(), PASSENGER),
@@ -139,7 +139,7 @@ def estimated(recording: Recording, car: Vehicle) -> BesideTruth:
 
 @dataclass(frozen=True)
 class Found:
-    """Of one car over all speeds [deg].
+    """Errors of one car over all speeds [deg].
 
     Args:
         mean, rms: of the estimator's error

@@ -70,7 +70,7 @@ FIRST, SECOND, LARGER = list(CASES)[:3]
 
 @dataclass(frozen=True)
 class Errors:
-    """Of one case.
+    """Errors of one case.
 
     Args:
         spread: standard deviation of the true sideslip angle [deg]

@@ -113,7 +113,7 @@ class Observed(NamedTuple):
 
     @property
     def vehicle_speed(self) -> Scalar:
-        """Of the bus [m/s]."""
+        """Vehicle speed on the bus [m/s]."""
         return vehicle_speed(self.reaction)
 
 

@@ -84,7 +84,7 @@ class VirtualCar:
 
     @property
     def name(self) -> str:
-        """As scenarios name it."""
+        """Name of the car in scenarios."""
         return self.file.name
 
     @property

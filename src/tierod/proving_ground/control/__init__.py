@@ -1,1 +1,1 @@
-"""Who and what controls the virtual cars: drivers, and control units at the step of the car."""
+"""Controllers of the virtual cars: drivers, and control units at the step of the car."""

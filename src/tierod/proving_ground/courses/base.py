@@ -107,7 +107,7 @@ class WayCourse(Described):
 
     @property
     def duration(self) -> float:
-        """As planned [s]."""
+        """Planned duration [s]."""
         return (len(self.plan.speed) - 1) * TICK
 
     @property
@@ -150,7 +150,7 @@ class TimeCourse(Described):
 
     @property
     def duration(self) -> float:
-        """Of the whole [s]."""
+        """Duration of the whole course [s]."""
         raise NotImplementedError
 
     @property

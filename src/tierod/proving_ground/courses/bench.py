@@ -44,7 +44,7 @@ class BenchTorque(Described):
 
     @property
     def duration(self) -> float:
-        """Of the whole [s]."""
+        """Duration of the whole course [s]."""
         return self.time
 
     @property
@@ -53,7 +53,7 @@ class BenchTorque(Described):
         return Start()
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Of the motor [N m], at times since the settling [s]."""
+        """Torque of the motor [N m], at times since the settling [s]."""
         raise NotImplementedError
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
@@ -199,7 +199,7 @@ class BenchHands(Described):
 
     @property
     def duration(self) -> float:
-        """Of the whole [s]."""
+        """Duration of the whole course [s]."""
         return self.time
 
     @property

@@ -52,7 +52,7 @@ class Bend:
 
     @property
     def length(self) -> float:
-        """Of its axis [m]."""
+        """Length of its axis [m]."""
         return self.radius * abs(self.turn)
 
     @property
@@ -107,12 +107,12 @@ class Circuit(WayCourse):
 
     @property
     def duration(self) -> float:
-        """As long as it is driven [s]."""
+        """Duration of driving [s]."""
         return self.time
 
     @cached_property
     def length(self) -> float:
-        """Of one lap [m]."""
+        """Length of one lap [m]."""
         return sum(section.length for section in self.sections)
 
     @cached_property
@@ -141,7 +141,7 @@ class Circuit(WayCourse):
 
     @cached_property
     def way(self) -> Way:
-        """As many laps as the time may need."""
+        """Way with as many laps as the time may need."""
         curvature, limit = self.lap
         step = self.length / len(curvature)
         laps = math.ceil(self.time * float(np.max(limit)) / self.length) + 1
@@ -170,7 +170,7 @@ class DrawnRound(Described):
 
     @property
     def duration(self) -> float:
-        """As long as it is driven [s]."""
+        """Duration of driving [s]."""
         return self.time
 
     @property

@@ -16,7 +16,7 @@ from tierod.proving_ground.courses.course import Columns, Repeated, smooth_noise
 
 @dataclass(frozen=True)
 class During:
-    """From one instant to another, fading in and out smoothly; always, where nothing else is said.
+    """Condition from one instant to another, fading in and out smoothly; the whole drive by default.
 
     Args:
         start, end: of the whole, fading included
@@ -39,7 +39,7 @@ class During:
 
 @dataclass(frozen=True)
 class Along:
-    """From one place of the path to another, fading in and out smoothly.
+    """Condition from one place of the path to another, fading in and out smoothly.
 
     Args:
         start, end: of the whole, fading included

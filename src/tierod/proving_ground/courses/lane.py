@@ -44,7 +44,7 @@ class StraightLane(AtWill):
 
     @property
     def duration(self) -> float:
-        """As long as it is driven [s]."""
+        """Duration of driving [s]."""
         return self.time
 
 
@@ -82,7 +82,7 @@ class Slalom(AtWill):
 
 @dataclass(frozen=True)
 class DoubleLaneChange(AtWill):
-    """To the neighbouring lane and back, through lanes of cones.
+    """Double lane change through lanes of cones.
 
     Args:
         speed: at the beginning, kept as well as the car can
@@ -108,7 +108,7 @@ class DoubleLaneChange(AtWill):
 
     @cached_property
     def way(self) -> Way:
-        """From the middle of one lane to that of the other and back."""
+        """Way from the middle of one lane to that of the other and back."""
         away = self.approach + self.entry
         home = away + self.over + self.aside
         forward = np.arange(0.0, home + self.back + self.leaving + self.approach, _POINT)
@@ -147,7 +147,7 @@ class SteadyCircle(AtWill):
 
     @property
     def duration(self) -> float:
-        """Of the whole [s]."""
+        """Duration of the whole course [s]."""
         return self.settle + (self.last_speed - self.first_speed) / self.rise + self.hold
 
     @cached_property
@@ -174,6 +174,6 @@ def _level(curvature: np.ndarray, speed: float) -> Way:
 
 
 def _step(share: np.ndarray) -> np.ndarray:
-    """From 0 to 1 as share does, with continuous curvature: quintic."""
+    """Quintic step from 0 to 1 with continuous curvature."""
     share = np.clip(share, 0.0, 1.0)
     return share**3 * (10.0 + share * (6.0 * share - 15.0))

@@ -211,7 +211,7 @@ class NaturalDrive(WayCourse):
 
     @property
     def duration(self) -> float:
-        """Of the drive [s]."""
+        """Duration of the drive [s]."""
         return self.time
 
     @cached_property

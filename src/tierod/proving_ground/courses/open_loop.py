@@ -36,7 +36,7 @@ class AtSpeed(TimeCourse):
 
     @property
     def duration(self) -> float:
-        """Of the whole [s]."""
+        """Duration of the whole course [s]."""
         return self.settle + self.test_time + self.rest
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -129,7 +129,7 @@ class RandomSteer(AtSpeed):
 
     @property
     def test_time(self) -> float:
-        """As given [s]."""
+        """Test time as given [s]."""
         return self.time
 
     @cached_property
@@ -191,7 +191,7 @@ class SteadyAngle(TimeCourse):
 
     @property
     def duration(self) -> float:
-        """Of the whole [s]."""
+        """Duration of the whole course [s]."""
         return self.settle + (self.last_speed - self.first_speed) / self.rise
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -235,7 +235,7 @@ class LockToLock(TimeCourse):
 
     @property
     def duration(self) -> float:
-        """Of the whole [s]."""
+        """Duration of the whole course [s]."""
         return float(self._strokes[2][-1] + self.rest)
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -129,14 +129,14 @@ class TimeTable(TimeCourse):
         return float(self._table["time"][-1])
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As the rows say; at rest where they do not."""
+        """Speed and its rate by the rows; at rest outside of them."""
         instants = self._table["time"]
         speed = self._table.get("speed", np.zeros(len(instants)))
         rise = np.concatenate([[0.0], np.diff(speed) / np.diff(instants), [0.0]])
         return np.interp(time, instants, speed), rise[np.searchsorted(instants, time, side="right")]
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """As the rows say; straight on where they do not."""
+        """Angle and its rate by the rows; straight on outside of them."""
         table = self._table
         return np.asarray(
             np.interp(time, table["time"], table.get("steering_wheel_angle", np.zeros(len(table["time"]))))

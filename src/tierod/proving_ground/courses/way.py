@@ -37,7 +37,7 @@ class Way:
 
     @property
     def distance(self) -> np.ndarray:
-        """Of every point from the beginning [m]."""
+        """Distance of every point from the beginning [m]."""
         return np.arange(len(self.curvature)) * self.step
 
 

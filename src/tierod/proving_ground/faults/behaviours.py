@@ -201,7 +201,7 @@ class Intermittent(Behaviour):
         return self.behaviour
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """That of the behaviour, while it is there."""
+        """Change of the behaviour, while it is present."""
         there = chance.on(since, self.mean_on, self.mean_off)
         change = self.behaviour.change(since, chance)
         return Change(np.where(there, change.gain, 1.0), np.where(there, change.offset, 0.0), there & change.held)
@@ -209,7 +209,7 @@ class Intermittent(Behaviour):
     def on_channel(
         self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
     ) -> tuple[np.ndarray, np.ndarray]:
-        """That of the behaviour, while it is there."""
+        """Values under the behaviour, while it is present."""
         there = active.copy()
         there[active] = chance.on(time[active] - chance.start, self.mean_on, self.mean_off)
         return self.behaviour.on_channel(time, values, there, sensor, chance)

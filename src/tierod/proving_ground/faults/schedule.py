@@ -41,7 +41,7 @@ class PortCourse:
 
     @property
     def last(self) -> Levels:
-        """Of the last step."""
+        """Levels of the last step."""
         return Levels(float(self.gain[-1]), float(self.offset[-1]))
 
     def add(self, during: np.ndarray, change: Change, before: Levels) -> Levels:

@@ -17,7 +17,7 @@ from tierod.core.units import scale
 
 @dataclass(frozen=True)
 class Always:
-    """From the beginning of the run."""
+    """Trigger that holds from the beginning of the run."""
 
 
 @dataclass(frozen=True)

@@ -118,12 +118,12 @@ class Wiring(NamedTuple):
     loops: tuple[tuple[str, str], ...]
 
     def text(self) -> str:
-        """As JSON, in which it goes from process to process."""
+        """The wiring as JSON, for another process."""
         return json.dumps(self)
 
     @classmethod
     def from_text(cls, text: str) -> Wiring:
-        """Of what `text` gave."""
+        """The wiring that `text` gave."""
         digest, inputs, outputs, tunable, settings, start, step, present, loops = json.loads(text)
         given, shown, speed = (tuple(Wire(*each) for each in rows) for rows in (inputs, outputs, start))
         parameters = tuple(Tunable(*each) for each in tunable)

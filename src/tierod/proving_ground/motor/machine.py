@@ -71,7 +71,7 @@ class Inverter:
 
     @property
     def longest_voltage(self) -> Scalar:
-        """Of the vectors that are used [V]."""
+        """Longest of the voltage vectors in use [V]."""
         return self.modulation * longest_voltage(self.supply_voltage)
 
 
@@ -101,7 +101,7 @@ class Warming:
     ambient_temperature: Annotated[float, "K", POSITIVE] = 298.15
 
     def init(self) -> Warmth:
-        """As warm as the air."""
+        """Warmth of a machine as warm as the air."""
         return Warmth(self.ambient_temperature, self.ambient_temperature)
 
     def after(self, warmth: Warmth, heat: Scalar, step: Scalar) -> Warmth:

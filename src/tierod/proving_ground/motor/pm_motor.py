@@ -45,7 +45,7 @@ class Senses(NamedTuple):
 
     @classmethod
     def through(cls, read: Callable[[str, Scalar], Scalar]) -> Senses:
-        """Of a car that passes a signal of a name through its port."""
+        """Sensors of a car that passes the named signal through its port."""
         return cls(*(partial(read, name) for name in IN_LOOP))
 
 

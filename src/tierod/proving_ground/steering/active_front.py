@@ -98,11 +98,11 @@ class ActiveFront:
         return {(f"column.{rate}", f"column.{angle}"): entry for (rate, angle), entry in entries.items()}
 
     def steer(self, motion: ActiveFrontMotion) -> Steer:
-        """Of the road wheels."""
+        """Steering angle and rate of the road wheels."""
         return self.column.steer(motion.column)
 
     def hand(self, motion: ActiveFrontMotion) -> Hand:
-        """Of the steering wheel."""
+        """Angle and rate of the steering wheel."""
         return Hand(*motion.column.wheel)
 
     def motor_load(self, signals: ActiveFrontSignals, angle: Scalar, speed: Scalar, elapsed: Scalar) -> Scalar:

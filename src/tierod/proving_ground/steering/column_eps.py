@@ -126,11 +126,11 @@ class ColumnEps:
         return {("rate", "angle"): -stiffness / self._inertia()}
 
     def steer(self, motion: ColumnMotion) -> Steer:
-        """Of the road wheels."""
+        """Steering angle and rate of the road wheels."""
         return self.linkage.steer(motion.angle, motion.rate)
 
     def hand(self, motion: ColumnMotion) -> Hand:
-        """Of the steering wheel."""
+        """Angle and rate of the steering wheel."""
         return Hand(motion.angle, motion.rate) if self.torsion_bar is None else Hand(*motion.wheel)
 
     def derivative(self, motion: ColumnMotion, start: ColumnMotion, memory: ColumnMemory, loads: Loads) -> ColumnMotion:
@@ -191,7 +191,7 @@ class ColumnEps:
         return _Balance(driver, friction, resistance, acceleration, wheel_acceleration, rotor_acceleration)
 
     def _inertia(self) -> Scalar:
-        """Of everything that turns with the column [kg*m**2]."""
+        """Inertia of everything that turns with the column [kg*m**2]."""
         inertia = self.column_inertia + self.linkage.inertia
         if self.worm_gear is None:
             inertia = inertia + self.motor.ratio * self.motor.ratio * self.motor.inertia

@@ -124,11 +124,11 @@ class Demonstrator:
         return {(f"rack.{rate}", f"rack.{angle}"): entry for (rate, angle), entry in entries.items()}
 
     def steer(self, motion: DemonstratorMotion) -> Steer:
-        """Of the road wheels."""
+        """Steering angle and rate of the road wheels."""
         return self.rack.steer(motion.rack)
 
     def hand(self, motion: DemonstratorMotion) -> Hand:
-        """Of the column, which stands for a steering wheel."""
+        """Angle and rate of the column, which stands for a steering wheel."""
         return self.rack.hand(motion.rack)
 
     def derivative(

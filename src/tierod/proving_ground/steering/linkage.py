@@ -82,7 +82,7 @@ class Linkage:
 
     @property
     def inertia(self) -> float:
-        """Of both road wheels at the pinion [kg*m**2], with the ratio at the centre."""
+        """Inertia of both road wheels at the pinion [kg*m**2], with the ratio at the centre."""
         return 2.0 * self.road_wheel_inertia * self.ratio * self.ratio
 
     def remembered(self) -> Memory:
@@ -90,7 +90,7 @@ class Linkage:
         return self.friction.remembered()
 
     def steer(self, angle: Scalar, rate: Scalar) -> Steer:
-        """Of the road wheels at an angle [rad] and rate [rad/s] of the pinion."""
+        """Steering of the road wheels at an angle [rad] and rate [rad/s] of the pinion."""
         mean, slope, gain = self._mean(angle), self._slope(angle) * rate, self.ackermann_gain
         return Steer(
             ackermann_angle(mean, gain),

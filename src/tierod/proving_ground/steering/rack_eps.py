@@ -132,12 +132,12 @@ class RackEps:
         return {("speed", "position"): -on_rack / (ratio * ratio * mass), ("rate", "angle"): -on_pinion / inertia}
 
     def steer(self, motion: RackMotion) -> Steer:
-        """Of the road wheels."""
+        """Steering angle and rate of the road wheels."""
         ratio = self.linkage.rack_ratio
         return self.linkage.steer(motion.position / ratio, motion.speed / ratio)
 
     def hand(self, motion: RackMotion) -> Hand:
-        """Of the steering wheel."""
+        """Angle and rate of the steering wheel."""
         return Hand(motion.angle, motion.rate) if self.torsion_bar is None else Hand(*motion.wheel)
 
     def derivative(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> RackMotion:

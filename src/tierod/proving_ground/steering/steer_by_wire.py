@@ -151,11 +151,11 @@ class SteerByWire:
         }
 
     def steer(self, motion: SteerByWireMotion) -> Steer:
-        """Of the road wheels."""
+        """Steering angle and rate of the road wheels."""
         return self.linkage.steer(motion.angle, motion.rate)
 
     def hand(self, motion: SteerByWireMotion) -> Hand:
-        """Of the steering wheel."""
+        """Angle and rate of the steering wheel."""
         return Hand(motion.wheel.angle, motion.wheel.rate)
 
     def derivative(
@@ -225,12 +225,12 @@ class SteerByWire:
         )
 
     def _inertia(self) -> Scalar:
-        """Of everything that turns with the road wheels, at the pinion [kg*m**2]."""
+        """Inertia of everything that turns with the road wheels, at the pinion [kg*m**2]."""
         linkage, motor = self.linkage, self.motor
         return (
             linkage.ratio * linkage.ratio * self.inertia + linkage.inertia + motor.ratio * motor.ratio * motor.inertia
         )
 
     def _hand_inertia(self) -> Scalar:
-        """Of steering wheel and feedback motor [kg*m**2]."""
+        """Inertia of steering wheel and feedback motor [kg*m**2]."""
         return self.hand_wheel.inertia + self.feedback.ratio * self.feedback.ratio * self.feedback.inertia

@@ -122,7 +122,7 @@ class Measured:
         return Table("Measured over computed gain", header, rows, note)
 
     def document(self) -> dict[str, Any]:
-        """As data for JSON."""
+        """The measurement as data for JSON."""
         return {
             "input": self.input,
             "rate": self.rate,

@@ -93,7 +93,7 @@ def centres(trace: Trace, factor: float) -> np.ndarray:
 
 
 def drawn_as(part: str, trace: Trace, per_second: float, factor: float = 1.0, **more: Any) -> dict[str, Any]:
-    """From what series a mark is made, so that a page can draw it as fine as it is zoomed to.
+    """Series from which a mark is made, so that a page can draw it as fine as it is zoomed to.
 
     Args:
         part: "mean", "range" (lowest to highest), "interval" (mean and so many `deviations` of the series `deviation`

@@ -47,7 +47,7 @@ TIEROD_INLINE tierod_word tierod_reduced(real x, real *rest, real *tail) {{
 
 
 def _far_double() -> str:
-    """Of angles beyond the pieces: the product with that part of 2/pi which is not whole turns (Payne and Hanek)."""
+    """Reduction of angles beyond the pieces by the part of 2/pi that is not whole turns (Payne and Hanek)."""
     table = ",\n    ".join(", ".join(part.hex() for part in row) for row in _parts())
     return f"""\
 /* 2/pi times 2^({_STEP} i), less whole turns, in four parts. */
@@ -111,7 +111,7 @@ TIEROD_INLINE tierod_word tierod_far_reduced(real x, real *rest, real *tail) {{
 
 
 def _rounded(value: float) -> float:
-    """To the nearest single-precision number."""
+    """The nearest single-precision number."""
     return float(struct.unpack("f", struct.pack("f", value))[0])
 
 

@@ -77,7 +77,7 @@ def adopted(
     changed: Scalar,
     active: Scalar,
 ) -> tuple[Scalar, ...]:
-    """Whose state each lane goes on from; a lost share of torque is never taken over by another actuator's lane.
+    """State that each lane continues from; no lane takes over another actuator's lost share of torque.
 
     A lane of actuators alone goes on by itself until something is declared: it finds the loss within some samples, from
     which the state of a lane that leaves sensors out instead would lead it away.

@@ -1,4 +1,4 @@
-"""From the torques that a control asks for to those that motors give, in the mean of a sample and at its end."""
+"""Motor torques from the torques that a control requests, as the mean over a sample and at its end."""
 
 from __future__ import annotations
 

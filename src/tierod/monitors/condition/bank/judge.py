@@ -43,7 +43,7 @@ class LossState(NamedTuple):
 
 
 class JudgeState(NamedTuple):
-    """Of the parts, and what the fault of each sensor adds to its reading."""
+    """State of the parts, and the amount that the fault of each sensor adds to its reading."""
 
     decision: DecisionState
     kinds: tuple[KindState, ...]

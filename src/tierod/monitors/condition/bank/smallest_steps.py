@@ -35,7 +35,7 @@ class SmallestSteps(NamedTuple):
         return cls((0.0,) * len(coarsest), tuple(coarsest))
 
     def after(self, readings: Sequence[Scalar]) -> SmallestSteps:
-        """With one more reading of every sensor.
+        """Smallest steps after one more reading of every sensor.
 
         Args:
             readings: NaN where missing

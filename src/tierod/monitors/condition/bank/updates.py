@@ -161,7 +161,7 @@ def update(
 def log_likelihood(
     correction: Correction, innovations: Vector, used: Vector, usual: Vector, widths: Vector, influence: Scalar
 ) -> Scalar:
-    """Of the readings that there are: as innovations where used, as anything plausible where left out.
+    """Log-likelihood of the present readings: as innovations where used, as anything plausible where left out.
 
     Args:
         correction: by the readings

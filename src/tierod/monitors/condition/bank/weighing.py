@@ -139,7 +139,7 @@ class Weighing:
     def ranking(
         self, weights: Weights, active: Scalar, widening: Scalar = 1.0, observable: Sequence[Scalar] | None = None
     ) -> Ranking:
-        """Who explains the samples better than the active hypothesis, and who best.
+        """The hypothesis that explains the samples better than the active one, and the best one.
 
         Args:
             weights: after this sample

@@ -1,1 +1,1 @@
-"""From healthy drives: parameters of the vehicle, and limits between hypotheses."""
+"""Calibration from fault-free drives: parameters of the vehicle, and limits between hypotheses."""

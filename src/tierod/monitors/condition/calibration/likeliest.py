@@ -66,7 +66,7 @@ class WhitenedInnovations:
     )
 
     def init(self) -> LeaveOutFilter.State:
-        """Of the filter."""
+        """First state of the filter."""
         return self.filter.init()
 
     def step(self, state: LeaveOutFilter.State, sample: ConditionSample) -> tuple[LeaveOutFilter.State, Tree]:

@@ -140,7 +140,7 @@ class _Tail(NamedTuple):
     per_hour: float
 
     def factor(self, hours: float) -> float:
-        """That is exceeded once in so many hours."""
+        """Factor that is exceeded once in so many hours."""
         return self.start + self.scale * math.log(max(self.per_hour * hours, 1.0))
 
     def hours(self, factor: float, deviations: float = 0.0) -> float:

@@ -157,7 +157,7 @@ class ConditionCalibration:
 
 
 def _source(designed: DesignedLimits, vehicle: Vehicle) -> str:
-    """Of the limits, in words."""
+    """Source of the limits, in words."""
     return f"designed on {designed.hours:.2f} h of healthy driving of {vehicle.name}"
 
 
@@ -252,7 +252,7 @@ def suspicions_of(
 
 
 def _hours(hours: float) -> str:
-    """As people read it."""
+    """Hours as text."""
     if hours > 1e6:
         return "more than 1 000 000"
     return f"{hours:,.0f}".replace(",", " ") if hours >= 10.0 else f"{hours:.1f}"

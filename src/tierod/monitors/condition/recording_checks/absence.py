@@ -15,7 +15,7 @@ LEAST = 1.0
 
 
 class Loss(NamedTuple):
-    """That a sensor, an actuator's target, or what the whole judgement needs, was there for a part of the drive only.
+    """Absence of a sensor, an actuator's target, or a signal that the whole judgement needs, over part of the drive.
 
     Args:
         status: of what is lost
@@ -65,7 +65,7 @@ class Absence:
 
     @property
     def since(self) -> float | None:
-        """From when on it was gone for good [s]; None where it was there at the end, or never."""
+        """Time from which the signal was absent to the end [s]; None where it was there at the end, or never."""
         return (
             max(self.last - self.borne + self.period, 0.0) if self.came and self.lately * self.period > LEAST else None
         )

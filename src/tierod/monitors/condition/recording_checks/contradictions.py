@@ -75,7 +75,7 @@ def late(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], 
 
 
 def _shift(one: np.ndarray, other: np.ndarray) -> float | None:
-    """By how much the second follows the first [s]; None where they do not go together at any shift."""
+    """Time by which the second signal follows the first [s]; None where no shift makes them agree."""
     most = round(LATEST / STEP)
     inner = one[most : len(one) - most]
     shifts = range(-most, most + 1)

@@ -193,7 +193,7 @@ class TargetPace:
             self._age[place] = len(values) - there[-1] if len(there) else self._age[place] + len(values)
 
     def problems(self) -> tuple[Problem, ...]:
-        """That targets come too seldom, if they do."""
+        """Problem that targets come too seldom, if they do."""
         rates = self._rate * self._count / np.maximum(self._apart, 1.0)
         slow = [name for name, rate, count in zip(TARGETS, rates, self._count, strict=True) if count and rate < SLOWEST]
         if not slow:

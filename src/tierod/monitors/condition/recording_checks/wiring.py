@@ -103,7 +103,7 @@ class Wiring:
         )
 
     def _problems(self, signals: Mapping[str, np.ndarray]) -> tuple[Problem, ...] | None:
-        """Of a stretch; None where it turned too little to show it."""
+        """Problems of a stretch; None where the car turned too little to show them."""
         if np.count_nonzero(self._turning(signals)) < LEAST_TURNING * self.rate:
             return None
         with np.errstate(invalid="ignore"):
@@ -196,7 +196,7 @@ class ClockLeap:
         self._wiring.add({name: values[first:] for name, values in signals.items()})
 
     def problems(self, episodes: Sequence[Episode]) -> tuple[Problem, ...]:
-        """That the buses have lost their common time, if that is what was seen and no fault came before.
+        """Problem that the buses have lost their common time, if that was seen and no fault came before.
 
         Args:
             episodes: of all faults of the drive

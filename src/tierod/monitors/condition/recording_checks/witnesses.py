@@ -33,13 +33,13 @@ class Witness:
 
 
 def mean_speed(signals: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Of both rear wheels, or of the one that there is; signals by name, (n,) each."""
+    """Mean speed of both rear wheels, or of the one that is present; signals by name, (n,) each."""
     left, right = signals["wheel_speed_rear_left"], signals["wheel_speed_rear_right"]
     return 0.5 * (np.where(np.isfinite(left), left, right) + np.where(np.isfinite(right), right, left))
 
 
 def _speed(signals: Mapping[str, np.ndarray], vehicle: CarParameters) -> np.ndarray:
-    """Of the vehicle, less the known excess of its wheel speed sensors [m/s]."""
+    """Speed of the vehicle, less the known excess of its wheel speed sensors [m/s]."""
     return mean_speed(signals) / vehicle.wheel_speed_scale
 
 

@@ -76,7 +76,7 @@ class Sensitivities:
         return dict(zip(self.names, np.sqrt(np.diag(self._gram())).tolist(), strict=True))
 
     def shares(self, directions: Mapping[int, Direction]) -> dict[int, float]:
-        """Of the variance of the moved result, by place of a direction; empty where no parameter moves the result.
+        """Shares of the variance of the moved result, by place of a direction; empty where nothing moves it.
 
         Args:
             directions: of length 1, at right angles to each other

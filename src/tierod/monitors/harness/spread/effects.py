@@ -14,7 +14,7 @@ from tierod.vehicles.vehicle import Vehicle
 
 
 class Effects(NamedTuple):
-    """By how much the parameters move a result.
+    """Effects of the parameters on a result.
 
     Args:
         variance: that they add to its own, in the unit squared
@@ -100,7 +100,7 @@ def _along(outcome: Outcome, estimate: Estimate | None) -> float:
 
 
 def _move(estimate: Estimate, other: Concluded) -> float | None:
-    """By how much a moved vehicle's estimate differs; None where it has none."""
+    """Difference of a moved vehicle's estimate; None where it has none."""
     found = other.conclusion.finding.estimate
     if found is None or not math.isfinite(found.value):
         return None

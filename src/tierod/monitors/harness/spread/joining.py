@@ -90,6 +90,6 @@ def restated(headline: str, own: float, deviation: float, unit: str) -> str:
 
 
 def _remarks(remarks: Mapping[str, str], found: Effects) -> dict[str, str]:
-    """With how histograms are to be read, which hold the estimates for the vehicle as it is."""
+    """Remarks with a note that histograms hold the estimates for the vehicle as it is."""
     histograms = f"Estimates for the vehicle as its file gives it; all move together with {found.each[0].name}."
     return {**remarks, "histograms": histograms}

@@ -122,7 +122,7 @@ class DriverIntervention:
         request: Annotated[float, ""]
 
     class State(NamedTuple):
-        """Of both sums and the stillness, whether control is allowed, and the request of the sample before."""
+        """State of both sums and the stillness, whether control is allowed, and the request of the sample before."""
 
         cusum: Cusum.State
         restless: Cusum.State
@@ -228,7 +228,7 @@ class SteeringController:
         request: Annotated[float, ""]
 
     class State(NamedTuple):
-        """Of both parts."""
+        """State of both parts."""
 
         position: PositionControl.State
         intervention: DriverIntervention.State

@@ -21,7 +21,7 @@ from tierod.papers.column.control.reference import Reference
 
 @dataclass(frozen=True)
 class Margins:
-    """Of a loop that is cut at one place.
+    """Margins of a loop that is cut at one place.
 
     Args:
         gain_up: factor by which the loop's gain may grow until it is unstable; infinite where it may grow without end

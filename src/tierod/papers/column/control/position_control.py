@@ -207,7 +207,7 @@ class PositionControl:
         return observed.steering_wheel_angle + share * (motor - observed.steering_wheel_angle)
 
     def _torque(self, state: State, given: Sample, planned: ColumnMotion) -> Scalar:
-        """Of plan, feedback and integral, before any limit."""
+        """Torque of plan, feedback and integral, before any limit."""
         gains, observed = self.gains, given.observed
         compensation = self.disturbance_compensation * observed.disturbance_torque
         aside = state.torque - self._planned_torque(given.reference, 0.5 * self.sample_time) - compensation

@@ -56,7 +56,7 @@ class Sweep:
         return _scaled(_product(_smooth(time / self.fade, self.fade), _sine(phase, rate, change)), self.amplitude)
 
     def frequency(self, time: np.ndarray) -> np.ndarray:
-        """Of the sine at some times [Hz]."""
+        """Frequency of the sine at some times [Hz]."""
         share = np.clip(np.asarray(time, float) / self.duration, 0.0, 1.0)
         return self.start + (self.stop - self.start) * share
 
@@ -101,7 +101,7 @@ def _sine(phase: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Reference:
 
 @cache
 def _polynomials() -> tuple[np.polynomial.Polynomial, ...]:
-    """From 0 to 1 with four derivatives that vanish at both ends, and those derivatives."""
+    """Polynomials from 0 to 1 with four derivatives that vanish at both ends, and those derivatives."""
     rise = (np.polynomial.Polynomial([0.0, 1.0]) ** 4 * np.polynomial.Polynomial([1.0, -1.0]) ** 4).integ()
     rise = rise / rise(1.0)
     return (rise, *(rise.deriv(order) for order in range(1, 5)))

@@ -89,7 +89,7 @@ class ActuatorSet:
         repaired: Repaired
 
     class State(NamedTuple):
-        """Of the parts."""
+        """State of the parts."""
 
         hold: Tree
         ideal: SingleTrack.State

@@ -136,7 +136,7 @@ class AdaptiveSpeed:
         wheel_speed_rear_right: Annotated[float, "m/s"]
 
     class State(NamedTuple):
-        """Of the four filters, whether the speed has started, and how long it has been doubtful [s]."""
+        """State of the four filters, whether the speed has started, and how long it has been doubtful [s]."""
 
         acceleration: Belief
         left: Belief

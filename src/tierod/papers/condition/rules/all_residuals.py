@@ -34,7 +34,7 @@ class AllResiduals:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """Of both."""
+        """State of both parts."""
 
         sensors: ResidualSet.State
         actuators: ActuatorSet.State

@@ -143,7 +143,7 @@ _FIXED = np.array([1.0, 0.0, 0.0, 0.0, 0.0])
 
 
 def _scale(relative: Sequence[np.ndarray], alarm_samples: float | None) -> float:
-    """By what a shape is multiplied to be the threshold of residuals that were divided by it."""
+    """Factor on a shape that gives the threshold of residuals divided by that shape."""
     if alarm_samples is None:
         return MARGIN * max(float(np.nanmax(np.abs(each))) for each in relative if np.isfinite(each).any())
     design = threshold_from_records(HoldRule(sides="both", hold=1), relative, alarm_samples)

@@ -53,7 +53,7 @@ class ResidualParameters:
 
     @property
     def single_track(self) -> SingleTrack.Parameters:
-        """Of the lateral motion."""
+        """Parameters of the lateral motion."""
         return SingleTrack.Parameters(
             self.mass,
             self.yaw_inertia,
@@ -65,7 +65,7 @@ class ResidualParameters:
 
     @property
     def rack(self) -> StiffRack.Parameters:
-        """Of the steering."""
+        """Parameters of the steering."""
         return StiffRack.Parameters(
             self.column_inertia,
             self.rack_stiffness,

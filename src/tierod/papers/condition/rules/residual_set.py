@@ -62,7 +62,7 @@ class ResidualSet:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """Of the parts."""
+        """State of the parts."""
 
         hold: Tree
         steering: tuple[Smooth, ...]

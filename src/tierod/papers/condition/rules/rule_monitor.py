@@ -58,7 +58,7 @@ class RuleMonitor:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """Of the parts, which sensors were faulty a sample ago, and since when each status holds."""
+        """State of the parts, the sensors that were faulty a sample ago, and since when each status holds."""
 
         sensors: ResidualSet.State
         actuators: ActuatorSet.State
@@ -185,7 +185,7 @@ class RulesWithReaction:
     Output = ConditionOutput
 
     class State(NamedTuple):
-        """Of both."""
+        """State of both parts."""
 
         monitor: RuleMonitor.State
         reaction: ReactionState

@@ -133,7 +133,7 @@ PARTS = tuple(each.name for each in fields(ResidualThreshold))
 
 
 def name_of(printed: bool) -> str:
-    """Of the thresholds in a vehicle file.
+    """Name of the thresholds in a vehicle file.
 
     Args:
         printed: whether the equations keep their misprints
