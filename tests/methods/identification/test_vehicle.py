@@ -7,8 +7,8 @@ import pytest
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
-from tierod.methods.identification.vehicle import identify_vehicle
-from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN
+from tierod.methods.identification.vehicle import _doubt, _remarks, identify_vehicle
+from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN, Contradiction
 from tierod.methods.identification.vehicle_priors import SHOWN
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.proving_ground.cars.catalogue import load as load_car
@@ -126,6 +126,14 @@ def test_a_file_that_contradicts_the_drives_is_said_with_both_values(recording, 
     result = identify_vehicle({"drive": recording}, wrong)
     assert "steering_ratio is 0.045 ± 0.0005 before, 0.06" in result.doubt
     assert "channel map" in result.doubt
+
+
+@pytest.mark.parametrize(("distance", "refused"), [(2.2, False), (4.1, True)])
+def test_file_and_drives_contradict_each_other_from_four_deviations_on(guess, distance, refused):
+    against = (Contradiction("steering_ratio", 0.0645, 0.0003, distance),)
+    sentence = f"0.0645 ± 0.0003 in these drives, {distance} σ apart"
+    assert (sentence in _doubt(guess, (), [LEARNT], against, None, "")) == refused
+    assert any(sentence in each for each in _remarks(guess, [], against)) != refused
 
 
 def test_drives_of_two_cars_are_found_and_the_odd_one_is_named(recording, guess):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -194,11 +195,8 @@ def _source(
         needed = list(dict.fromkeys([*(timed[name].column for name in names), *names]))
         opened = _opened(path, number)
         _refuse_large(path, opened, needed)
-        batches = opened.iter_batches(max(BATCH // number, 1 << 10), columns=needed)
-        done = 0
-        while (batch := _guarded(path, lambda: next(batches, None))) is not None:
-            done += batch.num_rows
-            yield Piece(channels(batch, names), min(done / rows, 1.0))
+        for batch, share in _batches(path, opened, needed, max(BATCH // number, 1 << 10)):
+            yield Piece(channels(batch, names), share)
 
     def lanes(names: Sequence[str]) -> list[Lane]:
         by_clock: dict[str, list[str]] = {}
@@ -208,9 +206,40 @@ def _source(
 
     metadata = {**layout.get("metadata", {}), "format": "Parquet"}
     used = tuple(columns[name] for name in timed)
-    origin, rows = float(layout.get("origin", 0.0)), file.metadata.num_rows
     texts = texts_of(file.schema_arrow)
-    return Source(used, lanes, metadata, origin, _left_out(columns, clocks), texts=texts)
+    return Source(used, lanes, metadata, float(layout.get("origin", 0.0)), _left_out(columns, clocks), texts=texts)
+
+
+def _batches(
+    path: Path, file: pq.ParquetFile, columns: Sequence[str], size: int
+) -> Iterator[tuple[pa.RecordBatch, float]]:
+    """(rows, share of the file that is done): of the columns, whose first is the clock.
+
+    A slow clock beside a fast one has padding at the end of every row group, ten rows for each sample of a bus with a
+    sensor of 1 kHz; it is not unpacked.
+    """
+    padding = _padding(file, columns[0])
+    rows, done = file.metadata.num_rows, 0
+    groups = [[group] for group in range(len(padding))] if any(padding) else [list(range(len(padding)))]
+    for group in groups:
+        of_group = sum(file.metadata.row_group(each).num_rows for each in group)
+        stamps, read = of_group - sum(padding[each] for each in group), 0
+        # One row more than the stamps: only the padding that follows them shows that the statistics are right.
+        batches = file.iter_batches(min(size, max(stamps + 1, _HEAD)), row_groups=group, columns=columns)
+        while (batch := _guarded(path, partial(next, batches, None))) is not None:
+            stamps, read = stamps - batch.num_rows + batch.column(0).null_count, read + batch.num_rows
+            yield batch, min((done + read) / rows, 1.0)
+            if not stamps and batch.column(0).null_count:
+                break
+        done += of_group
+
+
+def _padding(file: pq.ParquetFile, clock: str) -> list[int]:
+    """Rows without a stamp in every row group, as its statistics have it; 0 where they are missing."""
+    about = file.metadata
+    place = next(place for place in range(about.num_columns) if about.schema.column(place).path == clock)
+    found = [about.row_group(group).column(place).statistics for group in range(about.num_row_groups)]
+    return [each.null_count if each is not None and each.has_null_count else 0 for each in found]
 
 
 def _refuse_large(path: Path, file: pq.ParquetFile, needed: Sequence[str]) -> None:

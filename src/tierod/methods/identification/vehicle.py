@@ -21,6 +21,7 @@ from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
 from tierod.methods.identification.fit_quality import white_noise
 from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Posterior, Prior, Search
 from tierod.methods.identification.vehicle_judgement import (
+    CONTRADICTION,
     LEARNT,
     Contradiction,
     Judged,
@@ -289,6 +290,11 @@ def _remarks(vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction
         for each in against
         if not spread_of(each.name, vehicle)[1]
     ]
+    remarks += [
+        f"{each.name}: {_both(vehicle, each)}; both count, since that is below {CONTRADICTION:.0f} σ"
+        for each in against
+        if each.distance <= CONTRADICTION and spread_of(each.name, vehicle)[1]
+    ]
     return remarks
 
 
@@ -343,7 +349,7 @@ def _doubt(
             f"{which} of another car than the rest: {odd.name} is {odd.own:.4g} there and {odd.others:.4g} in the "
             f"others, {odd.distance:.0f} σ apart; leave it out, or identify it for itself"
         )
-    given = [each for each in against if spread_of(each.name, vehicle)[1]]
+    given = [each for each in against if each.distance > CONTRADICTION and spread_of(each.name, vehicle)[1]]
     if given:
         said = "; ".join(f"{each.name} is {_both(vehicle, each)}" for each in given[:3])
         return (
