@@ -292,6 +292,8 @@ def test_drives_that_resemble_each_other_count_each(tmp_path):
         rows.append({"vehicle": "a", "moments": moments.moments, "duration_s": 600.0, "start": None})
     assert not list(alike(rows))
     assert list(alike([rows[0], rows[1], rows[0]])) == [(0, 2)]
+    fewer = {**rows[0], "moments": dict(list(rows[0]["moments"].items())[:3])}
+    assert list(alike([rows[0], rows[1], fewer])) == [(0, 2)]
     dated = [{**rows[0], "start": start} for start in (0.0, 30.0, DAY)]
     assert list(alike(dated)) == [(0, 1)]
     assert not list(alike([rows[0], {**rows[0], "vehicle": "b"}]))

@@ -47,7 +47,8 @@ def mark_doubles(ledger: Ledger) -> None:
     for original, at in alike(rows):
         if at not in same and original not in same:
             same[at] = original
-            reasons[at] = f"mean and deviation of {len(rows[at]['moments'])} signals agree"
+            both = {*rows[at]["moments"]} & {*rows[original]["moments"]}
+            reasons[at] = f"mean and deviation of {len(both)} signals agree"
     for at, original in same.items():
         whose = rows[original]["vehicle"]
         other = "" if whose == rows[at]["vehicle"] else f", which is given as of the vehicle {whose}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
@@ -60,24 +61,43 @@ def alike(rows: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, int]]:
 
     Args:
         rows: of the ledger, with `vehicle`, `moments`, `duration_s` and `start`. Recordings of one drive are of one
-            vehicle, have the same signals, and last equally long within a second; where both have a date, they begin
-            within a minute
+            vehicle, agree in all signals that both have, at least three, and last equally long within a second; where both
+            have a date, they begin within a minute
     """
-    groups: dict[tuple[str, tuple[str, ...]], list[int]] = {}
+    cars: dict[str, list[int]] = {}
     for place, row in enumerate(rows):
-        signals = tuple(sorted(row.get("moments") or ()))
-        if len(signals) >= LEAST_SIGNALS:
-            groups.setdefault((row["vehicle"], signals), []).append(place)
-    for (_, signals), places in groups.items():
-        for one, two in _near(np.array([_features(rows[place], signals) for place in places])):
-            first, second = rows[places[one]], rows[places[two]]
-            begun, other_begun = first.get("start"), second.get("start")
-            if begun is None or other_begun is None or abs(begun - other_begun) < MINUTE:
-                yield places[one], places[two]
+        cars.setdefault(row["vehicle"], []).append(place)
+    for places in cars.values():
+        yield from _of_car(rows, places)
+
+
+def _of_car(rows: Sequence[Mapping[str, Any]], places: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """Pairs among the recordings that have the most common signals, then among the rest."""
+    while places:
+        counts = Counter(name for place in places for name in rows[place].get("moments") or ())
+        usual = sorted(name for name, _ in counts.most_common(LEAST_SIGNALS))
+        having = [place for place in places if len(usual) == LEAST_SIGNALS and _has(rows[place], usual)]
+        if not having:
+            return
+        for pair in _near(np.array([_features(rows[place], usual) for place in having])):
+            first, second = (rows[having[at]] for at in pair)
+            common = sorted({*first["moments"]} & {*second["moments"]})
+            apart = np.subtract(_features(first, common), _features(second, common))
+            if np.all(np.abs(apart) < 1.0) and _begin_together(first.get("start"), second.get("start")):
+                yield having[pair[0]], having[pair[1]]
+        places = [place for place in places if not _has(rows[place], usual)]
+
+
+def _has(row: Mapping[str, Any], names: Sequence[str]) -> bool:
+    return {*names} <= {*(row.get("moments") or ())}
+
+
+def _begin_together(one: float | None, other: float | None) -> bool:
+    return one is None or other is None or abs(one - other) < MINUTE
 
 
 def _features(row: Mapping[str, Any], signals: Sequence[str]) -> list[float]:
-    """Such that those of one drive differ by less than 1 each."""
+    """Duration and moments, scaled so that those of one drive differ by less than 1 each."""
     pairs = [row["moments"][name] for name in signals]
     ratios = [mean / deviation for mean, deviation in pairs] + [np.log(deviation) for _, deviation in pairs]
     return [row["duration_s"], *(np.array(ratios) / TOLERANCE)]

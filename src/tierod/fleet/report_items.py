@@ -125,9 +125,7 @@ def _rounded(values: np.ndarray) -> np.ndarray:
 
 def _drives(report: FleetReport, car: Ranked) -> Table:
     rows = [row for reason in car.reasons for row in reason.rows][:8]
-    part = report.findings.select(
-        ["start", "recording_name", "monitor", "judged", "status", "estimate", "deviation", "unit"]
-    )
+    part = report.findings.select(_OF_DRIVES)
     cells = []
     for row in part.take(rows).to_pylist():
         value, spread = row["estimate"], row["deviation"]
@@ -135,7 +133,7 @@ def _drives(report: FleetReport, car: Ranked) -> Table:
         when = "no date" if row["start"] is None else f"{row['start']:%Y-%m-%d}"
         judged = row["judged"] or row["monitor"]
         estimate += written(row["unit"] or "")
-        cells.append((when, row["recording_name"] or "–", judged, row["status"], estimate))
+        cells.append((when, row["recording_name"] or "–", judged, row["word"] or row["status"], estimate))
     return Table(
         f"Drives that say so: {car.vehicle}",
         ("date", "recording", "judged", "verdict of the drive", "estimate"),
@@ -143,7 +141,7 @@ def _drives(report: FleetReport, car: Ranked) -> Table:
     )
 
 
-_OF_DRIVES = ["start", "recording_name", "monitor", "judged", "status", "estimate", "deviation", "unit"]
+_OF_DRIVES = ["start", "recording_name", "monitor", "judged", "status", "word", "estimate", "deviation", "unit"]
 
 
 def _cohorts(trends: Trends, place: int) -> Iterator[Item]:

@@ -91,13 +91,13 @@ class Summary:
 
     @property
     def statuses(self) -> dict[str, dict[str, int]]:
-        """Findings of the recordings of this run by monitor and status."""
+        """Findings of the recordings of this run by monitor and shown word."""
         keys = {self.rows[name]["key"] for name in self._judged}
-        names = ("key", "monitor", "status")
+        names = ("key", "monitor", "word", "status")
         counts: dict[str, Counter[str]] = {}
-        for key, monitor, status in zip(*(self.findings[each].to_pylist() for each in names), strict=True):
+        for key, monitor, word, status in zip(*(self.findings[each].to_pylist() for each in names), strict=True):
             if key in keys:
-                counts.setdefault(monitor, Counter())[status] += 1
+                counts.setdefault(monitor, Counter())[word or status] += 1
         return {monitor: dict(each.most_common()) for monitor, each in sorted(counts.items())}
 
     @property

@@ -49,6 +49,7 @@ def findings() -> pa.Schema:
     role                    "sensor", "actuator", or "" for the whole
     quantity, unit          what the estimate is of, in words, and its unit
     status                  healthy, rising, suspect, fault, or why nothing could be judged
+    word                    under which a finding is shown: the status; for an estimate estimated, consistent, ...
     since_s                 beginning of the status in the recording's time [s]; null where it holds throughout
     kind                    of a fault, in words; "" where there is none or it is not identifiable
     magnitude, magnitude_deviation, magnitude_unit
@@ -80,7 +81,7 @@ _FINDINGS = (
     ("whole", "span"),
     ("time", "start"),
     ("number", "start_s duration_s judged_s mileage_m temperature_K"),
-    ("text", "monitor variant judged role quantity unit status"),
+    ("text", "monitor variant judged role quantity unit status word"),
     ("number", "since_s"),
     ("text", "kind"),
     ("number", "magnitude magnitude_deviation"),
