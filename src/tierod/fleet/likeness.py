@@ -61,8 +61,8 @@ def alike(rows: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, int]]:
 
     Args:
         rows: of the ledger, with `vehicle`, `moments`, `duration_s` and `start`. Recordings of one drive are of one
-            vehicle, agree in all signals that both have, at least three, and last equally long within a second; where both
-            have a date, they begin within a minute
+            vehicle, agree in all signals that both have, at least three, and last equally long within a second; where
+            both have a date, they begin within a minute
     """
     cars: dict[str, list[int]] = {}
     for place, row in enumerate(rows):
