@@ -148,7 +148,7 @@ def _print(claims: Sequence[Claim]) -> None:
 
 
 def _cells(claim: Claim) -> dict[str, str]:
-    """What stands of a claim in the tables, by the name of the column."""
+    """Cells of a claim in the tables, by the name of the column."""
     from tierod.core.shown import written
     from tierod.report.display import number
 

@@ -1,4 +1,4 @@
-"""What commands share: consoles that print control characters as escapes, JSON, progress, pages of analyses."""
+"""Common parts of commands: consoles that print control characters as escapes, JSON, progress, pages of analyses."""
 
 from __future__ import annotations
 

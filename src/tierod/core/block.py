@@ -1,4 +1,4 @@
-"""What a block is: anything causal with memory, written once in ordinary operators.
+"""Blocks: anything causal with memory, written once in ordinary operators.
 
 A block is a frozen dataclass. Its float fields are its tuning and become inputs of the traced graph, so that many
 calibrations share one compiled kernel; its other fields (counts, names, flags) are its structure.
@@ -182,7 +182,7 @@ def _with_tuning(block: object, values: Iterator[object]) -> Any:
 
 
 def structure(block: object) -> object:
-    """What of a block decides the shape of its graph: types and every field that is not a float.
+    """Parts of a block that decide the shape of its graph: types and every field that is not a float.
 
     Types stand for themselves, not for their names: a class written anew under an old name is another one. Values come
     with their type, since True equals 1. A whole number in a field of floats is a float.

@@ -124,7 +124,7 @@ class Claim:
 
     @property
     def figure(self) -> float | None:
-        """What was measured; None where it is not finite."""
+        """Measured figure; None where it is not finite."""
         return None if self.measured is None or not math.isfinite(self.measured) else float(self.measured)
 
     @property

@@ -1,4 +1,4 @@
-"""What a study shows beside its claims: headings, tables and charts, as plain data that the report draws."""
+"""Contents of a study beside its claims: headings, tables and charts, as plain data that the report draws."""
 
 from __future__ import annotations
 

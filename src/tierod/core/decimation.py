@@ -134,7 +134,7 @@ class Decimator:
         self._count[touched] += np.bincount(index, minlength=width)
 
     def trace(self) -> Trace:
-        """What was collected; NaN where a bin saw no sample."""
+        """Collected trace; NaN where a bin holds no sample."""
         used = slice(self._size)
         count = self._count[used]
         seen = count > 0

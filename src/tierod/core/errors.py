@@ -46,7 +46,7 @@ class KernelWarning(UserWarning):
 
 
 class PluginWarning(UserWarning):
-    """What an installed package adds to tierod cannot be used, and is left out."""
+    """An extension by an installed package cannot be used, and is left out."""
 
 
 class OutputError(TierodError):

@@ -102,7 +102,7 @@ def members(means: Meaning) -> tuple[Meaning, ...]:
 
 @cache
 def below(annotation: object, above: Meaning) -> Meaning:
-    """What the annotation of a part means, with the notes of the whole where it has none."""
+    """Meaning of the annotation of a part, with the notes of the whole where it has none."""
     own = meaning(annotation)
     return Meaning(own.hint, above.unit if own.unit is None else own.unit, own.limits or above.limits)
 
@@ -124,7 +124,7 @@ def _numbers(value: object, means: Meaning, path: str) -> Iterator[tuple[str, Nu
 
 @cache
 def _meanings(kind: type) -> list[tuple[str, Meaning]]:
-    """What the annotation of every field of a dataclass means."""
+    """Meanings of the annotations of all fields of a dataclass."""
     known = hints(kind)
     return [(each.name, meaning(known[each.name])) for each in dataclasses.fields(kind)]
 

@@ -141,7 +141,7 @@ def _beside(target: Path) -> Path:
 
 
 def temporary_name(stem: str, suffix: str) -> re.Pattern[str]:
-    """What names of temporary files of `replacing` look like.
+    """Pattern of the names of temporary files of `replacing`.
 
     Args:
         stem: of the target's name, as a regular expression

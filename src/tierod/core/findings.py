@@ -55,7 +55,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Defect:
-    """What is wrong with an input signal.
+    """Defect of an input signal.
 
     Args:
         names: of the signal; several where they cannot be separated
@@ -111,7 +111,7 @@ class Finding:
         return self.word or str(self.status)
 
     def screen(self) -> Screen:
-        """What is shown of the finding in a terminal or a notebook."""
+        """Display of the finding in a terminal or a notebook."""
         estimate = self.estimate
         lines = (
             self.headline,
@@ -212,7 +212,7 @@ class ChannelQuality:
 
 @dataclass(frozen=True)
 class Curve:
-    """What the design of a stopping rule trades, for a chart.
+    """Trade-off in the design of a stopping rule, for a chart.
 
     Args:
         along, up: (n,) each
@@ -315,7 +315,7 @@ class Diagnosis:
     created: str = ""
 
     def screen(self) -> Screen:
-        """What is shown of the diagnosis in a terminal or a notebook."""
+        """Display of the diagnosis in a terminal or a notebook."""
         about = f" of {self.recording['path']}" if self.recording.get("path") else ""
         lines = [line for each in self.findings for line in (each.screen().title, *each.screen().lines)]
         rows = [(each.name, each.role, str(each.status), each.cause) for each in self.elements]

@@ -1,4 +1,4 @@
-"""What a model is: equations without memory.
+"""Models: equations without memory.
 
 A model is a class without state of its own: `State`, `Input`, `Output` are NamedTuples, `Parameters` a frozen
 dataclass, and its two functions are pure: `output(x, u, p)` gives what is measured; `derivative(x, u, p)` of a

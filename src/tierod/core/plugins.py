@@ -136,7 +136,7 @@ class Registry(Mapping[str, T], Generic[T]):
         return loaded
 
     def _converted(self, name: str, value: Any) -> Any:
-        """What is kept of a plug-in's object."""
+        """Object of a plug-in as the registry keeps it."""
         return value
 
     def _shadowed(self, name: str, points: list[EntryPoint]) -> str:

@@ -146,7 +146,7 @@ class Recording:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader of results must know: guessed units, repaired time stamps, lost parts of the file."""
+        """Warnings for a reader of results: guessed units, repaired time stamps, lost parts of the file."""
         return tuple(self.metadata.get("warnings", ()))
 
     def warned(self, *warnings: str) -> Recording:
@@ -165,7 +165,7 @@ class Recording:
         )
 
     def screen(self) -> Screen:
-        """What is shown of the recording in a terminal or a notebook."""
+        """Display of the recording in a terminal or a notebook."""
         channels = list(self.channels.values())
         lengths = [float(each.time[-1] - each.time[0]) for each in channels if len(each.time)]
         span = f", {max(lengths):.6g} s" if lengths else ""

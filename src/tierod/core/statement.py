@@ -1,4 +1,4 @@
-"""What a monitor states about one thing, in one form from its block to page, JSON, fault memory and generated C."""
+"""Statement of a monitor about one thing, in one form from its block to page, JSON, fault memory and generated C."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def code_of(status: Status) -> float:
 
 
 class Statement(NamedTuple):
-    """What a monitor states about one sensor, actuator or quantity at one sample.
+    """Statement of a monitor about one sensor, actuator or quantity at one sample.
 
     Args:
         status: code in `STATUSES`

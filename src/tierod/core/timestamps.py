@@ -24,7 +24,7 @@ CALENDAR = 1.0e8
 
 @dataclass(frozen=True)
 class Order:
-    """What makes time stamps usable.
+    """Order of samples in which their time stamps are usable.
 
     Args:
         time: [s], finite, not decreasing, shape (n,)
@@ -44,7 +44,7 @@ class Order:
 
 
 class Repairs:
-    """What is wrong with the stamps of one clock, counted stretch by stretch, and refused where it cannot be mended.
+    """Defects of the stamps of one clock, counted stretch by stretch, and refused where they cannot be repaired.
 
     Args:
         what: whose time it is, for the messages
@@ -128,7 +128,7 @@ class Repairs:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was repaired so far."""
+        """Repairs so far."""
         stands = f"(the clock stands at {self._stands_at:.6g} s for {self._longest} samples)"
         found = (
             (self._without, "samples without a time stamp left out"),

@@ -192,7 +192,7 @@ def known(text: str) -> bool:
 
 
 def scale(given: str, wanted: str) -> Scale:
-    """What turns a value in the unit `given` into the unit `wanted`.
+    """Scale that converts a value in the unit `given` into the unit `wanted`.
 
     Args:
         given: as found in a file, in any notation
@@ -262,7 +262,7 @@ _SYMBOLS = {
 
 @lru_cache(maxsize=512)
 def dimensions(text: str) -> Dimensions:
-    """What a unit without an offset is made of.
+    """Dimensions of a unit without an offset.
 
     Args:
         text: in any notation; "" for a number without unit

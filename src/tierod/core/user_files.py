@@ -165,7 +165,7 @@ _TOO_LONG = "has more than 64 bits; give a number with a decimal point"
 
 
 def _irregular(mode: int) -> str:
-    """What a path leads to where that is no regular file, as half a sentence; else ""."""
+    """Target of a path where that is no regular file, as half a sentence; else ""."""
     if stat.S_ISREG(mode):
         return ""
     return next((words for test, words in _KINDS if test(mode)), "it is no regular file")

@@ -1,4 +1,4 @@
-"""What a fault memory keeps of one trouble code."""
+"""Entry of a fault memory for one trouble code."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class FreezeFrame:
 
 @dataclass(frozen=True)
 class Entry:
-    """What is known of one trouble code.
+    """Entry of one trouble code.
 
     Args:
         status: its status byte
@@ -223,7 +223,7 @@ class Window:
         self.values = {name: values[first:] for name, values in self.values.items()}
 
     def frame(self, cycle: int, date: str, instant: float) -> FreezeFrame:
-        """What is held of the signals around an instant [s], thinned out so that the instant stays."""
+        """Freeze frame of the signals around an instant [s], thinned out so that the instant stays."""
         begin = int(np.searchsorted(self.time, instant - BEFORE))
         end = int(np.searchsorted(self.time, instant + AFTER, "right"))
         centre = max(int(np.searchsorted(self.time, instant + 1e-9)) - 1, begin)

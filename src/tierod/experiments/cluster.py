@@ -227,7 +227,7 @@ def _about() -> dict[str, str]:
 
 
 def _stranger(answer: Any, ours: Mapping[str, str]) -> str:
-    """What is wrong with the tierod of a worker, as a half-sentence; "" where nothing is."""
+    """Difference of a worker's tierod from ours, as a half-sentence; "" where there is none."""
     if isinstance(answer, Mapping):
         if answer.get("version") != ours["version"]:
             return f"there is tierod {answer.get('version')}"

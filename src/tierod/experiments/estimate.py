@@ -24,7 +24,7 @@ START = 3.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a run of the campaign will cost.
+    """Estimated cost of a run of the campaign.
 
     Args:
         cells: of the matrix

@@ -207,7 +207,7 @@ def _one_thread() -> Iterator[None]:
 
 
 def _serve(connection: Connection, _imported: Work) -> None:
-    """What a worker does: one task after the other, until the parent closes its end or is gone."""
+    """Run the loop of a worker: one task after the other, until the parent closes its end or is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the parent decides
     threading.Thread(target=_end_with_parent, daemon=True).start()
     warnings.simplefilter("ignore", KernelWarning)  # the parent, which compiles first, has said it

@@ -56,7 +56,7 @@ def first_after(alarms: Sequence[Window], start: float, end: float) -> float:
 
 
 def outcome(alarms: Sequence[Window], first: float, fault: Window | None, judged: bool) -> str:
-    """What became of a drive, see `tierod.experiments.judged.Judged`.
+    """Outcome of a drive, see `tierod.experiments.judged.Judged`.
 
     Args:
         alarms: all of the drive
@@ -87,7 +87,7 @@ def enabled_until(alarm: float, start: float, time: np.ndarray, clock: np.ndarra
 
 @dataclass(frozen=True)
 class Judged:
-    """What a monitor made of one drive; every figure of a campaign is made from these.
+    """Judgement of one drive by a monitor; every figure of a campaign is made from these.
 
     Args:
         status: of the final finding
@@ -152,7 +152,7 @@ def _plain(value: object) -> Any:
 
 
 def from_plain(content: Mapping[str, Any]) -> Judged:
-    """What `plain` wrote.
+    """Judgement read back from what `plain` wrote.
 
     Raises:
         KeyError, TypeError, ValueError: something else

@@ -70,7 +70,7 @@ def judge(
 
 
 class _Seen(NamedTuple):
-    """What a monitor showed over the drive: time, and traces by name, (n,) each."""
+    """Outputs of a monitor over the drive: time, and traces by name, (n,) each."""
 
     time: np.ndarray
     traces: dict[str, np.ndarray]
@@ -151,7 +151,7 @@ def _judged(
 
 
 def _final(finding: Finding, seen: _Seen) -> dict[str, Any]:
-    """What was said in the end."""
+    """Final statement of a finding."""
     known, ratio = finding.estimate, seen.traces.get("ratio_to_baseline")
     return {
         "status": str(finding.status),
@@ -182,7 +182,7 @@ def _times(
 
 
 class _Estimates:
-    """What was estimated where the monitor judged, and the truth at the same instants."""
+    """Estimates where the monitor judged, and the truth at the same instants."""
 
     def __init__(self, recording: Recording, seen: _Seen, judging: np.ndarray):
         name = next((n for n in seen.traces if n + DEVIATION in seen.traces), None)

@@ -1,4 +1,4 @@
-"""What a campaign has to do: its drives and verdicts, each with the key of all that decides it, and what is there."""
+"""Plan of a campaign: its drives and verdicts, each with the key of all that decides it, and the results at hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a worker does with one cell: drive it, keep the drive, and let every monitor judge it."""
+"""Work of a worker on one cell: drive it, keep the drive, and let every monitor judge it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DRIVEN, DIVERGED, FAILED = "driven", "diverged", "failed"
 
 @dataclass(frozen=True)
 class Lesson:
-    """What a monitor may judge against.
+    """Baseline that a monitor may judge against.
 
     Args:
         level: baseline from another drive; None where the monitor learns for itself

@@ -189,7 +189,7 @@ class CutPrinter(BranchingPrinter):
         return Places(refused, refused, refused, refused, self.reach.carried)
 
     def notes(self) -> dict[int, str]:
-        """What a value is, by its number."""
+        """Meanings of values, by their numbers."""
         found: dict[int, str] = {}
         for target, value in sorted(self.program.outputs.items()):
             if target in self.reach.notes and target[0] != NEXT_STATE:

@@ -40,7 +40,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Interface:
-    """What the C of a subject looks like from outside.
+    """Interface of the C of a subject, seen from outside.
 
     Args:
         subject: that is exported

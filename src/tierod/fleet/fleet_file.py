@@ -84,7 +84,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Single:
-    """What is known of one vehicle.
+    """Description of one vehicle.
 
     Args:
         parameters: vehicle file or shipped name; that of the entry where empty

@@ -62,7 +62,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What became of a recording.
+    """Judgement of a recording.
 
     Args:
         rows: of the findings

@@ -172,7 +172,7 @@ def place_of(root: str | Path) -> Place:
 
 
 def protocol_of(address: str) -> str:
-    """What stands before "://"; `LOCAL` where nothing does."""
+    """Protocol of an address, the part before "://"; `LOCAL` where there is none."""
     protocol, mark, _ = address.partition("://")
     return protocol if mark else LOCAL
 

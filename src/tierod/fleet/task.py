@@ -1,4 +1,4 @@
-"""What a worker does with one recording: look for its result, else judge it and put the result into the folder."""
+"""Task of a worker on one recording: look for its result, else judge it and put the result into the folder."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ FUTURE = 86400.0
 
 @dataclass(frozen=True)
 class Job:
-    """What is asked of every recording of a run.
+    """Settings that every recording of a run is judged with.
 
     Args:
         results: the folder of the results
@@ -71,7 +71,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Done:
-    """What became of a recording.
+    """Outcome of a recording.
 
     Args:
         row: of the ledger
@@ -243,7 +243,7 @@ def _reasons(refused: Mapping[str, str]) -> str:
 
 
 def _about(found: Judgement) -> dict[str, Any]:
-    """What the ledger says of a result."""
+    """Facts about a result, for the ledger."""
     return {
         "start": found.start,
         "duration_s": found.duration,
@@ -272,7 +272,7 @@ def _stream(found: Judgement, recording: str, key: str, vehicle: str, about: Map
 
 
 def _kept(results: Place, key: str) -> tuple[dict[str, Any], bytes] | None:
-    """What the ledger says of a result that is there, and the result; None where there is no whole one."""
+    """Facts for the ledger about a result at hand, and the result; None where there is no whole one."""
     import pyarrow as pa
 
     try:

@@ -50,7 +50,7 @@ class Design:
 
 @dataclass(frozen=True, eq=False)
 class Trends:
-    """What became of one quantity of a fleet, car by car.
+    """Trends of one quantity of a fleet, car by car.
 
     Args:
         series: drives
@@ -153,7 +153,7 @@ def trends(series: Series, design: Design) -> Trends:
 
 
 def _joined(drives: Drives, prior: Prior, work: Callable[[Drives, Prior], tuple[np.ndarray, ...]]) -> list[np.ndarray]:
-    """What some work gives for all cars, a few thousand at a time."""
+    """Results of some work for all cars, a few thousand at a time."""
     cars = len(drives.day)
     slices = [slice(first, first + CARS_AT_A_TIME) for first in range(0, cars, CARS_AT_A_TIME)]
     parts = [work(drives.of(each), prior.of(each)) for each in slices]

@@ -70,7 +70,7 @@ def mean_rate(time: np.ndarray) -> float:
 
 
 class Pace(NamedTuple):
-    """What time stamps show by themselves.
+    """Sampling pace of a set of time stamps.
 
     Args:
         rate: from the median step [Hz]

@@ -150,7 +150,7 @@ class TurnLimits:
 
 
 def turn_warnings(recording: Recording, limits: TurnLimits | None = None) -> tuple[str, ...]:
-    """What to say where lateral acceleration is not about speed times yaw rate: one of them has a wrong unit."""
+    """Warnings where lateral acceleration is not about speed times yaw rate: one of them has a wrong unit."""
     limits = limits or TurnLimits()
     if not all(name in recording and len(recording[name].time) for name in NAMES):
         return ()

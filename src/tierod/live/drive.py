@@ -229,7 +229,7 @@ class Drive:
             self._look()
 
     def _look(self) -> None:
-        """What follows on a piece that was judged."""
+        """Settle checkpoint, messages and ignition after a piece was judged."""
         if self._checkpoints is not None:
             self._checkpoints.settle(self.engine.judges)
         self._watching.missing(self.engine.missing, self.engine.clock.latest)
@@ -240,7 +240,7 @@ class Drive:
             self.close()
 
     def state(self) -> dict[str, Any]:
-        """What is shown of the drive now."""
+        """Displayed state of the drive now."""
         return shown_state(self.engine, self.health)
 
     def mark(self, text: str = "mark") -> None:

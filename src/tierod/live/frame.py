@@ -27,7 +27,7 @@ class Frame(NamedTuple):
 
 
 class Notice(NamedTuple):
-    """What happened to a bus: "lost", "back", "error frame" or "ended".
+    """Event on a bus: "lost", "back", "error frame" or "ended".
 
     Args:
         bus: number of the bus, from 1

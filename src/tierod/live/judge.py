@@ -57,7 +57,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Shown:
-    """What is shown of a monitor.
+    """Displayed state of a monitor.
 
     Args:
         monitor: its name
@@ -196,7 +196,7 @@ class Judge:
         return self.held()
 
     def held(self) -> dict[str, object]:
-        """What it holds of the drive, as a checkpoint keeps it."""
+        """State of the judge over the drive, as a checkpoint keeps it."""
         parts = {"run": self.run, "newest": self._newest, "feed": self._feed}
         return parts | {"first": self._first, "reason": self.reason, "start": self._start}
 
@@ -214,7 +214,7 @@ class Judge:
 
     @property
     def calibration(self) -> object:
-        """What its session is opened for beside the vehicle: the baseline of earlier drives."""
+        """Calibration that its session is opened with beside the vehicle: the baseline of earlier drives."""
         return self._baseline()
 
     def _baseline(self) -> Baseline | None:
@@ -227,7 +227,7 @@ class Judge:
         return None if self.plan.baselines is None else self.plan.baselines / f"{self.name}.json"
 
     def shown(self) -> Shown:
-        """What is shown of it now."""
+        """Displayed state of its monitor now."""
         run = self.run  # another thread may set it
         if run is None or self.broken:
             return Shown(self.name, Status.NOT_AVAILABLE, 0.0, self.reason)

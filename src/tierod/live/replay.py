@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What goes wrong on the way, drawn by a seed.
+    """Disturbances of the transmission, drawn by a seed.
 
     Args:
         seed: of all draws

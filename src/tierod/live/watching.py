@@ -8,7 +8,7 @@ from tierod.live.events import Hub
 
 
 class Watching:
-    """What was said of the drive.
+    """Messages about the drive that were sent.
 
     Args:
         hub: takes what is said

@@ -50,7 +50,7 @@ class FrictionParameters:
 
     @property
     def below_bar(self) -> BelowBarParameters:
-        """What turns below the torsion bar."""
+        """Parameters of the parts below the torsion bar."""
         return BelowBarParameters(
             self.column_inertia,
             self.column_damping,

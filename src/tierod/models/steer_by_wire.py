@@ -64,7 +64,7 @@ class SteerByWire:
         self_aligning_torque: Annotated[float, "N*m"]
 
     class Output(NamedTuple):
-        """What the angle sensor measures."""
+        """Measurement of the angle sensor."""
 
         road_wheel_angle: Annotated[float, "rad"]
 

@@ -48,7 +48,7 @@ class Judge(Protocol):
         """The state before the first sample."""
 
     def feedback(self) -> Tree:
-        """What every lane is given with the first sample; () where the judge gives the lanes no feedback."""
+        """Feedback to every lane with the first sample; () where the judge gives the lanes none."""
 
     def step(self, state: Tree, sample: JudgeSample) -> tuple[Tree, Verdict]:
         """One sample on."""

@@ -1,4 +1,4 @@
-"""What is stepped alone need not vectorise: selections as branches, and chains of selections as one operation."""
+"""Branches for a step that runs alone and need not vectorise; chains of selections as one operation."""
 
 from __future__ import annotations
 

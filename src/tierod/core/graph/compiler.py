@@ -226,7 +226,7 @@ def _identity(executable: str) -> str:
 
 @cache
 def _machine() -> str:
-    """What -march=native depends on, so that a cache on a shared home folder never gives a foreign kernel."""
+    """Machine that -march=native depends on, so that a cache on a shared home folder never gives a foreign kernel."""
     try:
         text = Path("/proc/cpuinfo").read_text()
     except OSError:

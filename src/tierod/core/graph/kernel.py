@@ -28,7 +28,7 @@ _LOOP = (ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctype
 
 
 class Kernel(Protocol):
-    """What runs one block: its step over many samples."""
+    """Executor of one block: its step over many samples."""
 
     @property
     def graph(self) -> Interface:
@@ -98,7 +98,7 @@ def lane_array(*shape: int) -> np.ndarray:
 
 
 def kernel(block: Block, engine: Engine = "auto") -> Kernel:
-    """What runs a block.
+    """Kernel that runs a block.
 
     Args:
         block: to be run
@@ -118,7 +118,7 @@ def kernel(block: Block, engine: Engine = "auto") -> Kernel:
 
 
 def lane_kernel(blocks: list[Block]) -> LaneKernel | None:
-    """What runs many blocks of one structure side by side; None where each has to run alone.
+    """Kernel that runs many blocks of one structure side by side; None where each has to run alone.
 
     Raises:
         CompileError: TIEROD_ENGINE asks for "compiled" and the blocks cannot be compiled

@@ -34,7 +34,7 @@ _BUILD = "build-"
 
 @dataclass(frozen=True)
 class Bounds:
-    """What a cache may hold.
+    """Bounds on the contents of a cache.
 
     Args:
         bytes: of all kernels [B]; a thousand of the usual 70 kB and the largest of 2 MB fit

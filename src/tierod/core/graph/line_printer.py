@@ -62,7 +62,7 @@ class LinePrinter:
         return "".join(lines)
 
     def names(self, places: Places) -> dict[int, str]:
-        """What C calls every value."""
+        """Names of all values in C."""
         named = {value: f"v{value}" for value in range(len(self.program.operations))}
         return named | {value: places.carried(slot) for value, slot in self.carried.items()}
 
@@ -83,7 +83,7 @@ class LinePrinter:
         return f"{indent}{reach[group](position)} = {self.constant(value) or named[value]};\n"
 
     def notes(self) -> dict[int, str]:
-        """What a value is, by its number."""
+        """Meanings of values, by their numbers."""
         names = {NEXT_STATE: self.graph.state, OUTPUT: self.graph.output}
         notes: dict[int, str] = {}
         for (group, position), value in self.program.outputs.items():

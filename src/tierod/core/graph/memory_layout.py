@@ -13,7 +13,7 @@ GROUP = 8
 
 
 class BankState(NamedTuple):
-    """What a bank of blocks remembers.
+    """State of a bank of blocks.
 
     Args:
         lanes: the state of every lane

@@ -1,4 +1,4 @@
-"""What a step of a block costs, counted from its graph."""
+"""Cost of a step of a block, counted from its graph."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ STATE_IN_LOCALS = 200
 
 
 def prefix(graph: Interface) -> str:
-    """What every exported name of the graph's C begins with."""
+    """Prefix of every name that the graph's C exports."""
     return f"tierod_{re.sub(r'[^0-9A-Za-z]+', '_', graph.name).lower()}"
 
 
@@ -63,7 +63,7 @@ def _prepare(printer: LinePrinter) -> str:
 
 
 def _head(printer: LinePrinter, in_lanes: bool = False) -> str:
-    """What stands before the functions."""
+    """Head of the C source, before the functions."""
     return prelude((operation.name for operation in printer.program.operations), in_lanes) + legend(printer.graph)
 
 

@@ -35,7 +35,7 @@ _NAMED = re.compile(r"\bconst \w+ v(\d+) =")
 
 
 class Stepped(NamedTuple):
-    """What the numbers in the C of a step stand for.
+    """Meanings of the numbers in the C of a step.
 
     Args:
         program: of the step that is printed

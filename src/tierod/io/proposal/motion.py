@@ -1,4 +1,4 @@
-"""What redundant signals say about each other: their ratios decide units, their correlations decide signs."""
+"""Relations between redundant signals: their ratios decide units, their correlations decide signs."""
 
 from __future__ import annotations
 

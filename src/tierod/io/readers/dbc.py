@@ -152,7 +152,7 @@ def _no_match(log: dict[int, int], database: Collection[int]) -> str:
 
 @dataclass(frozen=True)
 class Described:
-    """What databases say of the frames of a bus.
+    """Description of the frames of a bus by databases.
 
     Args:
         found: the messages that came, by bus and identifier
@@ -176,7 +176,7 @@ class Described:
 
 
 def described(content: Heard, database: Sequence[Message]) -> Described:
-    """What databases say of the frames that were heard.
+    """Description of the received frames by databases.
 
     A message that several buses or senders carry keeps its plain name for the first and gets a prefix for the others.
 

@@ -41,7 +41,7 @@ class Pick:
 
 @dataclass(frozen=True)
 class Plan:
-    """What to load from a file.
+    """Plan of the channels to load from a file.
 
     Args:
         picks: the channels to be made

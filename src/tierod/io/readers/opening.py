@@ -62,7 +62,7 @@ READERS: Registry[Format] = Registry("tierod.readers", "reader", _OWN, _obstacle
 
 @dataclass(frozen=True)
 class Kind:
-    """What a file is.
+    """Kind of a file.
 
     Args:
         format: whose reader opens it

@@ -24,7 +24,7 @@ def check_sides(sides: str) -> None:
 
 
 def watched(value: Scalar, sides: str) -> Scalar:
-    """What is compared with a threshold: a value, its negative or its absolute value."""
+    """Quantity that is compared with a threshold: a value, its negative or its absolute value."""
     return {"both": absolute(value), "upper": value, "lower": -value}[sides]
 
 

@@ -62,7 +62,7 @@ class MeasuredDesign:
         return self.wanted * FEWEST > self.observed
 
     def claim(self, rate: float) -> str:
-        """What may be claimed, in a sentence.
+        """Claim that the measurement supports, in a sentence.
 
         Args:
             rate: of the residuals [Hz]

@@ -1,4 +1,4 @@
-"""What every detector takes: one value, and whether it counts."""
+"""Input of every detector: one value, and whether it counts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the Kalman and the unscented filter share: tuning, masks, missing data, output."""
+"""Common part of the Kalman and the unscented filter: tuning, masks, missing data, output."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Prediction(NamedTuple):
 
 @dataclass(frozen=True)
 class GaussianFilter(ABC):
-    """What the Kalman and the unscented filter share: tuning, masks, missing data, output.
+    """Common part of the Kalman and the unscented filter: tuning, masks, missing data, output.
 
     Args:
         model: discrete model (`State`, `Input`, `Output`, `transition`, `output`)

@@ -33,7 +33,7 @@ from tierod.methods.estimators.linear_algebra import (
 
 
 class Correction(NamedTuple):
-    """What the measurements of one sample did.
+    """Correction by the measurements of one sample.
 
     Args:
         shift: correction of the mean, before any mask, added to what was given as `start`, (n,)
@@ -174,7 +174,7 @@ def clean_mask(mask: Sequence[Truth]) -> tuple[Truth, ...]:
 
 
 def unmasked_start(mean: Vector, mask: Sequence[Truth]) -> tuple[Scalar, ...]:
-    """What a correction is added to: the mean of unmasked states; zero for masked ones, whose correction is scaled."""
+    """Mean that a correction is added to: that of unmasked states; zero for masked ones, whose correction is scaled."""
     return tuple(value if share is True else 0.0 for value, share in zip(mean, mask, strict=True))
 
 

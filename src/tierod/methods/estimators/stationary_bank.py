@@ -35,7 +35,7 @@ class BankState(NamedTuple):
 
 
 class StationaryNoise(NamedTuple):
-    """What a stationary filter of a bank needs to know.
+    """Gain and covariances of a stationary filter of a bank.
 
     Args:
         gain: of the filter, rows by state, columns by output

@@ -1,4 +1,4 @@
-"""What does not fit between recordings of a column and its vehicle file: a sign, the time base, a held parameter."""
+"""Misfits between recordings of a column and its vehicle file: a sign, the time base, a held parameter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is often wrong with recordings of a motor: signs, phases, pole pairs; named, with the cure."""
+"""Common mistakes in recordings of a motor: signs, phases, pole pairs; named, with the cure."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def sandwich(
 
 
 class Regression(NamedTuple):
-    """What a regression found.
+    """Result of a regression.
 
     Args:
         values: coefficients
@@ -125,7 +125,7 @@ class Rows(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """What a regression found.
+    """Result of a regression.
 
     Args:
         values: coefficients

@@ -96,7 +96,7 @@ class Simulation:
 
 
 class Surprise(NamedTuple):
-    """What the measurements of a sample were against what was expected of each.
+    """Innovations of the measurements of a sample, each against its expected spread.
 
     Args:
         standardised: measured minus expected from the past and the outputs before it, over its standard deviation

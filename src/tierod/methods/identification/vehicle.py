@@ -73,7 +73,7 @@ class Zeros(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class VehicleIdentification:
-    """What drives have shown of a vehicle.
+    """Result of the identification of a vehicle from drives.
 
     Args:
         found: what goes into the vehicle file

@@ -1,4 +1,4 @@
-"""What drives have shown of every parameter of a vehicle, where they contradict its file, and which drive is odd."""
+"""Judgement of every parameter of a vehicle by its drives, contradictions to its file, and odd drives."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ CURES = {
 
 
 class Judged(NamedTuple):
-    """What drives have shown of a parameter.
+    """Judgement of a parameter by drives.
 
     Args:
         name: of the parameter

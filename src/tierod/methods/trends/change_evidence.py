@@ -65,7 +65,7 @@ def clip_for(wrong_share: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What each drive adds up to.
+    """Evidence accumulated up to each drive.
 
     Args:
         logarithm: of the statistic in days after each drive, (cars, drives); that of the drive before where none is

@@ -44,7 +44,7 @@ class TrendNoise:
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What is known of a car before its first drive.
+    """Prior of a car before its first drive.
 
     Args:
         mean: level, slope [unit/d] and coefficients, (n,) or (cars, n)
@@ -62,7 +62,7 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """What the filter knows after each drive; a car without a further drive keeps what it knew.
+    """Filtered estimate after each drive; a car without a further drive keeps its last one.
 
     Args:
         mean, covariance: of the state, (cars, drives, n) and (cars, drives, n, n)

@@ -21,7 +21,7 @@ WRONG = 5.0
 
 @dataclass(frozen=True)
 class DriveScatter:
-    """What was learnt.
+    """Estimated scatter of drives of the same car.
 
     Args:
         scatter: standard deviation from drive to drive that the drives do not state [unit]

@@ -14,7 +14,7 @@ LEAST = 50
 
 @dataclass(frozen=True)
 class Wandering:
-    """What was learnt.
+    """Estimated wandering and drift of the levels.
 
     Args:
         level_walk: random walk of the level [unit/sqrt(d)]
