@@ -36,7 +36,7 @@ def diagnose(
     command: str = "",
     progress: Callable[[float], None] = lambda share: None,
 ) -> Diagnosis:
-    """What a monitor finds in a recording.
+    """Diagnosis of a recording by a monitor.
 
     Args:
         source: a recording, or the path of one; a file is read and judged piece by piece
@@ -91,7 +91,7 @@ def _write_signals(kept: OverTime, diagnosis: Diagnosis, monitor: str, path: str
 
 
 def _kept(run: Run, path: str | Path, known: Baseline | None, diagnosis: Diagnosis) -> str:
-    """What became of the file of the baseline, in a sentence; the first healthy recording writes it."""
+    """Outcome for the file of the baseline, in a sentence; the first fault-free recording writes it."""
     if known is not None:
         return f"judged against {path}, learnt {known.learnt or 'at a time unknown'}; the file stays as it is"
     if run.learnt is not None:

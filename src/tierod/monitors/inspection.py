@@ -1,4 +1,4 @@
-"""What a recording holds, and which monitors could judge it."""
+"""Inspection of a recording, and the monitors that could judge it."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Readiness:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What a recording holds.
+    """Content of a recording.
 
     Args:
         recording: with the signals that can be derived

@@ -22,7 +22,7 @@ from tierod.vehicles.vehicle import Parameters
 
 @dataclass
 class Reading:
-    """What a session reads of a vehicle.
+    """Parameters of a vehicle that a session reads.
 
     Args:
         needed: parameters without which it cannot be opened
@@ -114,7 +114,7 @@ def _reading(variant: Variant, vehicle: Vehicle, rate: float) -> Reading:
 
 @dataclass(frozen=True)
 class Lacking:
-    """What a variant of a monitor lacks with a vehicle.
+    """Requirements that a variant of a monitor lacks with a vehicle.
 
     Args:
         obstacle: why the variant cannot run with this vehicle; "" where it can
@@ -130,7 +130,7 @@ class Lacking:
 
 
 def lacking(monitor: Monitor, variant: Variant, car: Vehicle) -> Lacking:
-    """What a variant lacks with a vehicle.
+    """Requirements that a variant lacks with a vehicle.
 
     Args:
         monitor: of the variant

@@ -32,7 +32,7 @@ class NotRun(NamedTuple):
 
 @dataclass(frozen=True)
 class Judged:
-    """What the monitors found in one recording.
+    """Findings of the monitors in one recording.
 
     Args:
         path: of the recording
@@ -60,7 +60,7 @@ def judge(
     command: str = "",
     progress: Callable[[float], None] = lambda share: None,
 ) -> Judged:
-    """What every monitor that can run finds in a recording.
+    """Findings in a recording of every monitor that can run.
 
     Args:
         path: of the recording

@@ -47,7 +47,7 @@ def usual() -> tuple[Chosen, ...]:
 
 @dataclass(frozen=True)
 class Concluded:
-    """What a monitor found up to some time of a recording.
+    """Conclusion of a monitor up to some time of a recording.
 
     Args:
         diagnosis: as `diagnose` gives it

@@ -150,7 +150,7 @@ class Driven:
         self.absences.setdefault(name, Absence(self.period, borne)).add(time, there, parked)
 
     def loss(self, element: str, observed: float) -> Loss | None:
-        """What was lost on the way that an element cannot be judged without: its own signal, then that of others.
+        """Loss of a signal that an element cannot be judged without: its own signal, then that of others.
 
         Args:
             element: sensor or actuator

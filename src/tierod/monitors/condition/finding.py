@@ -1,4 +1,4 @@
-"""What a drive says of all sensors and actuators together."""
+"""Finding of a drive about all sensors and actuators together."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def _and_other_causes(finding: Finding, declared: Sequence[Element], causes: Oth
 
 
 def _off(targets: Sequence[str]) -> str:
-    """What the targets of a pair of actuators do not go with."""
+    """Contradiction of the targets of a pair of actuators, in words."""
     shown_by = "the torque in the shaft" if targets == TARGETS[:2] else "the acceleration"
     return f"what is asked does not go with {shown_by}"
 
@@ -275,7 +275,7 @@ def _likeliest_first(found: Sequence[tuple[Episode, Element]]) -> list[tuple[Epi
 
 
 def _why(names: Sequence[str]) -> str:
-    """What makes sensors and actuators faulty."""
+    """Reason why sensors and actuators are faulty, in words."""
     off = [f"{name.replace('_', ' ')} does not go with {MOTION[name]}" for name in names if name in ACCELERATIONS]
     if any(name not in ACCELERATIONS for name in names):
         off.append("residuals of readings and torques exceed the fault-free limits")
@@ -287,7 +287,7 @@ def _why(names: Sequence[str]) -> str:
 
 
 def _targets(names: Sequence[str]) -> list[str]:
-    """What is asked of those that are actuators, and of those that work with them: only what they do together shows."""
+    """Targets of the actuators among them, and of those that act together: only their joint effect shows."""
     together = [name for pair in (MOTORS, DRIVES) if {*pair} & {*names} for name in pair]
     return [target for actuator, target in zip(ACTUATORS, TARGETS, strict=True) if actuator in together]
 

@@ -58,7 +58,7 @@ NOT_TESTABLE = 0.25
 
 
 class Car(NamedTuple):
-    """What is known of a car whose torques are not known.
+    """Car whose torques are not known.
 
     Args:
         parameters: of `RollingCar`

@@ -45,7 +45,7 @@ class _Actuated:
 
     @staticmethod
     def output(x: AutomatedVehicle.State, u: Input, p: AutomatedVehicle.Parameters) -> AutomatedVehicle.Output:
-        """What is measured."""
+        """Measurements."""
         return AutomatedVehicle.output(x._replace(torque_loss=0.0), _asked(u), p)
 
 

@@ -52,7 +52,7 @@ FITS = 0.05
 
 
 class Contradiction(NamedTuple):
-    """What contradicts the others.
+    """Signal that contradicts the others.
 
     Args:
         names: of the signals, one of which is wrong; empty where the three fit each other
@@ -86,7 +86,7 @@ class ContradictionOverDrive:
         self._kept.add(np.column_stack([wheel_angle, motor_angle, driver_torque])[kept] * self._scales)
 
     def found(self) -> Contradiction | None:
-        """What contradicts the others; None where the signals are too few or do not move."""
+        """Signal that contradicts the others; None where the signals are too few or do not move."""
         rows = self._kept.values
         there = np.isfinite(rows).all(axis=1)
         if np.count_nonzero(there) < FEWEST:

@@ -1,4 +1,4 @@
-"""What is collected over a drive: torque of the hands, when they were off the wheel, and figures of the column."""
+"""Results over a drive: torque of the hands, when they were off the wheel, and figures of the column."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Stretches:
 
 
 class Drive(NamedTuple):
-    """What was collected over a drive.
+    """Results over a drive.
 
     Args:
         ready, off, on, uncertain: time for which the torque was known, and of these of each state

@@ -40,7 +40,7 @@ BEYOND = 4.0
 
 
 class HandsSample(NamedTuple):
-    """What the monitor of the hands reads."""
+    """Input of the monitor of the hands."""
 
     steering_wheel_angle: Annotated[Scalar, "rad"]
     driver_torque: Annotated[Scalar, "N*m"]
@@ -117,7 +117,7 @@ class HandsMonitor:
         gap: Annotated[Scalar, "s"]
 
     class Output(NamedTuple):
-        """What is known of the hands.
+        """Estimated state of the hands.
 
         Args:
             hands: 1 on, 0 off, 0.5 uncertain

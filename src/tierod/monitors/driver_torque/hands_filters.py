@@ -23,7 +23,7 @@ LEARNT = ("inertia_error", "steering_wheel_damping", "torque_offset")
 
 @dataclass(frozen=True)
 class Hands:
-    """What hands do to a steering wheel, and what is left without them.
+    """Model of hands on a steering wheel, and of the wheel without them.
 
     Args:
         torque: standard deviation of the torque of hands that hold; light hands on a straight road

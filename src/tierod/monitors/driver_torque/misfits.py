@@ -28,7 +28,7 @@ NO_THIRD = "steering_wheel_angle or driver_torque may be wrong; motor_angle_mech
 
 
 def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
-    """What of the vehicle file the data contradict, a half-sentence each.
+    """Contradictions between the vehicle file and the data, a half-sentence each.
 
     Args:
         drive: what was collected
@@ -73,7 +73,7 @@ def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
 
 
 def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
-    """What angles and torque of the bar contradict; a late one spoils bar and offset."""
+    """Contradictions by the angles and the torque of the bar; a late one spoils bar and offset."""
     found = drive.geometry
     if found is None:
         return []

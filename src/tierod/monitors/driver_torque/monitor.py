@@ -30,7 +30,7 @@ class DriverTorqueMonitor:
     signs: ColumnSigns
 
     class Sample(NamedTuple):
-        """What the monitor reads; a missing motor torque is replaced by its target, or by the last one."""
+        """Input of the monitor; a missing motor torque is replaced by its target, or by the last one."""
 
         steering_wheel_angle: Annotated[Scalar, "rad"]
         driver_torque: Annotated[Scalar, "N*m"]
@@ -47,7 +47,7 @@ class DriverTorqueMonitor:
         motor_torque: Annotated[Scalar, "N*m"]
 
     class Output(NamedTuple):
-        """What is known of the driver's hands.
+        """Estimated state of the driver's hands.
 
         Args:
             statement: torque of the hands [N*m] with its deviation, healthy while it is known; the evidence is that for

@@ -20,7 +20,7 @@ UNKNOWN = 10.0
 
 
 class ColumnEstimate(NamedTuple):
-    """What an observer estimates of a column; a deviation is one standard deviation, of a column as assumed.
+    """Estimate of a column by an observer; a deviation is one standard deviation, of a column as assumed.
 
     Args:
         hand_torque: that the driver's hands put on the steering wheel

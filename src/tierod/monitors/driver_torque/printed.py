@@ -45,7 +45,7 @@ _SHIFT = 1.0
 
 
 class PrintedEstimate(NamedTuple):
-    """What an observer of the paper estimates of the column."""
+    """Estimate of the column by an observer of the paper."""
 
     hand_torque: Annotated[Scalar, "N*m"]
     disturbance_torque: Annotated[Scalar, "N*m"]

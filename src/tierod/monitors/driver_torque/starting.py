@@ -11,7 +11,7 @@ from tierod.monitors.driver_torque.design import Layout
 
 
 class ColumnSample(NamedTuple):
-    """What a column measures at one instant; NaN where a value is missing.
+    """Measurements of a column at one instant; NaN where a value is missing.
 
     Args:
         motor_torque: at the motor's shaft
@@ -43,7 +43,7 @@ class StartState(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """What an observer is to do with a sample.
+    """Mode of an observer at a sample.
 
     Args:
         motor_torque: of the sample before, which acts until this one; held where it is missing

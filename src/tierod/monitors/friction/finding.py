@@ -67,7 +67,7 @@ def _decided_by(run: FrictionRun, status: Status) -> tuple[str, ...]:
 
 
 def _reference(run: FrictionRun, limits: Limits) -> dict[str, float]:
-    """What the value is drawn against; rising and fault are where they act: the lower of absolute and relative."""
+    """Reference lines beside the value; rising and fault are where they act: the lower of absolute and relative."""
     reference = {
         "nominal": run.limits.nominal_friction,
         "rising": limits.rising.acts_from,
@@ -162,7 +162,7 @@ def limits_of(run: FrictionRun) -> Limits:
 
 
 def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
-    """What the value was held against, the reason for the status first."""
+    """Limits that the value was compared with, the reason for the status first."""
     ratio = _ratio(run)
     if status in (Status.RISING, Status.FAULT):
         limit = limits.fault if status is Status.FAULT else limits.rising

@@ -1,4 +1,4 @@
-"""What the verdict on friction reads, remembers, counts and states."""
+"""Verdict on friction: its inputs, its state, its counters and its statement."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tierod.core.statement import Statement
 
 
 class VerdictSample(NamedTuple):
-    """What the verdict reads of a friction estimate; an estimator without a figure gives the neutral value.
+    """Input of the verdict from a friction estimate; an estimator without a figure gives the neutral value.
 
     Args:
         friction_torque: estimated

@@ -69,7 +69,7 @@ class FrictionEstimator(Protocol):
         """One sample on."""
 
     def seen(self, sample: Any, estimate: Any) -> VerdictSample:
-        """What the verdict reads of a sample and its estimate."""
+        """Input of the verdict from a sample and its estimate."""
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,7 @@ class FrictionSession(BlockSession):
 
 
 def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Finding:
-    """What can be said of friction where its magnitude is withheld."""
+    """Finding about friction where its magnitude is withheld."""
     if found is None:
         return finding
     what = "is present, but its size cannot be estimated" if found.present else "does not stand out from chance"

@@ -47,7 +47,7 @@ PARTS = 5
 
 
 class DriveRatio(NamedTuple):
-    """What drives show of the ratio, the vehicle file left out.
+    """Motor ratio as identified by drives, the vehicle file left out.
 
     Args:
         value: turns of the motor per turn of the column []
@@ -146,7 +146,7 @@ def _ratio(balance: _Balance) -> tuple[float, float]:
 
 
 def _beside(torques: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """What columns do not explain of the torques."""
+    """Part of the torques that the columns do not explain."""
     size = np.linalg.norm(columns, axis=0)
     basis, _ = np.linalg.qr(columns[:, size > 0.0] / size[size > 0.0])
     return np.asarray(torques - basis @ (basis.T @ torques))

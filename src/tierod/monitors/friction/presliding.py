@@ -214,7 +214,7 @@ class PreslidingFrictionFilter:
         return self.parameters
 
     def seen(self, sample: SteeringSample, estimate: FrictionTorque) -> VerdictSample:
-        """What the verdict reads of a sample and its estimate."""
+        """Input of the verdict from a sample and its estimate."""
         return VerdictSample(*(getattr(estimate, name) for name in VerdictSample._fields))
 
     def _update(

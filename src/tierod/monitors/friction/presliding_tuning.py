@@ -1,4 +1,4 @@
-"""What the default friction estimator learns and gives out, and its noises and priors."""
+"""Unknowns and outputs of the default friction estimator, and its noises and priors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.physics.tyre import turn_slip_stiffness
 
 
 class Coefficients(NamedTuple):
-    """What the regression learns; also the shape of one row of it, of its variances and of its process noises.
+    """Coefficients of the regression; also the shape of one row of it, of its variances and of its process noises.
 
     Args:
         finite, exponential, long: shares of the friction torque that build up with Dahl exponent 1/2, 1 and 2; their
@@ -50,7 +50,7 @@ class Coefficients(NamedTuple):
 
 
 class FrictionTorque(NamedTuple):
-    """What the estimator knows after a sample.
+    """Output of the estimator after a sample.
 
     Args:
         friction_torque: level of dry friction at the steering wheel axis, at the reference load

@@ -29,7 +29,7 @@ OperatingPoint = Literal["measurement", "estimate"]
 
 @dataclass(frozen=True)
 class Sticking:
-    """What the filter does while the steering stands: friction leaves the balance, the torque balance is distrusted.
+    """Behaviour of the filter while the steering sticks: friction leaves the balance, the torque balance is distrusted.
 
     Without it the frozen friction acts on a standing wheel and its error goes into the self-aligning torque.
 
@@ -110,7 +110,7 @@ class RefinedFrictionMonitor:
         return parameters
 
     def seen(self, sample: Any, estimate: FrictionEstimate) -> VerdictSample:
-        """What the verdict reads of a sample and its estimate.
+        """Input of the verdict from a sample and its estimate.
 
         This estimator has no build-up of friction, and learns neither balance nor damping: the verdict gets the
         direction of motion and neutral values in their place.

@@ -45,7 +45,7 @@ class InnovationVariance(NamedTuple):
 
 
 class FrictionEstimate(NamedTuple):
-    """What the refined monitor knows after a sample.
+    """Output of the refined monitor after a sample.
 
     Args:
         friction_torque: at the steering wheel axis

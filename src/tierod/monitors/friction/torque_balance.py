@@ -24,7 +24,7 @@ from tierod.physics.tyre import turn_slip
 
 
 class ColumnMotion(NamedTuple):
-    """What turns below the bar.
+    """Motion below the bar.
 
     Args:
         angle: [rad]
@@ -75,7 +75,7 @@ def reference_load(p: FrictionParameters, lever: Scalar) -> Scalar:
 
 
 class RoadTorques(NamedTuple):
-    """What the road does at the steering wheel, per coefficient.
+    """Torques of the road at the steering wheel, per coefficient.
 
     Args:
         aligning: lateral force of the front axle times the trail of the vehicle file [N*m]

@@ -89,7 +89,7 @@ class GainLimits:
 
 @dataclass(frozen=True)
 class TorqueGains:
-    """What a drive says.
+    """Gains of the torques over a drive.
 
     Args:
         driver, motor: gain of each torque, against the characteristic

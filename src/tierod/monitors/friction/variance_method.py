@@ -91,7 +91,7 @@ class AligningTorqueObserver(NamedTuple):
 
 
 class VarianceOutput(NamedTuple):
-    """What the baseline monitor knows after a sample.
+    """Output of the baseline monitor after a sample.
 
     Args:
         external_torque: self-aligning torque from the motion of the vehicle, eq (1)

@@ -37,7 +37,7 @@ Fault-free driving has below 0.01 (simulated); a recorded minute under lane keep
 
 @dataclass(frozen=True)
 class FrictionLimits:
-    """What a car's friction is judged against, named as in a vehicle file.
+    """Limits of a car's friction, named as in a vehicle file.
 
     Args:
         nominal_friction: of the fault-free steering [N*m]
@@ -177,7 +177,7 @@ class FrictionVerdict:
         )
 
     def _obstacles(self, figures: FrictionFigures, sample: VerdictSample) -> Obstacles:
-        """What withholds a verdict after this sample."""
+        """Obstacles to a verdict after this sample."""
         tuning, friction, gain = self.tuning, sample.friction_torque, sample.aligning_gain
         settled, enough = figures.settled_seconds > 0.0, figures.enabled_seconds >= tuning.ready_time
         positive, factor = both(friction > 0.0, gain > 0.0), tuning.largest_aligning_factor

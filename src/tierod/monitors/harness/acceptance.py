@@ -59,7 +59,7 @@ def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None
 
 
 def _in_their_place(monitor: Monitor, missing: list[str]) -> str:
-    """What other variants take in place of the missing signals, as sentences."""
+    """Signals that other variants take in place of the missing ones, as sentences."""
     sentences = ""
     for variant in monitor.variants.values():
         needed = monitor.needing(variant).required

@@ -1,4 +1,4 @@
-"""What a monitor learnt of one very vehicle, kept from recording to recording."""
+"""Baseline of one individual vehicle that a monitor learnt, kept from recording to recording."""
 
 from __future__ import annotations
 

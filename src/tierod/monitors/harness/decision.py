@@ -1,4 +1,4 @@
-"""What a monitor decides, and how seldom falsely: declared, shown to users, and checked against what runs."""
+"""Decisions of a monitor, and their false alarm rates: declared, shown to users, and checked against what runs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Unit = Literal["h", "recording", "car"]
 
 @dataclass(frozen=True)
 class Demonstrated:
-    """What was observed on healthy data that no threshold was tuned on.
+    """Observations on fault-free data that no threshold was tuned on.
 
     Args:
         observed: hours, recordings or cars
@@ -125,7 +125,7 @@ class Decision:
         return attrgetter(self.place)(session) if self.place else session
 
     def departures(self, session: Any) -> tuple[str, ...]:
-        """What of the rule is not in effect in a session as it is declared; empty where all is."""
+        """Departures of a session from the rule as declared; empty where there are none."""
         try:
             part = self.part_of(session)
         except AttributeError:

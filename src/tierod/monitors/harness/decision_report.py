@@ -71,7 +71,7 @@ def decided(
     reached: Mapping[str, float] = MappingProxyType({}),
     passed: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Decided, ...]:
-    """What a report states of the decisions of a session; those of parts that the vehicle lacks are left out.
+    """Decisions of a session for its report; those of parts that the vehicle lacks are left out.
 
     Args:
         decisions: of the variant
@@ -99,7 +99,7 @@ def decided(
 
 
 def curve_of(decision: Decision) -> Curve | None:
-    """What the design of a rule trades: delay against false alarms, or chances to find over the size for one look."""
+    """Trade-off in the design of a rule: delay against false alarms, or chances to find over the size for one look."""
     design = decision.design
     if design is None:
         return None

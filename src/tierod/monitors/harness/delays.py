@@ -74,7 +74,7 @@ class LagOverDrive:
         self._delays.append((_peak(cross)[0], power))
 
     def found(self) -> Lag | None:
-        """What the drive says; None where it was too short or the signals do not follow each other."""
+        """Lag over the drive; None where it was too short or the signals do not follow each other."""
         norm, slow = math.sqrt(self._powers.prod()), self._slow
         if len(self._delays) < 2 or not norm > 0.0:
             return None

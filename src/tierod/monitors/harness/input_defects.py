@@ -53,7 +53,7 @@ CHARACTERISTIC_SPEED = 22.0
 
 
 def _turned(block: Mapping[str, np.ndarray]) -> np.ndarray:
-    """What the yaw rate of a usual car is proportional to."""
+    """Quantity that the yaw rate of a usual car is proportional to."""
     speed = block["vehicle_speed"]
     turned: np.ndarray = block["steering_wheel_angle"] * speed / (1.0 + (speed / CHARACTERISTIC_SPEED) ** 2)
     return turned
@@ -184,7 +184,7 @@ class InputDefects:
             _count(high, seen, max, slice(-LEVELS, None))
 
     def found(self, units: Mapping[str, str] | None = None) -> tuple[Defect, ...]:
-        """What is wrong.
+        """Defects of the inputs.
 
         Args:
             units: of the signals in the recording, for the sentences

@@ -133,7 +133,7 @@ class Silence:
         self._judged = 0.0
 
     def stretches(self, stamps: Iterable[np.ndarray], begin: float, stop: float) -> Iterator[Stretch]:
-        """What of a piece is judged, in the order of time; the result does not depend on how the recording is cut.
+        """Stretches of a piece to judge, in the order of time; the result does not depend on how the recording is cut.
 
         Args:
             stamps: of every signal of the piece [s]

@@ -1,4 +1,4 @@
-"""What a monitor brings so that it can be run over recordings of any length."""
+"""Session of a monitor, which runs over recordings of any length."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class StatusChange(NamedTuple):
 
 @dataclass(frozen=True)
 class Conclusion:
-    """What a session says at the end of a recording.
+    """Conclusion of a session at the end of a recording.
 
     Args:
         finding: the verdict

@@ -101,7 +101,7 @@ class StuckOverDrive:
         return dict(self._open)
 
     def warnings(self, units: Mapping[str, str]) -> tuple[str, ...]:
-        """What a reader must know: which signal is stuck, from when to when, at which value.
+        """Warnings for a reader: which signal is stuck, from when to when, at which value.
 
         Args:
             units: of the signals in the recording

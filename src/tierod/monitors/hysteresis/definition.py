@@ -29,7 +29,7 @@ SIGNALS_USED = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", 
 
 @dataclass(frozen=True)
 class IncreaseLimits:
-    """What an increase over the unfaulted loop means, named as in a vehicle file.
+    """Limits of an increase over the unfaulted loop, named as in a vehicle file.
 
     Args:
         nominal_friction, rising_friction, fault_friction: the limits, whose distances to nominal judge an increase
@@ -73,7 +73,7 @@ class GroundSuspicion:
     ratio: Annotated[float, ""] = 1.7
 
     def warnings(self, friction: float) -> tuple[str, ...]:
-        """What to say of a friction found on the hoist [N m]."""
+        """Warnings about a friction found on the hoist [N m]."""
         if not friction > self.ratio * self.noticeable_friction:
             return ()
         return (

@@ -95,7 +95,7 @@ class ResidualGate:
 
 @dataclass(frozen=True)
 class SensorComparison:
-    """What the observer indicates about the sensor: sums of the differences of angle and speed, and two more tests.
+    """Comparison of the sensor with the observer: sums of the differences of angle and speed, and two more tests.
 
     Args:
         gate: when the difference counts

@@ -1,4 +1,4 @@
-"""What is collected over a drive of the motor: time in which its angle was known, residuals, gains, what was learnt."""
+"""Results over a drive of the motor: time with a known angle, residuals, gains, learnt parameters."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ KNEE_REACHED = 0.95
 
 
 class InverterLoss(NamedTuple):
-    """What the inverter was found to take from its command.
+    """Voltage loss of the inverter, estimated against its command.
 
     Args:
         voltage_loss: of a phase far above the knee
@@ -56,7 +56,7 @@ class InverterLoss(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What was collected over a drive.
+    """Results over a drive.
 
     Args:
         seconds, known: of the drive, and of these with a known angle

@@ -56,7 +56,7 @@ class ElectricalAlarms(NamedTuple):
 
 
 class ElectricalFigures(NamedTuple):
-    """What the checks compare with their limits; 0 where what it takes is missing.
+    """Figures that the checks compare with their limits; 0 where an input is missing.
 
     Args:
         angle_age: of the last reading of the angle
@@ -219,7 +219,7 @@ class ElectricalChecks:
     def _saturation(
         self, state: State, sample: MotorAngleSample
     ) -> tuple[tuple[Clipped, ...], tuple[Scalar, Scalar], tuple[Scalar, Scalar]]:
-        """What stands still, whether a current or a voltage is saturated, and for how many samples it has been so."""
+        """Stuck signals, whether a current or a voltage is saturated, and for how many samples it has been so."""
         names = (
             "current_alpha",
             "current_beta",

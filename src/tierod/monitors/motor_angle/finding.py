@@ -179,7 +179,7 @@ def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: 
 
 
 def _cause_of(root: str, drive: Drive) -> tuple[str, str]:
-    """What the first alarm means, and what to do."""
+    """Cause of the first alarm, and the remedy."""
     if root == "model" and drive.surprised < PASSING:
         return ONCE
     if root == "model" and drive.voltages == MEASURED and drive.contradicting < FITS:

@@ -49,7 +49,7 @@ class Pace(NamedTuple):
 
 
 class Surprise(NamedTuple):
-    """What measurements said beyond their last prediction, squared, in variances, and how often that was too much.
+    """Innovations squared and normalised by their variances, and how often they were too large.
 
     Args:
         last: of the sample before
@@ -217,7 +217,7 @@ class MotorAngleObserver:
         return Belief(mean, state.belief.covariance), where(whole, 1.0, state.begun)
 
     def _increment(self, state: State, sample: Sample) -> Scalar:
-        """What the sensor has gained since its last reading, within half a turn [rad]; 0 at its first one."""
+        """Increment of the sensor since its last reading, within half a turn [rad]; 0 at its first one."""
         gained = sample.motor_angle_mechanical - state.sensed
         return where(state.begun, wrapped(gained), 0.0 * gained)
 
@@ -249,7 +249,7 @@ class MotorAngleObserver:
         return tuple(noise)
 
     def _surprise(self, before: Surprise, estimate: Tree, begun: Scalar) -> Surprise:
-        """What currents, and increments of a slow motor, say beyond their prediction; missing ones say nothing."""
+        """Innovations of currents, and of increments of a slow motor, against predictions; missing ones add nothing."""
         last = where(begun, estimate.nis, 0.0)
         if self.commanded:
             # A knee that is not learnt yet surprises as a load does, and more often.

@@ -1,4 +1,4 @@
-"""What a cumulative sum of the angle's difference misses: sensors that stand still, turn backwards, or too far."""
+"""Tests for sensors that stand still, turn backwards, or too far, which a cumulative sum of the angle misses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tierod.physics.angle import wrapped
 
 
 class SensorBesideObserver(NamedTuple):
-    """What the observer estimates, and the sensor's reading.
+    """Estimate of the observer, and the sensor's reading.
 
     Args:
         estimate: of the observer
@@ -28,7 +28,7 @@ class SensorBesideObserver(NamedTuple):
 
 @dataclass(frozen=True)
 class Increments:
-    """What sensor and observer gain over windows in which the motor turns: compared, they show direction and scale.
+    """Increments of sensor and observer over windows in which the motor turns: compared, they show direction and scale.
 
     Args:
         sample_time: [s]
@@ -118,7 +118,7 @@ class Stuck:
         alarm: Annotated[Scalar, ""]
 
     class Output(NamedTuple):
-        """What the observer has turned meanwhile, and whether that is too far (1.0, 0.0)."""
+        """Angle that the observer has turned meanwhile, and whether that is too far (1.0, 0.0)."""
 
         turned: Annotated[Scalar, "rad"]
         alarm: Annotated[Scalar, ""]

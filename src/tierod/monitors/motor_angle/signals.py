@@ -1,4 +1,4 @@
-"""What the monitor of the motor's angle reads, and which voltages its observer is fed with."""
+"""Signals of the monitor of the motor's angle, and the choice of the voltages for its observer."""
 
 from __future__ import annotations
 

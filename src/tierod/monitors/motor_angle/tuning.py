@@ -21,7 +21,7 @@ _TINY = 1e-14
 
 @dataclass(frozen=True)
 class MotorAngleTuning:
-    """What the observer assumes of its measurements and of itself.
+    """Assumptions of the observer about its measurements and itself.
 
     Args:
         current_noise: standard deviation of a measured current; shunts and converters of such a drive

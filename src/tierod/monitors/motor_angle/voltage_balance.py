@@ -194,7 +194,7 @@ class VoltageBalance:
         )
 
     def _columns(self, reading: Reading, zero: float, signs: bool) -> np.ndarray:
-        """What the rows are weighted with under a reading: one line each for R, L, flux along, across, and signs."""
+        """Weights of the rows under a reading: one line each for R, L, flux along, across, and signs."""
         side, turn = int(reading.mirrored), np.exp(1j * reading.shifted)
         rotor = _ROTOR + int(reading.backwards)
         weights = np.zeros((5 if signs else 4, _VOLTAGE + 1), complex)

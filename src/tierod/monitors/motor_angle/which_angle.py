@@ -15,7 +15,7 @@ NONE, MOTOR, WHEEL, PINION, NOT_MOTOR = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
 class Opinions(NamedTuple):
-    """What is known at one instant.
+    """Comparison of the angles at one instant.
 
     Args:
         mismatch, alarm, suspect, detour: of `AnglePlausibility`

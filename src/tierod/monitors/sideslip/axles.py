@@ -1,4 +1,4 @@
-"""What is not known of the axles, and what it makes of an estimated sideslip angle to the first order."""
+"""Unknowns of the axles, and their effect on an estimated sideslip angle to the first order."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ class CombinedState(NamedTuple):
 
 
 class SteeringAngle(NamedTuple):
-    """What the gate against jumps watches."""
+    """Signal that the gate against jumps watches."""
 
     road_wheel_angle: Annotated[float, "rad"]
 
@@ -302,7 +302,7 @@ class CombinedSideslip:
         )
 
     def _inputs(self, sample: CombinedSample) -> tuple[Tree, Scalar]:
-        """What drives the model, every value finite but the speed's, and whether the road wheels turn freely."""
+        """Inputs of the model, every value finite but the speed's, and whether the road wheels turn freely."""
         along = where(present(sample.longitudinal_acceleration), sample.longitudinal_acceleration, 0.0)
         speed = where(present(sample.vehicle_speed), maximum(sample.vehicle_speed, self.slowest), self.slowest)
         if not self.filter.model.steering:
@@ -333,7 +333,7 @@ class CombinedSideslip:
         return tuple(noise)
 
     def _factors(self, state: CombinedState, inputs: Tree) -> dict[str, Scalar]:
-        """What scales the variance that a state gains: innovations, the speed (wind), the angle (steering ratio)."""
+        """Factors of the variance that a state gains: innovations, the speed (wind), the angle (steering ratio)."""
         speed = inputs.vehicle_speed / WIND_SPEED
         factors: dict[str, Scalar] = {
             "yaw_rate": self.yaw_noise.scale(state.yaw_noise),

@@ -64,7 +64,7 @@ class Noises:
 
 @dataclass(frozen=True)
 class CombinedTuning:
-    """What the estimator follows beside the motion (None: not at all), and its noises.
+    """Quantities that the estimator follows beside the motion (None: not at all), and its noises.
 
     Args:
         log_front_stiffness, log_rear_stiffness: a fifth wrong at first, and changing over an hour

@@ -158,7 +158,7 @@ def _contradicted(finding: Finding, drive: SideslipDrive) -> Finding:
 
 
 def distances(finding: Finding) -> dict[str, float]:
-    """What the decisions saw that look once at the recording, by name."""
+    """Statistics of the decisions that look once at the recording, by name."""
     evidence = finding.evidence
     found = {MISFIT_DECISION.name: math.log(max(evidence["nis_mean"], 1e-12)) / USUAL_MISFIT}
     if OFFSET in evidence:

@@ -155,7 +155,7 @@ class MotionOverDrive:
         return -math.copysign(max(abs(term) - 2.0 * deviation, 0.0), term)
 
     def wrong(self) -> tuple[Defect, ...]:
-        """What contradicts the motion that the other signals give."""
+        """Defects by contradiction to the motion that the other signals give."""
         limits = self.limits
         leaps = self._leaps / max(self._steps, 1)
         if self._steps * BLOCK / STEPS >= limits.seconds and leaps > limits.leaping:

@@ -97,7 +97,7 @@ class ScheduledState(NamedTuple):
 
 
 class Scheduled(NamedTuple):
-    """What a scheduled observer gives: mean, variances of what was asked for, and the innovations."""
+    """Output of a scheduled observer: mean, variances of the requested quantities, and the innovations."""
 
     mean: Tree
     variances: tuple[Scalar, ...]
@@ -177,7 +177,7 @@ class _Sample(NamedTuple):
 
 
 class Design(NamedTuple):
-    """What the gain of one speed is designed for.
+    """Model that the gain of one speed is designed for.
 
     Args:
         system: the sampled model at that speed, without friction

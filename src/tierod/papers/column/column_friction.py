@@ -106,7 +106,7 @@ class FrictionTuning:
 
 
 class FrictionEstimate(NamedTuple):
-    """What is known of the friction at the motor's shaft.
+    """Estimate of the friction at the motor's shaft.
 
     Args:
         disturbance_torque: friction and what remains

@@ -88,7 +88,7 @@ def drawn(seed: int, share: float, seconds: float, tremor: float = 0.03) -> Benc
 
 
 def pieces(bench: Bench) -> Iterator[Piece]:
-    """What a bench does, one piece after the other."""
+    """Pieces of a bench run, one after the other."""
     names = kernel(bench.plant).graph.sample
     draw, state = np.random.default_rng([bench.seed, 8]), None
     count, size = round(bench.course.duration / STEP), round(PIECE / STEP)
@@ -168,7 +168,7 @@ class HeldRecord(NamedTuple):
 
 
 class HandsDesign(NamedTuple):
-    """What was measured for both changes.
+    """Measured design for both changes.
 
     Args:
         to_on: evidence that it takes to say "on", from data without hands

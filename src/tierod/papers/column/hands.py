@@ -39,7 +39,7 @@ RELEASE_MEDIAN = 416.0
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """What the study finds out about hands on and off."""
+    """Items of the study of hands on and off."""
     yield Heading(
         "Hands on and hands off",
         (

@@ -1,4 +1,4 @@
-"""What the sensors of a column show of it: Tables 2 and 3 of the paper, and the rank with disturbances."""
+"""Observability of a column by its sensors: Tables 2 and 3 of the paper, and the rank with disturbances."""
 
 from __future__ import annotations
 

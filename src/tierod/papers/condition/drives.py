@@ -60,7 +60,7 @@ class Drive:
 
     @property
     def name(self) -> str:
-        """What fails, where, in what vehicle."""
+        """Name by fault, place and vehicle."""
         faults = ", ".join(each.name for each in self.injected) or "healthy"
         later = f", {self.later[0]} times {self.later[1]:g}" if self.later else ""
         return f"{faults}, {self.course}, vehicle {self.vehicle}{later}, seed {self.seed}"

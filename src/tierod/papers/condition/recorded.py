@@ -117,7 +117,7 @@ def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
 
 
 def fault_free(sensor: str, recording: Recording, sensors: SensorSet) -> np.ndarray:
-    """What a sensor would read without fault and noise, in its unit."""
+    """Readings of a sensor without fault and noise, in its unit."""
     return sensors[sensor].gain * recording[f"truth_{sensor}"].values + sensors[sensor].bias
 
 
@@ -127,7 +127,7 @@ def truth(actuator: str) -> str:
 
 
 def each(work: Callable[[Drive, Recording], Any], drives: Sequence[Drive], effort: Effort) -> list[Any]:
-    """What a function makes of every drive's recording, in the order of the drives.
+    """Results of a function for every drive's recording, in the order of the drives.
 
     Args:
         work: importable function of drive and recording, with picklable results, or a partial of one

@@ -153,7 +153,7 @@ def confusion(scores: Iterable[DriveScore]) -> dict[str, Counter[str]]:
 
 
 def injected_name(each: DriveScore) -> str:
-    """What has failed in a drive, in the form of `DriveScore.named`."""
+    """Name of the failed elements of a drive, in the form of `DriveScore.named`."""
     failed = {fault.injected.element for fault in each.faults}
     return " + ".join(element for element in ELEMENTS if element in failed)
 

@@ -114,7 +114,7 @@ class Declared(NamedTuple):
     deviation: Mapping[str, np.ndarray] = NOTHING
 
     def since(self, place: int) -> Declared:
-        """What is said from one sample on."""
+        """Statements from one sample on."""
         parts = (getattr(self, name) for name in self._fields[1:])
         return Declared(self.time[place:], *({key: each[place:] for key, each in part.items()} for part in parts))
 
@@ -134,7 +134,7 @@ def truths(drive: Drive, time: np.ndarray) -> dict[str, np.ndarray]:
 
 
 class Truth(NamedTuple):
-    """What a diagnosis of a drive is held against, on the samples of its recording.
+    """Ground truth for a diagnosis of a drive, on the samples of its recording.
 
     Args:
         off: by element that fails, how far it is from what it would be without fault, see `recorded.deviations`

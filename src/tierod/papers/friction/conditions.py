@@ -36,7 +36,7 @@ FILTERS = {
 
 @dataclass(frozen=True)
 class Found:
-    """What one condition does.
+    """Result of one condition.
 
     Args:
         overlaps: of the baseline's variances, healthy and PWM 25 %, by variant

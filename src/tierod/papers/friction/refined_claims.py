@@ -1,4 +1,4 @@
-"""What the paper claims of its refined algorithm, in sections 3, 5 and 6, on its drives."""
+"""Claims of the paper about its refined algorithm, in sections 3, 5 and 6, on its drives."""
 
 from __future__ import annotations
 

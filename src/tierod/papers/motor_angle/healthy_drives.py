@@ -68,7 +68,7 @@ class AlarmWatch:
 
 
 class HealthyDrive(NamedTuple):
-    """What one fault-free drive gave.
+    """Result of one fault-free drive.
 
     Args:
         turning: time in which the angle was known [s]

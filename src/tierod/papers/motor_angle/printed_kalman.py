@@ -48,7 +48,7 @@ class KalmanSpeed:
 
     @property
     def extras(self) -> tuple[str, ...]:
-        """What it estimates besides the speed."""
+        """Further estimates beside the speed."""
         return ("motor_load_torque", "nis") if self._loaded else ("nis",)
 
     @property

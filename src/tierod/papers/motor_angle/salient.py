@@ -64,7 +64,7 @@ class Course(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """What became of a fault-free drive: time with a known angle [s], whether anything alarmed."""
+    """Result of a fault-free drive: time with a known angle [s], whether anything alarmed."""
 
     known: float
     alarmed: bool

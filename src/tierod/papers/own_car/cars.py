@@ -192,7 +192,7 @@ def _knowing(driver: Any, chassis: Any, ratio: float) -> Any:
 
 
 def true_values(block: Any) -> dict[str, float]:
-    """What the plant has of the parameters of a vehicle file, in SI units.
+    """Values of the plant for the parameters of a vehicle file, in SI units.
 
     Args:
         block: an `EpsCar` on two tracks

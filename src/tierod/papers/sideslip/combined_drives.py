@@ -1,4 +1,4 @@
-"""What the combined sideslip estimator is judged on: drives of the virtual car steered by wire, and its beliefs."""
+"""Drives of the combined sideslip study: the virtual car steered by wire, and the estimator's assumptions."""
 
 from __future__ import annotations
 

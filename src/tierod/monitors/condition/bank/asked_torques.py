@@ -14,7 +14,7 @@ from tierod.physics.lag import lagged_ramp
 
 
 class AskedTorques(NamedTuple):
-    """What was asked for, what the motors give, and the last changes of both steering torques [N*m]."""
+    """Requested torques, torques of the motors, and the last changes of both steering torques [N*m]."""
 
     asked: Torques
     given: Torques

@@ -30,7 +30,7 @@ from tierod.monitors.condition.signals import (
 
 
 class DecisionState(NamedTuple):
-    """What the judge remembers.
+    """State of the decision.
 
     Args:
         weights: of all hypotheses against the active one
@@ -56,7 +56,7 @@ class DecisionState(NamedTuple):
 
 
 class Grip(NamedTuple):
-    """What is known of the grip of the tyres.
+    """Grip of the tyres after a sample.
 
     Args:
         slipping, cornered: as in `DecisionState`, with this sample
@@ -216,7 +216,7 @@ class Decision:
         follows: Scalar,
         open_: Open,
     ) -> tuple[Weights, Ranking]:
-        """What is remembered of the hypotheses with this sample, and their ranks."""
+        """Weights of the hypotheses with this sample, and their ranks."""
         counting = [
             both(*each)
             for each in zip(self.testability.counting(self.weighing, seen, follows), open_.hypotheses, strict=True)
@@ -241,7 +241,7 @@ class Decision:
         return led >= needed
 
     def _elements_of(self, number: Scalar) -> Elements:
-        """What a hypothesis suspects."""
+        """Elements that a hypothesis suspects."""
         return Elements(*(any_of(0.0, *(number == k for k in self.weighing.naming(name))) for name in ELEMENTS))
 
     def _candidates(self, rivals: Sequence[Scalar], unsure: Scalar, faulty: Elements) -> Elements:

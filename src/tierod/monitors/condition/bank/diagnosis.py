@@ -1,4 +1,4 @@
-"""What the decision over the bank gives at one sample: what is at fault, and what every sensor should read."""
+"""Diagnosis of the bank at one sample: faulty elements, and the expected reading of every sensor."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tierod.monitors.condition.signals import Elements, Readings
 
 
 class Diagnosis(NamedTuple):
-    """What is decided at one sample.
+    """Diagnosis at one sample.
 
     Args:
         hypothesis: the number of the active hypothesis, 0 for healthy

@@ -101,7 +101,7 @@ class LeaveOutFilter:
         age: Scalar
 
     class Output(NamedTuple):
-        """What one hypothesis says about one sample.
+        """Output of the filter of one hypothesis for one sample.
 
         Args:
             log_likelihood: of all readings of this sample, given the past; a failed sensor's reading has the density of

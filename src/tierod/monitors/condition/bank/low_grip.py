@@ -23,7 +23,7 @@ LARGEST_FORCE_ERROR = 4000.0
 
 
 class LowGripState(NamedTuple):
-    """What is remembered.
+    """State of the check for low grip.
 
     Args:
         lead: mean log-likelihood ratio of the filter of sliding tyres against the best other one

@@ -119,7 +119,7 @@ LEAST = {"yaw_rate_offset": 0.002, "angle_offset": 0.01, "wheel_speed_difference
 
 
 def model_error_of(vehicle: Vehicle) -> RollingError:
-    """What the model does not follow, with what a vehicle file leaves open: offsets, ratio, distances, understeer.
+    """Model errors by what a vehicle file leaves open: offsets, ratio, distances, understeer.
 
     Args:
         vehicle: with the parameters of `RollingCar`; a parameter without a standard deviation takes that of its class

@@ -55,5 +55,5 @@ class SmallestSteps(NamedTuple):
 
     @property
     def variances(self) -> tuple[Scalar, ...]:
-        """What rounding adds to the variance of every reading."""
+        """Variances that rounding adds to every reading."""
         return tuple(UNIFORM * each * each for each in self.smallest)

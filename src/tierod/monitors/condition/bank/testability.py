@@ -16,7 +16,7 @@ TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "ste
 
 
 class Open(NamedTuple):
-    """What is observable with the sensors that are left.
+    """Observability with the sensors that are left.
 
     Args:
         hypotheses: whether each one may be declared

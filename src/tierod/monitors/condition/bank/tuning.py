@@ -75,7 +75,7 @@ class ModelError:
 
 
 def prices(noise: Measured | RollingCar.Output, plausible: Readings) -> tuple[float, ...]:
-    """What leaving out each sensor costs per sample while its readings are as expected [nat].
+    """Costs of leaving out each sensor, per sample while its readings are as expected [nat].
 
     The mean density of a reading about its expectation, in logarithms, over that of anything plausible.
 

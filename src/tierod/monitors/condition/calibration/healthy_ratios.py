@@ -38,7 +38,7 @@ class Watching:
     decision: Decision
 
     def feedback(self) -> Tree:
-        """What lanes get as feedback."""
+        """Feedback to the lanes."""
         return self.decision.feedback()
 
     def init(self) -> DecisionState:
@@ -52,7 +52,7 @@ class Watching:
 
 
 class Watched(NamedTuple):
-    """What the bank makes of a healthy drive.
+    """Outputs of the bank on a fault-free drive.
 
     Args:
         blocks: largest ratios of every ten seconds in which the vehicle moves, see `block_maxima`

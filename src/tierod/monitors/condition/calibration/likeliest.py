@@ -50,7 +50,7 @@ _HELD = {
 
 @dataclass(frozen=True)
 class WhitenedInnovations:
-    """What every reading says that the filter could not foresee, each by itself.
+    """Whitened innovations: the part of every reading that the filter could not predict, each by itself.
 
     Args:
         filter: the healthy one
@@ -77,7 +77,7 @@ class WhitenedInnovations:
 
 
 class Place(NamedTuple):
-    """What the drives say of a set of parameters.
+    """Cost of a set of parameters by the drives, with its derivatives.
 
     Args:
         cost: negative logarithm of the posterior density, without its constant

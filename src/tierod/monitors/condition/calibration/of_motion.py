@@ -71,7 +71,7 @@ class MotionCalibration:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was noticed."""
+        """Remarks on the calibration."""
         count = len(self.explanations) - 1
         return (
             "The car is judged by its motion alone; its parameters stay as the file gives them, 'tierod identify "

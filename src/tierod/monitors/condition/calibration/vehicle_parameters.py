@@ -85,7 +85,7 @@ def calibrate(
 
 
 def _free(drives: Sequence[np.ndarray]) -> tuple[str, ...]:
-    """What is looked for: one rear wheel alone does not show the difference between both."""
+    """Free parameters: one rear wheel alone does not identify the difference between both."""
     both = all(any(np.isfinite(each[:, wheel]).any() for each in drives) for wheel in range(2))
     return tuple(name for name in FREE if both or name != "wheel_speed_difference")
 

@@ -100,7 +100,7 @@ class ConditionCalibration:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was noticed."""
+        """Remarks on the calibration."""
         designed = self.designed
         rest = designed.hours
         notes = [
@@ -209,7 +209,7 @@ def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
 
 
 def remark_of_limits(designed: DesignedLimits) -> str:
-    """What limits promise, and on how little.
+    """Remark on the false alarm rate that the limits promise, and on the hours that they rest on.
 
     Args:
         designed: limits

@@ -51,7 +51,7 @@ class SlopeFit(NamedTuple):
 
 
 class KindState(NamedTuple):
-    """What is remembered of one sensor.
+    """State of the kind of one sensor's fault.
 
     Args:
         age: samples since the readings began to be off, with or without a reading

@@ -37,7 +37,7 @@ def delays_of(jumps: bool, sample_time: float) -> tuple[int, ...]:
 
 
 def log_density(off: Scalar, variance: Scalar, share: Scalar) -> Scalar:
-    """What one reading adds to a logarithm of likelihood.
+    """Contribution of one reading to a log-likelihood.
 
     Args:
         off: reading less what was expected

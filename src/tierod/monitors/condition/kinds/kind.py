@@ -1,4 +1,4 @@
-"""What kind of fault a sensor has, and how large: its readings against what the other sensors say they should be."""
+"""Kind of a sensor's fault, and its magnitude: its readings against those that the other sensors predict."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a recording holds: possible values, enough sensors, and what was asked of every actuator often enough."""
+"""Coverage of a recording: possible values, enough sensors, and enough excitation of every actuator."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ class ImpossibleValues:
         return np.where(far, np.nan, values)
 
     def notes(self) -> tuple[str, ...]:
-        """What was removed, in words."""
+        """Notes on the removed values, in words."""
         return tuple(
             f"{count} impossible value{'s' if count > 1 else ''} of {name.replace('_', ' ')}, up to "
             + f"{largest:.3g} {SIGNALS[name].unit}".rstrip()

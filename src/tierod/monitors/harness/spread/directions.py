@@ -37,7 +37,7 @@ class Direction(NamedTuple):
 
 
 class Sensitivities:
-    """What parameters do to a result over a stretch of a recording, piece by piece.
+    """Sensitivities of a result to parameters over a stretch of a recording, piece by piece.
 
     Args:
         names: of the parameters

@@ -26,7 +26,7 @@ class Effects(NamedTuple):
 
 
 def effects(outcome: Outcome, estimate: Estimate | None, vehicle: Vehicle) -> Effects:
-    """What the moved vehicles show of an estimate, or of the result over time where there is no estimate.
+    """Effects of the moved vehicles on an estimate, or on the result over time where there is no estimate.
 
     Args:
         outcome: of the moved vehicles

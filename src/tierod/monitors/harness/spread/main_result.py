@@ -41,7 +41,7 @@ def main_result(session: Session, decisions: Sequence[Decision]) -> Main | None:
 
 
 def scale_of(shown: Mapping[str, np.ndarray], main: Main) -> np.ndarray:
-    """What the moves of the result are held against, in its unit, (n,).
+    """Scale of the moves of the result, in its unit, (n,).
 
     Args:
         shown: traces of the session

@@ -58,7 +58,7 @@ SPAN = 3000
 
 
 class Outcome(NamedTuple):
-    """What the moved vehicles gave.
+    """Results of the moved vehicles.
 
     Args:
         alone: conclusions for vehicles with one parameter moved by one standard deviation, by name of the parameter;
@@ -242,7 +242,7 @@ class ParameterSpread:
             self._held += int(np.sum(np.abs(value - truth)[both] <= 1.96 * deviation[both]))
 
     def conclude(self) -> Outcome:
-        """What the moved vehicles gave, over all pieces."""
+        """Results of the moved vehicles, over all pieces."""
         alone: dict[str, Concluded] = {}
         screen, self._screen = self._screen, None
         if screen is not None:

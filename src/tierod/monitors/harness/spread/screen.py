@@ -83,6 +83,6 @@ class Screen:
             self._parts = []
 
     def conclude(self) -> dict[str, Concluded]:
-        """What the moved vehicles gave, by parameter."""
+        """Conclusions of the moved vehicles, by parameter."""
         found = self.points.conclude()
         return {name: found[place] for place, name in enumerate(self.sensitivities.names) if place in found}

@@ -55,7 +55,7 @@ def noise_of(values: np.ndarray) -> Noise:
 
 @dataclass(frozen=True)
 class Takeover:
-    """What counts as a driver who takes over.
+    """Limits that define a takeover by the driver.
 
     Args:
         torque: of the hands that must end control: a firm hand, half of what holding a wheel against a push takes
@@ -220,7 +220,7 @@ class SteeringController:
     intervention: DriverIntervention
 
     class Sample(NamedTuple):
-        """What is observed of the column and the hands, what is wanted, and whether it is asked for (1.0 or 0.0)."""
+        """Estimates of the column and the hands, the reference, and whether control is requested (1.0 or 0.0)."""
 
         observed: ObservedColumn
         hand_torque: Annotated[float, "N*m"]
@@ -234,7 +234,7 @@ class SteeringController:
         intervention: DriverIntervention.State
 
     class Output(NamedTuple):
-        """What both parts say; `control.motor_torque` is to be asked of the motor."""
+        """Outputs of both parts; `control.motor_torque` is to be asked of the motor."""
 
         control: PositionControl.Output
         driver: DriverIntervention.Output

@@ -109,7 +109,7 @@ class PositionControl:
     disturbance_compensation: Annotated[float, "", SHARE] = 0.0
 
     class Sample(NamedTuple):
-        """What is observed, what is wanted, and whether control may act (1.0 or 0.0)."""
+        """Estimates, the reference, and whether control may act (1.0 or 0.0)."""
 
         observed: ObservedColumn
         reference: Reference

@@ -22,7 +22,7 @@ from tierod.physics.planar_motion import longitudinal_acceleration
 
 
 class Targets(NamedTuple):
-    """What control asks for; NaN where missing."""
+    """Targets of the control; NaN where missing."""
 
     steering_motor_1_target_torque: Annotated[float, "N*m"]
     steering_motor_2_target_torque: Annotated[float, "N*m"]

@@ -127,7 +127,7 @@ class AdaptiveSpeed:
     patience: Annotated[float, "s", POSITIVE] = 1.0
 
     class Sample(NamedTuple):
-        """What it takes in; NaN where missing. The sideslip angle is estimated."""
+        """Input; NaN where missing. The sideslip angle is estimated."""
 
         longitudinal_acceleration: Annotated[float, "m/s**2"]
         yaw_rate: Annotated[float, "rad/s"]

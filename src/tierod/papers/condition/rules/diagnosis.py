@@ -115,7 +115,7 @@ class RuleDiagnosis:
         return maximum(self.table.timing.confirm_time, 0.75 * self.sample_time) - 0.5 * self.sample_time
 
     def _symptom(self, before: Held, ratio: Scalar) -> tuple[Held, Scalar]:
-        """What was abnormal stays so for a while; a residual that is not there is none."""
+        """Symptom of a residual: an abnormal state holds for a while; a missing residual is none."""
         beyond = both(present(ratio), absolute(where(present(ratio), ratio, 0.0)) >= 1.0)
         left = where(beyond, self.table.timing.hold_on, maximum(before.left - self.sample_time, 0.0))
         held = where(beyond, ratio, before.ratio)

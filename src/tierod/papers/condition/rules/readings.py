@@ -1,4 +1,4 @@
-"""What the residuals of the sensors take in and give out, and the thresholds that they are compared with."""
+"""Inputs and outputs of the residuals of the sensors, and the thresholds that they are compared with."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ GROWTHS = ("per_speed", "per_yaw_acceleration", "per_lateral_acceleration", "per
 
 
 class Excitation(NamedTuple):
-    """What the models follow worse the more there is of it.
+    """Excitation: the more there is of it, the worse the models follow.
 
     Args:
         speed: of the vehicle

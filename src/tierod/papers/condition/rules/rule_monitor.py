@@ -113,7 +113,7 @@ class RuleMonitor:
         return Statements(*made)
 
     def _expected(self, seen: ResidualSet.Output) -> Readings:
-        """What each sensor should read: its reading and what its main residual adds, the model alone for the rest."""
+        """Expected reading of each sensor: its reading plus its main residual, the model alone for the rest."""
         readings = dict(zip(OF_AUTOMATED, seen.held, strict=False))
         return readings_by(
             {

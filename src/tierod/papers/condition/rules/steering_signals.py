@@ -20,7 +20,7 @@ class Smooth(NamedTuple):
 
 @dataclass(frozen=True)
 class SteeringSignals:
-    """What the linear models of torque and tie-rod force stand on: all through one low-pass of the second order.
+    """Regressors of the linear models of torque and tie-rod force: all through one low-pass of the second order.
 
     Args:
         bandwidth: of the low-pass, critically damped; the angle's steps of 0.1 degrees must not dominate its second
@@ -98,7 +98,7 @@ class LostShares:
     sample_time: Annotated[float, "s", POSITIVE]
 
     class Sample(NamedTuple):
-        """What is missing in the sum, and both regressors."""
+        """Missing part of the sum, and both regressors."""
 
         missing: Annotated[float, "unit of the signal"]
         first: Annotated[float, "unit of the signal"]
