@@ -1,4 +1,4 @@
-"""What a run leaves in a recording: sampled outputs of the plant as measured channels, and the truth beside them."""
+"""Recording of a run: sampled outputs of the plant as measured channels, and the truth beside them."""
 
 from __future__ import annotations
 

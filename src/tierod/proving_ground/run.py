@@ -85,7 +85,7 @@ _SCATTER = 3
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run gave.
+    """Outcome of a run.
 
     Args:
         recording: measured channels, and the truth in channels prefixed `truth_`
@@ -291,7 +291,7 @@ class _Run:
 
 
 def usual_inputs(car: Plant) -> dict[str, float]:
-    """What every input of a car is where neither course nor fault sets it.
+    """Values of every input of a car where neither course nor fault sets it.
 
     Args:
         car: a plant block of `tierod.proving_ground.cars`
@@ -301,7 +301,7 @@ def usual_inputs(car: Plant) -> dict[str, float]:
 
 
 def _usual(name: str, own: Mapping[str, float]) -> float:
-    """What an input is where neither course nor fault says anything."""
+    """Value of an input where neither course nor fault sets it."""
     if name.startswith("parameters."):
         return own[name.removeprefix("parameters.")]
     one = name in FACTORS or (name.startswith("ports.") and name.endswith(".gain"))

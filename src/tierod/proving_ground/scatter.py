@@ -132,7 +132,7 @@ class Spread:
 
 @dataclass(frozen=True)
 class Scatter(UsualScatter):
-    """What differs from drive to drive: the usual, and any parameter of the car or its sensors.
+    """Scatter from drive to drive: the usual, and any parameter of the car or its sensors.
 
     Args:
         parameters: by dotted path of any float field of the car ("chassis.mass"), or of its sensors

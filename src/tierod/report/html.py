@@ -1,4 +1,4 @@
-"""What all pages share: templates, style, the charting library, packed series, and text made fit for them."""
+"""Common parts of all pages: templates, style, the charting library, packed series, and text made fit for them."""
 
 from __future__ import annotations
 

@@ -242,7 +242,7 @@ def _parameter_row(row: tuple[str, float, str, float | None, str]) -> tuple[str,
 
 
 def _facts(facts: Mapping[str, object]) -> list[tuple[str, str]]:
-    """What is known of something, less what is empty or nested."""
+    """Facts about something, less what is empty or nested."""
     rows = []
     for name, value in facts.items():
         if name == "origin" and isinstance(value, int | float) and CALENDAR < value < LATEST:

@@ -65,7 +65,7 @@ def _base(like: Vehicle | None) -> dict[str, Known]:
 def _as_like(
     like: Vehicle, kind: str, known: Mapping[str, Known], usual: Mapping[str, Parameter]
 ) -> dict[str, Parameter]:
-    """What is taken from a similar car: rules of the class carry its values to the given mass and geometry."""
+    """Parameters taken from a similar car: rules of the class carry its values to the given mass and geometry."""
     there = typical(kind, _base(like))
     found = {}
     for name, theirs in like.parameters.items():

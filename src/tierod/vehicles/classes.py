@@ -65,7 +65,7 @@ def _content() -> dict[str, Any]:
 
 
 def classes() -> dict[str, str]:
-    """What each class of cars is, by name."""
+    """Descriptions of the classes of cars, by name."""
     return dict(_content()["classes"])
 
 

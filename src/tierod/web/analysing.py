@@ -1,4 +1,4 @@
-"""What a job does with a recording: a first picture, every signal in levels, then the verdicts of all monitors."""
+"""Job on a recording: a first picture, every signal in levels, then the verdicts of all monitors."""
 
 from __future__ import annotations
 
@@ -296,7 +296,7 @@ def _write_report(path: Path, diagnosis: Diagnosis) -> None:
 
 
 def monitor_document(found: Concluded) -> dict[str, Any]:
-    """What a monitor found, as JSON holds it.
+    """Findings of a monitor, as JSON holds them.
 
     Args:
         found: by one monitor

@@ -27,7 +27,7 @@ BANDS = 400
 
 
 def key_of(results: Path) -> str:
-    """What a worked-out fleet is kept under: the files that it rests on, by name, size and time of change.
+    """Key of a computed fleet: the files that it rests on, by name, size and time of change.
 
     Args:
         results: the folder

@@ -160,7 +160,7 @@ class Jobs:
             process.join(timeout=5.0)
 
     def _work(self) -> None:
-        """What a thread does: one job after the other."""
+        """Work of a thread: one job after the other."""
         ready = self._process()
         while True:
             with self._changed:

@@ -64,7 +64,7 @@ def files() -> Files:
 
 
 def _together(content: dict[str, bytes]) -> dict[str, bytes]:
-    """What the first view needs in few files: its style, and its modules behind the library that draws."""
+    """Bundled files of the first view: its style, and its modules behind the library that draws."""
     texts = {name: each.decode() for name, each in content.items() if name.endswith((".js", ".css"))}
     first, stands = bundled(texts, "main.js", SCRIPT)
     made = {name: text.encode() for name, text in stands.items()}

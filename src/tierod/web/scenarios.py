@@ -21,7 +21,7 @@ _SIZE = re.compile(r"[-+]?[0-9.]+(?:e[-+]?[0-9]+)?(?: ?[A-Za-z°µ%Ω/*·^0-9.]{
 
 @cache
 def catalogue() -> dict[str, Any]:
-    """What a scenario is chosen from: scenarios, cars, courses and faults, each with its description."""
+    """Catalogue that a scenario is chosen from: scenarios, cars, courses and faults, each with its description."""
     from tierod.core.toml import Document
     from tierod.proving_ground import courses
     from tierod.proving_ground.cars import catalogue as cars

@@ -1,4 +1,4 @@
-"""What is served: folders of recordings and results, the vehicle, limits; and the only way from a name to a file."""
+"""Served site: folders of recordings and results, the vehicle, limits; and the only way from a name to a file."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Live:
 
 @dataclass(frozen=True)
 class Site:
-    """What is served.
+    """Served site.
 
     Args:
         roots: folders with recordings

@@ -44,7 +44,7 @@ def _propose(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
 
 def _inspect(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    """What a recording holds, and what each monitor lacks."""
+    """Content of a recording, and the requirements that it lacks for each monitor."""
     from tierod.monitors.inspection import inspect
     from tierod.report.document import plain
     from tierod.vehicles import load

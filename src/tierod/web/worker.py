@@ -19,7 +19,7 @@ OFTEN = 0.1
 
 
 def serve(connection: Connection, memory: int) -> None:
-    """What the process does.
+    """Run the process.
 
     Args:
         connection: to the server: takes (kind, what is given), gives progress and the result

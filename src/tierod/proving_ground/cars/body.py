@@ -1,4 +1,4 @@
-"""What a car's body shows: inertial sensors, the place along the path and over ground, and all signals of the body."""
+"""Outputs of a car's body: inertial sensors, the place along the path and over ground, and all signals of the body."""
 
 from __future__ import annotations
 

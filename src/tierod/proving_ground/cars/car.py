@@ -1,4 +1,4 @@
-"""What every virtual car on a road shares: one step of chassis, steering, driver and control units together."""
+"""Common part of every virtual car on a road: one step of chassis, steering, driver and control units together."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Motion(NamedTuple):
 
 
 class Held(NamedTuple):
-    """What is updated once a step."""
+    """Values that are updated once a step."""
 
     steering: Memory
     driver: Memory
@@ -76,7 +76,7 @@ class Held(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """What acts on a car from outside at one instant; every car has a class of its own with its `ports`."""
+    """External inputs of a car at one instant; every car has a class of its own with its `ports`."""
 
     road: Road
     wind: Wind
@@ -92,7 +92,7 @@ class State(NamedTuple):
 
 
 class Observed(NamedTuple):
-    """What a car's control units can read at one instant, before sensors and ports.
+    """Signals that a car's control units can read at one instant, before sensors and ports.
 
     Args:
         reaction: of the chassis
@@ -158,7 +158,7 @@ class Car:
 
     @property
     def Sample(self) -> type:
-        """What acts on the car from outside at one instant."""
+        """Type of the external inputs of the car at one instant."""
         return _sample(self.ports)
 
     def reset(self) -> Memory:

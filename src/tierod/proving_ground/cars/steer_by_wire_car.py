@@ -44,7 +44,7 @@ class SteerByWireCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """What the control units read, and both motors."""
+        """Signals that the control units read, and both motors."""
         return (
             "steering_wheel_angle",
             "steering_wheel_rate",

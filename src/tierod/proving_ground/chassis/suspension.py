@@ -1,4 +1,4 @@
-"""What carries the body: two axles with their wheels, the kingpins, and the parameters of the two-track chassis."""
+"""Suspension: two axles with their wheels, the kingpins, and the parameters of the two-track chassis."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ class Sensed(NamedTuple):
 
 
 class Targets(NamedTuple):
-    """What the automated driver asks for.
+    """Targets of the automated driver.
 
     Args:
         steering_wheel_angle: [rad]
@@ -42,7 +42,7 @@ class Targets(NamedTuple):
 
 
 class Command(NamedTuple):
-    """What the automated driver remembers: its controls, its last target angle [rad], and the time of the split [s]."""
+    """State of the automated driver: its controls, its last target angle [rad], and the time of the split [s]."""
 
     angle: AngleMemory
     speed: Scalar

@@ -17,7 +17,7 @@ STANDING = 0.02
 
 
 class Foot(NamedTuple):
-    """What the foot remembers, as accelerations [m/s**2].
+    """State of the foot, as accelerations [m/s**2].
 
     Args:
         learnt: what gradients and drag have asked for
@@ -102,7 +102,7 @@ class Pedals:
 
 
 class Muscles(NamedTuple):
-    """What the arms' differential equations carry on: angle of the muscles, its rate, and patience [rad], ..."""
+    """State of the arms' differential equations: angle of the muscles, its rate, and patience [rad], ..."""
 
     angle: Scalar
     rate: Scalar
@@ -110,7 +110,7 @@ class Muscles(NamedTuple):
 
 
 class Mind(NamedTuple):
-    """What a driver remembers: offsets not yet reacted to, curvature that is being steered, and the foot."""
+    """State of a driver: offsets not yet reacted to, curvature that is being steered, and the foot."""
 
     offset_ahead: Ring
     curvature: Scalar

@@ -1,4 +1,4 @@
-"""What the kinds of courses have in common: over a way, or over time."""
+"""Common part of the kinds of courses: over a way, or over time."""
 
 from __future__ import annotations
 

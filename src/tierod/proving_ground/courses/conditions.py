@@ -1,4 +1,4 @@
-"""What may act on a car and its driver on any course, and when or where: road, air, hands."""
+"""Conditions that act on a car and its driver on any course, and when or where: road, air, hands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every course is: inputs of a car over time and distance, piece by piece; and the curves that they come from."""
+"""Courses: inputs of a car over time and distance, piece by piece; and the curves that they come from."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Start(NamedTuple):
 
 
 class Course(Protocol):
-    """What is asked of a car and its driver, and the road and air around them."""
+    """Demand on a car and its driver, and the road and air around them."""
 
     @property
     def name(self) -> str:

@@ -197,7 +197,7 @@ class Intermittent(Behaviour):
 
     @property
     def core(self) -> Behaviour:
-        """What comes and goes."""
+        """Behaviour that comes and goes."""
         return self.behaviour
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:

@@ -1,4 +1,4 @@
-"""What of a car a fault can change, and in what unit."""
+"""Elements of a car that a fault can change, and their units."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def unit_without_car(element: str) -> str | None:
 
 
 def _around(name: str) -> Meaning | None:
-    """What the annotation of something around the car means; None for what is not around it."""
+    """Meaning of something around the car, from its annotation; None for what is not around it."""
     head, _, rest = name.partition(".")
     known = hints(_AROUND[head]) if head in _AROUND else {}
     return meaning(known[rest]) if rest in known else None
@@ -219,7 +219,7 @@ class Reach:
 
 
 def _chosen(name: str, roles: list[str], behaviour: Behaviour) -> list[str]:
-    """What a name means beside a behaviour."""
+    """Roles of a name beside a behaviour."""
     fits, kind = behaviour.core.fits, kind_name(type(behaviour.core))
     if SIGNAL in roles and ACTUATOR in roles:
         if {SIGNAL, ACTUATOR} <= fits:

@@ -102,7 +102,7 @@ class When:
 
     @cached_property
     def comparisons(self) -> tuple[Comparison, ...]:
-        """What has to hold at once."""
+        """Conditions that have to hold at once."""
         return tuple(_comparison(part) for part in re.split(r"\s+and\s+", self.condition.strip()))
 
 

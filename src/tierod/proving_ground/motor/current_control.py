@@ -15,7 +15,7 @@ from tierod.proving_ground.motor.set_points import SetPoints
 
 
 class ControlMemory(NamedTuple):
-    """What the control unit remembers.
+    """State of the control unit.
 
     Args:
         integral: of the current error, as voltage [V]

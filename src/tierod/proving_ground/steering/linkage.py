@@ -100,7 +100,7 @@ class Linkage:
         )
 
     def resistance(self, angle: Scalar, rate: Scalar, start: Scalar, memory: Memory, loads: Loads) -> Resistance:
-        """What the pinion feels.
+        """Resistance at the pinion.
 
         Args:
             angle, rate: of the pinion [rad], [rad/s]

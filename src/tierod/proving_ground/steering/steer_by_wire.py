@@ -142,7 +142,7 @@ class SteerByWire:
         return self.init()
 
     def sticking(self, motion: SteerByWireMotion, memory: SteerByWireMemory) -> dict[tuple[str, str], Scalar]:
-        """What dry friction adds to the Jacobian, see `Steering.sticking`."""
+        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
         road = self.linkage.stiffness(motion.angle, motion.rate, memory.road_wheels)
         hands = self.hand_wheel.friction.stiffness(memory.wheel, motion.wheel.rate)
         return {
@@ -185,7 +185,7 @@ class SteerByWire:
         )
 
     def signals(self, motion: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads) -> SteerByWireSignals:
-        """What can be seen at one instant."""
+        """Signals at one instant."""
         balance, linkage, steer = self._balance(motion, motion, memory, loads), self.linkage, self.steer(motion)
         wheel, ratio = motion.wheel, linkage.ratio
         return SteerByWireSignals(

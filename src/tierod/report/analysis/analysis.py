@@ -13,7 +13,7 @@ from tierod.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class Analysis:
-    """What an analysis found.
+    """Result of an analysis.
 
     Args:
         title: a few words
@@ -37,7 +37,7 @@ Facts = Sequence[tuple[str, str]]
 
 
 def facts_of(vehicle: Vehicle, recording: str = "") -> Facts:
-    """What an analysis of a vehicle rests on.
+    """Facts that an analysis of a vehicle rests on.
 
     Args:
         vehicle: whose parameters they are

@@ -1,4 +1,4 @@
-"""What a designed detector is asked for, and its tables."""
+"""Requirements on a detector to design, and its tables."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tierod.report.display import duration, number
 
 @dataclass(frozen=True)
 class Wish:
-    """What a detector must do.
+    """Requirements on a detector.
 
     Args:
         deviation: of the residual [its unit]

@@ -54,7 +54,7 @@ class Square:
 
     @property
     def title(self) -> str:
-        """What went wrong, in words."""
+        """Wrong outcomes, in words."""
         outcomes = [*self.wrong, *self.lost]
         return ", ".join(count(outcomes.count(what), what, what) for what in dict.fromkeys(outcomes))
 
@@ -75,7 +75,7 @@ class Grid:
 
 
 def grid(cells: Sequence[Mapping[str, Any]], monitor: str) -> Grid:
-    """What one monitor made of every place."""
+    """Grid of one monitor's verdicts at every place."""
     apart = ("fault", "size", "seed")
     axes = tuple(axis for axis in cells[0]["place"] if axis not in apart) if cells else ()
     # Axes with one level would only repeat it.

@@ -73,7 +73,7 @@ def signal_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def result_figure(diagnosis: Diagnosis) -> Figure | None:
-    """What else the monitor computed, one strip each."""
+    """Further results of the monitor, one strip each."""
     mains = main_names(diagnosis)
     taken = {
         *(each.statistic for each in diagnosis.decisions),
