@@ -45,7 +45,7 @@ def study(
 
 
 def _results_folder() -> Path | None:
-    """Where drives of studies are kept, so that a study that was ended goes on where it was."""
+    """Folder that keeps drives of studies, so that a study that was ended goes on where it was."""
     from tierod.core.graph.compiler import cache_folder
 
     try:

@@ -124,7 +124,7 @@ def holding(path: str | Path) -> Iterator[Path]:
 
 
 def _final(target: Path) -> Path:
-    """Where a link leads: the file is replaced there, and the link stays; devices and pipes are never replaced."""
+    """Target of a link: the file is replaced there, and the link stays; devices and pipes are never replaced."""
     target = target.resolve() if target.is_symlink() else target
     if target.exists() and not target.is_file() and not target.is_dir():
         raise OutputError(f"{target} cannot be written: it is a device or a pipe; name a file")

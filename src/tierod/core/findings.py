@@ -258,7 +258,7 @@ class Decided:
 
 @dataclass(frozen=True)
 class ParameterEffect:
-    """How far a parameter of the vehicle, uncertain as it is, moves a result.
+    """Effect on a result of a parameter of the vehicle, uncertain as it is.
 
     Args:
         name: of the parameter

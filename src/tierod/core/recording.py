@@ -350,7 +350,7 @@ def _extremes(values: np.ndarray) -> tuple[str, str]:
 
 
 class _Places(NamedTuple):
-    """Where the times of a grid lie among time stamps: the sample before, its age [s], and whether it is held, (n,)."""
+    """Places of a grid's times among time stamps: the sample before, its age [s], and whether it is held, (n,)."""
 
     before: np.ndarray
     known: np.ndarray

@@ -1,4 +1,4 @@
-"""How many threads the libraries for linear algebra may start."""
+"""Number of threads that the libraries for linear algebra may start."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ class Repairs:
         return self._newest
 
     def arrived(self, time: np.ndarray) -> np.ndarray | None:
-        """Which of the next stamps are numbers; None where all are.
+        """Mask of the next stamps that are numbers; None where all are.
 
         Args:
             time: [s], as recorded, shape (n,)

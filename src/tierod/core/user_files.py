@@ -188,7 +188,7 @@ def _too_deep(document: object) -> bool:
 
 
 def _too_long(document: object) -> str | None:
-    """Where a whole number stands that does not fit into 64 bits, and perhaps into no float; None where all do."""
+    """Place of a whole number that does not fit into 64 bits, and perhaps into no float; None where all do."""
     numbers = (pair for level in _levels(document) for pair in level if isinstance(pair[1], int))
     return next((name[:80] for name, number in numbers if number.bit_length() > 64), None)
 

@@ -193,7 +193,7 @@ class _Watch:
 
     @property
     def workers(self) -> int:
-        """How many there were at the last look."""
+        """Number of workers at the last look."""
         if time.monotonic() - self._looked > LOOK:
             self.look()
         return self._count
@@ -222,7 +222,7 @@ class _Watch:
 
 
 def _about() -> dict[str, str]:
-    """Which tierod this process has."""
+    """Version of tierod in this process."""
     return {"version": __version__, "code": ground_code() + tower_code()}
 
 

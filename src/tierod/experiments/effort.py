@@ -1,4 +1,4 @@
-"""How much work a study may take, and the drives it asks for: each a cell that is driven once and kept."""
+"""Effort of a study, and the drives it asks for: each a cell that is driven once and kept."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ BOUNDS = Bounds(bytes=2 * 1024**3, count=65536)
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is put into a study, and what makes its drives.
+    """Effort that is put into a study, and what makes its drives.
 
     Args:
         quick: a few minutes of driving only: shows that everything works, its figures say little
@@ -47,7 +47,7 @@ class Effort:
 
     @property
     def workers(self) -> int:
-        """How many processes work at a time."""
+        """Number of processes that work at a time."""
         return self.processes or os.cpu_count() or 1
 
     @contextmanager

@@ -1,4 +1,4 @@
-"""How long a campaign will take and how much it will keep, before it is run."""
+"""Estimated time that a campaign will take, and data that it will keep, before it is run."""
 
 from __future__ import annotations
 

@@ -166,7 +166,7 @@ def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | 
 
 
 def provenance(scenario: Scenario) -> dict[str, Any]:
-    """Where a drive comes from: the scenario whole, tierod's version, and the machine."""
+    """Provenance of a drive: the scenario whole, tierod's version, and the machine."""
     return {"scenario": _plain(scenario.provenance), **_machine()}
 
 

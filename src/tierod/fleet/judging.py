@@ -36,7 +36,7 @@ class TooShort(InputError):
 
 @dataclass(frozen=True)
 class Asked:
-    """How recordings are judged.
+    """Settings by which recordings are judged.
 
     Args:
         monitors: that judge

@@ -1,4 +1,4 @@
-"""Where recordings and results lie: folders of this machine, or whatever fsspec reaches (s3://bucket/results).
+"""Places of recordings and results: folders of this machine, or whatever fsspec reaches (s3://bucket/results).
 
 A file of a `Place` is whole or not there: written beside its name and renamed, or put as one object.
 """

@@ -1,4 +1,4 @@
-"""Which car to call in first: worst first, each with its reasons and what to inspect."""
+"""Ranking of the cars to call in: worst first, each with its reasons and what to inspect."""
 
 from __future__ import annotations
 

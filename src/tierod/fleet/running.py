@@ -33,7 +33,7 @@ COMPACTED = 5000
 
 
 class Progress(NamedTuple):
-    """How far a run is.
+    """Progress of a run.
 
     Args:
         done: recordings that are finished, those of earlier runs included

@@ -254,7 +254,7 @@ def _about(found: Judgement) -> dict[str, Any]:
 
 
 def part_of(key: str) -> str:
-    """Where a result lies in the results folder."""
+    """Path of a result in the results folder."""
     return f"parts/{key[:2]}/{key}.arrow"
 
 

@@ -33,7 +33,7 @@ NEIGHBOURS, FAR = 2, 4.0
 
 @dataclass(frozen=True)
 class Design:
-    """How often the fleet may be wrong.
+    """Limits on false alarms over the fleet, and the change that is looked for.
 
     Args:
         vehicle_years: between false alarms of fault-free cars, at least [a]

@@ -37,7 +37,7 @@ class SignLimits:
 
 
 def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tuple[str, ...]:
-    """Which signals turn the other way than the rest, seen from left and right turns.
+    """Warnings about signals that turn the other way than the rest, seen from left and right turns.
 
     Steering angle, yaw rate and lateral acceleration over speed must agree in sign, and so must driver and motor
     torque, and the steering rate and the change of the angle. With three signals the odd one is named; with two, both.

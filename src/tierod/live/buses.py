@@ -41,7 +41,7 @@ Inbox = SimpleQueue[Frame | Notice]
 
 @dataclass(frozen=True)
 class Address:
-    """Where a bus is.
+    """Address of a bus.
 
     Args:
         interface: name of python-can

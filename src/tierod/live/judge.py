@@ -40,7 +40,7 @@ BEHIND = 1.5e-6
 
 @dataclass(frozen=True)
 class Plan:
-    """How monitors are run.
+    """Plan by which monitors are run.
 
     Args:
         vehicle: that drives
@@ -223,7 +223,7 @@ class Judge:
 
     @property
     def baseline_path(self) -> Path | None:
-        """Where its baseline is kept."""
+        """Path at which its baseline is kept."""
         return None if self.plan.baselines is None else self.plan.baselines / f"{self.name}.json"
 
     def shown(self) -> Shown:
@@ -260,7 +260,7 @@ class Judge:
             self.run.session.memory = memory
 
     def cut(self, piece: Recording, until: float) -> float:
-        """Where a piece may end so that cutting it changes nothing: just behind the last step of the grid before.
+        """Time at which a cut of a piece changes nothing: just behind the last step of the grid before.
 
         Args:
             piece: what waits, from the first sample of the drive or the last cut on

@@ -37,7 +37,7 @@ class Newest:
         self._actions: dict[Key, list[tuple[int, Made, deque[tuple[float, float]] | None]]] = {}
 
     def wire(self, known: Described, buses: Mapping[int, str], picks: Iterable[Pick], kept: Sequence[str] = ()) -> None:
-        """Which signals are taken from which frames; what came before stays.
+        """Set the signals that are taken from the frames; what came before stays.
 
         Args:
             known: what the databases say of the frames

@@ -1,4 +1,4 @@
-"""Which parameters of a vehicle a monitor needs, which it can use, and which of them a car lacks.
+"""Parameters of a vehicle that a monitor needs, those that it can use, and those that a car lacks.
 
 They are found by opening every variant with every shipped vehicle and recording what it reads.
 """

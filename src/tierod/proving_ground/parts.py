@@ -280,7 +280,7 @@ class Driver(Protocol):
 
     @property
     def anticipation(self) -> float:
-        """How far ahead in time the curvature is read [s]."""
+        """Time ahead at which the curvature is read [s]."""
 
     def init(self) -> Motion:
         """Muscles relaxed."""

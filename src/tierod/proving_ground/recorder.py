@@ -76,7 +76,7 @@ class Recorder:
             self._sample(final=False)
 
     def truths(self) -> dict[str, np.ndarray]:
-        """What every channel saw, sampled at its instants, nothing where nothing was added; called once, at the end."""
+        """True signals of all channels at their instants, empty where nothing was added; called once, at the end."""
         if self.rows:
             self._sample(final=True)
         return {name: values[: self.reached[name]] for name, values in self.taken.items()}

@@ -44,7 +44,7 @@ class Foresight:
         self._foreseen = distance, speed
 
     def look(self, distance: float, speed: float, after: float) -> None:
-        """Where the car really is now.
+        """Set the true place of the car.
 
         Args:
             distance: along the path [m]
@@ -281,7 +281,7 @@ class _Run:
         return self.index[name]
 
     def _good(self, outputs: np.ndarray) -> int:
-        """How many rows are within the limits and finite; what a state has lost stays lost until the last row."""
+        """Number of rows within the limits and finite; what a state has lost stays lost until the last row."""
         good = np.ones(len(outputs), bool)
         for column, limit in self.limits:
             good &= np.abs(outputs[:, column]) < limit

@@ -114,7 +114,7 @@ _TRIES = 1000
 
 @dataclass(frozen=True)
 class Spread:
-    """How one parameter, or several together, differ from drive to drive.
+    """Spread of one parameter, or of several together, from drive to drive.
 
     Args:
         deviation: standard deviation: of the logarithm where log-normal, else in the unit of the parameter

@@ -29,7 +29,7 @@ class Known(NamedTuple):
 
 @dataclass(frozen=True)
 class Rule:
-    """How a quantity follows from the class of a car.
+    """Rule by which a quantity follows from the class of a car.
 
     Args:
         name: of the quantity

@@ -64,7 +64,7 @@ Say = Callable[..., None]
 
 @dataclasses.dataclass(frozen=True)
 class Reading:
-    """How a recording is read.
+    """Settings by which a recording is read.
 
     Args:
         path: of the file

@@ -52,7 +52,7 @@ def key_of(results: Path) -> str:
 
 
 def path_of(cache: Path, key: str) -> Path:
-    """Where a worked-out fleet is kept."""
+    """Path of a computed fleet in the cache."""
     return cache / "fleets" / f"{key}.json"
 
 

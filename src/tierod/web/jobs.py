@@ -243,7 +243,7 @@ def _named(reason: str, given: Mapping[str, Any]) -> str:
 
 
 def workers_of(given: int | None) -> int:
-    """How many jobs work at a time; half of the cores where not given.
+    """Number of jobs that work at a time; half of the cores where not given.
 
     Raises:
         ParameterError: fewer than one

@@ -36,7 +36,7 @@ class Root:
 
 @dataclass(frozen=True)
 class Limits:
-    """How much the server takes.
+    """Limits on what the server takes.
 
     Args:
         upload: longest body of an upload [bytes]

@@ -54,7 +54,7 @@ class Store:
         self._known: dict[str, dict[str, Any]] = {}
 
     def path(self, kind: str, key: str) -> Path:
-        """Where a result lies, or would lie.
+        """Path of a result, whether it is there or not.
 
         Args:
             kind: one of `KINDS`

@@ -19,7 +19,7 @@ def _reading(given: Mapping[str, Any]) -> Reading:
 
 
 def _propose(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    """Which column is which signal, as a table that can be corrected."""
+    """Columns assigned to signals, as a table that can be corrected."""
     from tierod.io.proposal import propose, text_of
 
     say(0.1, "reading the file")

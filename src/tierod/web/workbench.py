@@ -356,7 +356,7 @@ class Workbench:
         return memory_document(path)
 
     def room(self, name: str) -> Path:
-        """Where an upload goes.
+        """Path of an upload.
 
         Args:
             name: that the file shall have

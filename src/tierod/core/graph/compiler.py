@@ -57,7 +57,7 @@ def _more() -> tuple[str, ...]:
 
 
 def cache_folder() -> Path:
-    """Where compiled kernels are kept: TIEROD_CACHE, or `tierod` in the user's cache folder."""
+    """Folder of compiled kernels: TIEROD_CACHE, or `tierod` in the user's cache folder."""
     if chosen := os.environ.get("TIEROD_CACHE"):
         return Path(chosen)
     return Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "tierod"
@@ -105,7 +105,7 @@ def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
 
 
 def _caches() -> tuple[KernelCache | NoCache, ...]:
-    """Where kernels are looked for and kept, the user's own choice first."""
+    """Caches that kernels are looked for and kept in, the user's own choice first."""
     found = []
     with contextlib.suppress(RuntimeError):  # a user without a home
         found.append(KernelCache(cache_folder()))

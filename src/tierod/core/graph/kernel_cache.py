@@ -69,7 +69,7 @@ class KernelCache:
 
     @property
     def where(self) -> str:
-        """Where kernels are, as the end of a sentence."""
+        """Place of the kernels, as the end of a sentence."""
         return f"in {self.folder}"
 
     def trouble(self) -> str:

@@ -15,7 +15,7 @@ COMPARE = {"lt": "<", "le": "<=", "eq": "==", "ne": "!="}
 
 @dataclass(frozen=True)
 class Places:
-    """How C reaches the arrays from inside a loop."""
+    """Expressions by which C reaches the arrays from inside a loop."""
 
     state: Callable[[int], str]
     ring: Callable[[int], str]

@@ -1,4 +1,4 @@
-"""How the state of a block lies in one flat array."""
+"""Layout of a block's state in one flat array."""
 
 from __future__ import annotations
 

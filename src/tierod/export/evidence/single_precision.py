@@ -19,7 +19,7 @@ from tierod.export.interface import Interface
 
 
 class Aim(NamedTuple):
-    """How far single precision may take an estimate from double.
+    """Limit of the difference of an estimate in single precision from double.
 
     Args:
         output: dotted name

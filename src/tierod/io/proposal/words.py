@@ -1,4 +1,4 @@
-"""Which signal the title of a column means, in the words of English, German and some other loggers."""
+"""Assignment of the title of a column to a signal, by the words of English, German and some other loggers."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ from tierod.core.user_files import read_text, toml
 
 @dataclass(frozen=True)
 class Entry:
-    """How one canonical signal is made from columns of a file.
+    """Recipe of one canonical signal from columns of a file.
 
     Args:
         source: names of the columns, which are summed
@@ -53,7 +53,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class TimeEntry:
-    """Which column of a table is its time.
+    """Column of a table that is its time.
 
     Args:
         column: its name; the first whose title says so where None

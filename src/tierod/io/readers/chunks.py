@@ -218,7 +218,7 @@ def _filled(lanes: list[_Lane], seconds: float) -> float:
 
 
 def _begin(start: float, seconds: float, first: float) -> float:
-    """Where the slice begins that holds the stamp `first`, whole slices after `start`."""
+    """Start of the slice that holds the stamp `first`, whole slices after `start`."""
     count = (first - start) / seconds
     start += seconds * math.floor(count) if math.isfinite(count) else 0.0
     while start < start + seconds <= first:

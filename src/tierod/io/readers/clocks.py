@@ -1,4 +1,4 @@
-"""Which columns of a table are its time, and which columns each of them times."""
+"""Columns of a table that are its time, and the columns that each of them times."""
 
 from __future__ import annotations
 

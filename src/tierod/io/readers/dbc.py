@@ -278,7 +278,7 @@ def channel_of(name: str, entry: Found, item: Signal, rows: Rows) -> Channel:
 
 
 def selected(message: Message, item: Signal, rows: Rows) -> np.ndarray | None:
-    """Which frames carry a multiplexed signal; None where all do. Multiplexers may be multiplexed themselves."""
+    """Mask of frames that carry a multiplexed signal; None where all do. Multiplexers may be multiplexed themselves."""
     if not item.multiplexer_ids or not item.multiplexer_signal:
         return None
     selector = message.get_signal_by_name(item.multiplexer_signal)
@@ -311,5 +311,5 @@ def _raw(item: Signal, rows: Rows) -> np.ndarray:
 
 
 def _bytes(item: Signal) -> int:
-    """How many bytes a frame needs to hold a signal."""
+    """Number of bytes that a frame needs to hold a signal."""
     return -(-span(item.start, item.length, item.byte_order == "big_endian")[1] // 8)

@@ -161,7 +161,7 @@ def parameter_group(identifier: int) -> int:
 
 
 def without_value(item: Signal, raw: np.ndarray) -> np.ndarray | None:
-    """Where the sender says that it has no value, or only an error; None where it cannot say so.
+    """Mask of values that the sender marks as not available or in error; None where the signal has no such code.
 
     J1939-71, ranges of transmitted signals: a parameter of one byte is in error at 0xFE and not available at 0xFF, a
     longer one where its highest byte is. Discrete parameters of two bits: 0b10 error (of a command: reserved),

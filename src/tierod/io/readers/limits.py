@@ -1,4 +1,4 @@
-"""How much a recording may unfold to: a file of some megabytes can hold gigabytes of zeros."""
+"""Limits on the size to which a recording may unfold: a file of some megabytes can hold gigabytes of zeros."""
 
 from __future__ import annotations
 

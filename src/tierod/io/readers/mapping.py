@@ -1,4 +1,4 @@
-"""Which columns of a file become which canonical signals in SI: by the channel map, and by name where there is none."""
+"""Mapping of the columns of a file to canonical signals in SI: by the channel map, and by name where there is none."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def plan(
     names: Iterable[str] | None,
     silent: Sequence[str] = (),
 ) -> Plan:
-    """Which columns become which channels.
+    """Plan of the columns that become channels.
 
     Args:
         columns: of the file

@@ -69,7 +69,7 @@ def loaded_map(channel_map: str | Path | ChannelMap | None) -> ChannelMap | None
 
 
 def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, names: tuple[str, ...] | None) -> Plan:
-    """Which columns of an opened file become which channels.
+    """Plan of the columns of an opened file that become channels.
 
     Args:
         path: of the file, for messages

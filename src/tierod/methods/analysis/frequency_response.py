@@ -126,7 +126,7 @@ class MeasuredResponse:
         return size * (1.0 - spread), size * (1.0 + spread)
 
     def usable(self, coherence: float = 0.5) -> np.ndarray:
-        """Where the coherence is at least this and the scatter is known."""
+        """Mask of frequencies at which the coherence is at least this and the scatter is known."""
         return np.asarray(np.isfinite(self.relative_deviation) & (self.coherence >= coherence))
 
     def between(self, low: float, high: float) -> MeasuredResponse:

@@ -15,7 +15,7 @@ from tierod.models.modes import TOLERANCE, Mode, describe, modes, scaled
 
 @dataclass(frozen=True, eq=False)
 class Observability:
-    """How much of a state is shown by the outputs.
+    """Observability of a state through the outputs.
 
     Args:
         states: names

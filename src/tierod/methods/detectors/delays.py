@@ -1,4 +1,4 @@
-"""How soon a block alarms after a shift is put into healthy residuals."""
+"""Delay of a block's alarm after a shift is put into fault-free residuals."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from tierod.methods.detectors.value import Detector
 
 @dataclass(frozen=True)
 class RunLengthLine:
-    """How the time between false alarms grows with the threshold, as counted on healthy records.
+    """Growth with the threshold of the time between false alarms, as counted on fault-free records.
 
     Args:
         start, slope: ln(values between false alarms) = start + slope * growth of the threshold

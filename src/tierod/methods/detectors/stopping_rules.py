@@ -335,7 +335,7 @@ class LikelihoodRatioRule(StoppingRule):
         return LikelihoodRatio(deviation, threshold, self.windows)
 
     def alarms(self, flags: np.ndarray) -> int:
-        """How many alarms begin."""
+        """Number of alarms that begin."""
         return int(np.count_nonzero(np.diff(flags, prepend=0.0) > 0.5))
 
 

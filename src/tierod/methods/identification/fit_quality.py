@@ -1,4 +1,4 @@
-"""How well a model fits, and which parameters the recordings do not identify."""
+"""Quality of a model's fit, and the parameters that the recordings do not identify."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ SMALLEST_SHARE = 0.1
 
 @dataclass(frozen=True)
 class HysteresisPresence:
-    """How well the torques explain the build-up of friction, against chance.
+    """Evidence of the torques for the build-up of friction, against chance.
 
     Args:
         share: of the build-up's variance that other causes leave, explained by both torques together []

@@ -39,7 +39,7 @@ class Likelihood(NamedTuple):
 
 
 class End(NamedTuple):
-    """Where a search stopped.
+    """Point at which a search stopped.
 
     Args:
         place: of the search
@@ -204,7 +204,7 @@ class MaximumLikelihood:
         return best._replace(steps=steps)
 
     def place_of(self, estimate: Estimate) -> np.ndarray:
-        """Where another search ended; what it did not look for is where this one starts."""
+        """Start at the end of another search; unknowns that it did not have start where this search does."""
         place = self.start()
         for k, each in enumerate(self.free):
             if each.name in estimate.names:

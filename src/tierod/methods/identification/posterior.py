@@ -82,7 +82,7 @@ class Place(NamedTuple):
 
 
 class Posterior(NamedTuple):
-    """Where a search ended.
+    """Point at which a search ended.
 
     Args:
         priors: of what was looked for

@@ -312,7 +312,7 @@ def _unexplained(posterior: Posterior) -> str:
 
 
 def _at_limit(vehicle: Vehicle, drives: tuple[Drive, ...]) -> str:
-    """Which drive was driven at the limit of grip; empty where none was."""
+    """Drive at the limit of grip; empty where there was none."""
     limit = NEAR_LIMIT * GRAVITY * vehicle.parameters_for(LateralParameters).tyre_friction
     for each in drives:
         speed, yaw_rate = each.samples[:, 0], each.samples[:, 3]

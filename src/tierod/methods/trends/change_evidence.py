@@ -29,7 +29,7 @@ STEP, RAMP = 0, 1
 
 @dataclass(frozen=True)
 class Changes:
-    """Which changes are looked for.
+    """Changes that are looked for.
 
     Args:
         step: standard deviation of the sizes of steps [unit]; the size of a step worth finding

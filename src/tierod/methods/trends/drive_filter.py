@@ -16,7 +16,7 @@ LEVEL, SLOPE = 0, 1
 
 @dataclass(frozen=True)
 class TrendNoise:
-    """How a car changes between drives, and how far a drive may be from its car.
+    """Noise of a car's changes between drives, and of a drive's deviation from its car.
 
     Args:
         level_walk: random walk of the level [unit/sqrt(d)]: what wear, grease and settling move without a direction

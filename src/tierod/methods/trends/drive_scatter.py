@@ -1,4 +1,4 @@
-"""How far drives of the same car are from each other, learnt from a fleet beside what each drive states of itself."""
+"""Scatter between drives of the same car, learnt from a fleet beside what each drive states of itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the levels of fault-free cars wander and drift, learnt from a fleet in which most cars are fault-free."""
+"""Wandering and drift of the levels of fault-free cars, learnt from a fleet in which most cars are fault-free."""
 
 from __future__ import annotations
 

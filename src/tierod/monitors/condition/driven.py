@@ -174,7 +174,7 @@ class Driven:
         return self.absences[_ENOUGH].came
 
     def add_sources(self, result: Result, graph: SubstitutionGraph) -> None:
-        """Where each sensor's signal came from over the next piece."""
+        """Add the sources of each sensor's signal over the next piece."""
         for sensor, ways in graph.substitutes.items():
             source = result[f"supplied.{sensor}.source"]
             counts = self.sources.setdefault(sensor, {})

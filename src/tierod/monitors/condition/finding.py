@@ -148,7 +148,7 @@ def _off(targets: Sequence[str]) -> str:
 
 
 def _judged(states: Sequence[Element]) -> int:
-    """How many elements are judged; accelerations are not."""
+    """Number of judged elements; accelerations are not judged."""
     return sum(each.name not in ACCELERATIONS for each in states)
 
 

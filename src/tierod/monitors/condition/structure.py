@@ -1,4 +1,4 @@
-"""Which sensor and actuator stands in which equation of the vehicle, and which faults that leaves undetectable."""
+"""Incidence of sensors and actuators in the equations of the vehicle, and the faults that leaves undetectable."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ SHOWN = 3
 
 
 def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
-    """Which faults are not detectable or not isolable without some sensors, in sentences.
+    """Faults that are not detectable or not isolable without some sensors, in sentences.
 
     Args:
         vehicle: that is judged

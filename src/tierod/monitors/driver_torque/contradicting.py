@@ -1,4 +1,4 @@
-"""Which of a column's three signals contradicts the other two: its gain, its delay, or its values."""
+"""Contradiction of one of a column's three signals to the other two: its gain, its delay, or its values."""
 
 from __future__ import annotations
 

@@ -258,7 +258,7 @@ class HandsMonitor:
         )
 
     def _learning(self, state: State) -> tuple[Scalar, ...]:
-        """Which parameters the filter without hands learns from this sample."""
+        """Switches of the parameters that the filter without hands learns from this sample."""
         alone = either(state.hands > 0.25, state.to_on.up < self.calm * self.to_on.threshold)
         shaken = both(alone, absolute(state.acceleration) > self.least_acceleration)
         turning = both(alone, absolute(state.rate) > self.least_rate)

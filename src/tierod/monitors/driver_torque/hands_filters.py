@@ -45,7 +45,7 @@ class Hands:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How well the wheel is known before anything is learnt, one standard deviation.
+    """Uncertainty of the wheel before anything is learnt, one standard deviation.
 
     Args:
         share: of inertia and damping; narrower gains next to nothing, since both are learnt within seconds

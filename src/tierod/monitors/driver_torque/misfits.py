@@ -56,7 +56,7 @@ def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
 
 
 def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
-    """Which signal may be wrong instead of the vehicle file, as half-sentences.
+    """Signals that may be wrong instead of the vehicle file, as half-sentences.
 
     Args:
         drive: what was collected
@@ -130,7 +130,7 @@ def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:
 
 
 def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
-    """How far the recording is from the vehicle file [standard deviations], by the name of the decision.
+    """Distances of the recording from the vehicle file [standard deviations], by the name of the decision.
 
     Args:
         drive: what was collected
@@ -142,7 +142,7 @@ def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
 
 
 def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
-    """How far every value of the column is from that of the vehicle file [standard deviations]."""
+    """Distances of every value of the column from that of the vehicle file [standard deviations]."""
     apart = {"inertia": drive.inertia_error / (INERTIA_SPREAD * vehicle["steering_wheel_inertia"])}
     if (found := drive.geometry) is None:
         return apart

@@ -184,7 +184,7 @@ def _with_states(system: LinearSystem) -> LinearSystem:
 
 
 def _shown(system: LinearSystem) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...]]:
-    """How what is shown follows from the states of the filter, and from the motor's torque."""
+    """Rows that give the shown quantities from the states of the filter, and from the motor's torque."""
     extended = with_disturbance_states(system, {"hand_torque": 1, "disturbance_torque": 1})
     rows, fed = [], []
     for name in _SHOWN:

@@ -54,7 +54,7 @@ _PAIRS = ((0, 0), (1, 1), (0, 1), (2, 2), (2, 0), (2, 1))
 
 @dataclass(frozen=True)
 class ColumnSigns:
-    """Which one of four signals of a column has the wrong sign.
+    """Sign check that finds the one of four signals of a column with the wrong sign.
 
     Both angles move together. The bar's torque grows with its twist, the wheel's angle less the gear's; where the
     angles disagree, its sign shows which of them is wrong. What is below the bar only loses energy in the long run, so

@@ -111,7 +111,7 @@ def _evidence(run: FrictionRun) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Limit:
-    """Where an alarm begins.
+    """Limit at which an alarm begins.
 
     Args:
         friction: the estimate [N*m]
@@ -129,7 +129,7 @@ class Limit:
 
     @property
     def acts_from(self) -> float:
-        """Where the first of them acts [N*m]."""
+        """Level at which the first of them acts [N*m]."""
         return min(self.absolute_from, self.relative_from)
 
     @property

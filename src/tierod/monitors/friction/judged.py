@@ -132,7 +132,7 @@ class Obstacles(NamedTuple):
 
 
 class BalanceFit(NamedTuple):
-    """How well the torque balance fits, see `VerdictSample`."""
+    """Quality of the torque balance's fit, see `VerdictSample`."""
 
     misfit: Annotated[Scalar, ""]
     residual: Annotated[Scalar, "N*m"]

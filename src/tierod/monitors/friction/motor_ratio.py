@@ -157,7 +157,7 @@ def _left(balance: _Balance) -> float:
 
 
 def _lowest(found: Mapping[float, float], step: float) -> float:
-    """Where a parabola through the lowest value and its neighbours is lowest; the lowest place at an end."""
+    """Minimum of a parabola through the lowest value and its neighbours; the lowest place at an end."""
     places = sorted(found)
     at = min(range(len(places)), key=lambda k: found[places[k]])
     if not 0 < at < len(places) - 1:

@@ -185,7 +185,7 @@ class GainsOverDrive:
         return np.outer(size, size)
 
     def defects(self) -> tuple[Defect, ...]:
-        """Which torque has a wrong gain."""
+        """Defects of torques with a wrong gain."""
         found = self.found()
         if found is None:
             return ()

@@ -56,7 +56,7 @@ class VarianceParameters:
 
 @dataclass(frozen=True)
 class VarianceGate:
-    """Where the linear single track is trusted.
+    """Gate that opens where the linear single track is valid.
 
     Source: Mohtat et al., section 4.2. On simulated drives this opens 2.7 % of the time (printed: 36 %).
 

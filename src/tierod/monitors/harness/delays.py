@@ -24,7 +24,7 @@ SPAN = 20
 
 @dataclass(frozen=True)
 class Lag:
-    """How one signal follows another.
+    """Lag of one signal behind another.
 
     Args:
         delay: of the second against the first; negative where the first is late [s]

@@ -72,7 +72,7 @@ class MissingStretches:
             self._kept[name].append((start, end, count / self.rate))
 
     def warnings(self, rates: Mapping[str, float], others: Collection[str] = ()) -> tuple[str, ...]:
-        """Which signal was missing when, and what that means for the verdict.
+        """Warnings about signals that were missing: when, and what that means for the verdict.
 
         Args:
             rates: at which the signals come [Hz]

@@ -69,7 +69,7 @@ class QualityOverChunks:
         return {name: row.rate for name, row in self._rows.items()}
 
     def contradictions(self) -> tuple[str, ...]:
-        """Which signal has probably the wrong sign, or which of them the wrong unit, beside the others."""
+        """Signals that have probably the wrong sign, or the wrong unit, beside the others."""
         if not len(self._reduced):
             return ()
         table = self._reduced.values
@@ -82,7 +82,7 @@ class QualityOverChunks:
         return (*sign_warnings(together), *turn_warnings(together))
 
     def range_warnings(self) -> tuple[str, ...]:
-        """Which signal leaves its plausible range: with a wrong unit no verdict is worth anything."""
+        """Signals that leave their plausible range: with a wrong unit no verdict is worth anything."""
         return tuple(
             f"{name}: {remark}"
             for name, row in self._rows.items()

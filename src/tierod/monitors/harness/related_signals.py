@@ -1,4 +1,4 @@
-"""Which signals of a car move together, so that one of them shows that another is stuck."""
+"""Related signals of a car, which move together, so that one of them shows that another is stuck."""
 
 from __future__ import annotations
 

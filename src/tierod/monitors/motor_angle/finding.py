@@ -243,7 +243,7 @@ def _evidence(drive: Drive) -> dict[str, float]:
 
 
 def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...]:
-    """Which voltages a finding rests on, and whether the inverter is another than the vehicle file's.
+    """Voltages that a finding rests on, and whether the inverter is another than the vehicle file's.
 
     Args:
         lost: what the inverter was found to take; None where the voltages were measured

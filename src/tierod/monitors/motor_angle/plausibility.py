@@ -219,13 +219,13 @@ class AnglePlausibility:
         return after, self.Output(mismatch, out.active, by_motion, detour, decided.suspect)
 
     def _expected(self, motor: Scalar, wheel: Scalar, torque: Scalar) -> Scalar:
-        """Where motor and steering wheel put the pinion [rad]."""
+        """Pinion angle by motor and steering wheel [rad]."""
         g = self.gear
         superposed = superposed_angle(motor, wheel, g.superposition_motor_ratio, g.superposition_input_ratio)
         return superposed - torque * g.superposition_input_ratio / g.torsion_bar_stiffness
 
     def _detour(self, motor: Scalar, wheel: Scalar, speed: Scalar) -> Scalar:
-        """Where the motor puts the pinion less where the variable gain wants it [rad]."""
+        """Difference of the pinion angle by the motor from that by the variable gain [rad]."""
         if self.gain is None:
             return 0.0
         ratios = self.gear.superposition_motor_ratio, self.gear.superposition_input_ratio

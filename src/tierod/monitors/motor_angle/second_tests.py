@@ -110,7 +110,7 @@ class Stuck:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """Where the sensor was when it last moved, and the observer then; whether there is such a place; the alarm."""
+        """Angles of sensor and observer when the sensor last moved; whether there is such a place; the alarm."""
 
         sensor: Annotated[Scalar, "rad"]
         observer: Annotated[Scalar, "rad"]

@@ -1,4 +1,4 @@
-"""Which of three angles is the wrong one: motion, the motor's observer, and the variable ratio together."""
+"""Isolation of the wrong one of three angles: motion, the motor's observer, and the variable ratio together."""
 
 from __future__ import annotations
 

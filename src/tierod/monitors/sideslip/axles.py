@@ -28,7 +28,7 @@ class Slips(NamedTuple):
 
 @dataclass(frozen=True)
 class Axles:
-    """How well the axles are known, whose slip a wrong stiffness moves in proportion.
+    """Uncertainty of the axles, whose slip a wrong stiffness moves in proportion.
 
     Args:
         front_distance, rear_distance: from the centre of gravity

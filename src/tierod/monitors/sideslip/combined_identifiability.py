@@ -1,4 +1,4 @@
-"""Which unknowns of the combined estimator the drive identifies, and which direction among them it does not."""
+"""Unknowns of the combined estimator that the drive identifies, and the direction among them that it does not."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Identifiability:
-    """How far the data identify the unknowns.
+    """Identifiability of the unknowns from the data.
 
     Args:
         shares: of the prior variance that the data took away, by unknown, 0 to 1
@@ -72,7 +72,7 @@ class Identifiability:
 
 
 def identifiability(estimator: CombinedSideslip, state: CombinedState | Memory) -> Identifiability:
-    """How far the unknowns have been identified up to a state.
+    """Identifiability of the unknowns up to a state.
 
     Args:
         estimator: whose state it is

@@ -263,7 +263,7 @@ def _guarded(vehicle: Vehicle, usual: CombinedTuning) -> CombinedTuning:
 
 
 def _tyres(vehicle: Vehicle, axle: str) -> Wandering:
-    """How far the stiffness of an axle may be from the file's value."""
+    """Deviation of an axle's stiffness from the file's value."""
     parameter = vehicle.parameters.get(f"{axle}_cornering_stiffness")
     if parameter is None or not parameter.standard_deviation or not parameter.value > 0.0:
         return UNKNOWN_TYRES

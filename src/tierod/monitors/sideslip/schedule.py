@@ -36,7 +36,7 @@ SLOWEST = 2.0
 
 
 def _place(speed: Scalar) -> Scalar:
-    """Where a speed [m/s] lies in the table, in rows; the rows are evenly spaced over V / (V + HALF)."""
+    """Place of a speed [m/s] in the table, in rows; the rows are evenly spaced over V / (V + HALF)."""
     low, high = LOWEST / (LOWEST + HALF), HIGHEST / (HIGHEST + HALF)
     return (speed / (speed + HALF) - low) * ((COUNT - 1) / (high - low))
 

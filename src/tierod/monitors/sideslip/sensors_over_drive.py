@@ -120,7 +120,7 @@ class SensorsOverDrive:
         return Offset(float(value), shown_by) if named else None
 
     def wrong_unit(self) -> str | None:
-        """Which signals cannot have their units right, as half a sentence; None where they can."""
+        """Signals whose units cannot be right, as half a sentence; None where they can."""
         if self._beyond > self.limits.largest_share * max(self._readings, 1):
             return f"the yaw rate is beyond {self.limits.largest:g} rad/s, as if it were in degrees per second"
         count, x, a, xx, aa, xa = self._turning

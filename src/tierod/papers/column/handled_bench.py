@@ -51,7 +51,7 @@ class Piece(NamedTuple):
 
 
 class Score(NamedTuple):
-    """How a monitor did.
+    """Score of a monitor.
 
     Args:
         grabs, releases: delays until hands were found on, and off [s]; infinite where they never were
@@ -108,7 +108,7 @@ def pieces(bench: Bench) -> Iterator[Piece]:
 
 
 def scored(monitors: Sequence[HandsMonitor], bench: Bench) -> list[Score]:
-    """How some monitors do on one bench."""
+    """Scores of some monitors on one bench."""
     states: list[Memory | None] = [None] * len(monitors)
     states_of: list[list[np.ndarray]] = [[] for _ in monitors]
     for piece in pieces(bench):
@@ -206,7 +206,7 @@ def design_thresholds(monitor: HandsMonitor, records: Iterable[HeldRecord], hour
 
 
 def _settled(held: np.ndarray, count: int) -> np.ndarray:
-    """Where nothing has changed for so many samples."""
+    """Mask of samples before which nothing has changed for so many samples."""
     place = np.arange(len(held))
     changed = np.maximum.accumulate(np.where(np.diff(held, prepend=np.nan) != 0.0, place, 0))
     return place - changed >= count

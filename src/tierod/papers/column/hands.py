@@ -1,4 +1,4 @@
-"""How soon hands that come and go are seen on benches that differ from the vehicle file, and how often wrongly."""
+"""Delay until hands that come and go are seen on benches that differ from the vehicle file, and false detections."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ def _recording(columns: dict[str, np.ndarray]) -> Recording:
 
 
 def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
-    """How far everything that fails in a drive is from what it would be without the fault, sample by sample.
+    """Deviation of everything that fails in a drive from its value without the fault, sample by sample.
 
     Args:
         drive: with its faults

@@ -144,7 +144,7 @@ def share_within(delays: np.ndarray, limit: float) -> float:
 
 
 def confusion(scores: Iterable[DriveScore]) -> dict[str, Counter[str]]:
-    """How often the faults of a drive went by which name, by what had failed."""
+    """Counts of the names that were declared for the faults of a drive, by what had failed."""
     found: dict[str, Counter[str]] = defaultdict(Counter)
     for each in scores:
         if each.faults:

@@ -212,6 +212,6 @@ def _claims(found: dict[str, Found]) -> Iterator[Claim]:
 
 
 def _distance(deviations: tuple[float, float]) -> float:
-    """How far the worse of two standard deviations lies outside of the printed range [N*m]."""
+    """Distance of the worse of two standard deviations outside of the printed range [N*m]."""
     low, high = PRINTED_DEVIATION
     return max(max(low - value, value - high, 0.0) if np.isfinite(value) else np.inf for value in deviations)

@@ -1,4 +1,4 @@
-"""How long the printed filter takes to the true friction, over the variance P0 that is not printed."""
+"""Convergence time of the printed filter to the true friction, over the variance P0 that is not printed."""
 
 from __future__ import annotations
 

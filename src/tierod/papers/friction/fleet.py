@@ -1,4 +1,4 @@
-"""How exact the estimators are where no two cars, sensors and sets of tyres are alike."""
+"""Accuracy of the estimators where no two cars, sensors and sets of tyres are alike."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How soon the combined estimator learns a wrong stiffness, and how much a drive identifies of its other unknowns."""
+"""Convergence of the combined estimator from a wrong stiffness, and identification of its other unknowns by a drive."""
 
 from __future__ import annotations
 

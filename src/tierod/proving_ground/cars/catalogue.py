@@ -55,7 +55,7 @@ class CarFile:
 
 @dataclass(frozen=True)
 class Choice:
-    """How a car differs from its file.
+    """Differences of a car from its file.
 
     Args:
         tyres: by name; its own where empty
@@ -93,7 +93,7 @@ class VirtualCar:
         return self.file.vehicle or (self.name if self.name in vehicles.shipped() else "")
 
     def source_of(self, path: str) -> str:
-        """Where the value of a parameter comes from; "" for what the file does not set."""
+        """Source of the value of a parameter; "" for what the file does not set."""
         given = _sourced(self.file.parameters).get(path)
         return "" if given is None else given.source
 

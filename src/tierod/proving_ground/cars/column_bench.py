@@ -37,7 +37,7 @@ class BenchState(NamedTuple):
 
 
 class BenchPorts(NamedTuple):
-    """Where faults reach the motor."""
+    """Ports through which faults reach the motor."""
 
     motor_torque: Port
 

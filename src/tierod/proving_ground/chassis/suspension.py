@@ -98,7 +98,7 @@ class Axle:
 
 @dataclass(frozen=True)
 class Kingpins:
-    """Where the axes lie about which the front wheels turn; typical of a front-driven car.
+    """Axes about which the front wheels turn; typical of a front-driven car.
 
     Args:
         mechanical_trail: of the contact centre behind the axis, at the ground

@@ -52,7 +52,7 @@ class Command(NamedTuple):
 
 @dataclass(frozen=True)
 class Split:
-    """How the steering torque is shared between two motors.
+    """Split of the steering torque between two motors.
 
     Args:
         share: of the first motor, in the mean

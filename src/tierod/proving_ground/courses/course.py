@@ -24,7 +24,7 @@ FACTORS = frozenset(
 
 
 class Start(NamedTuple):
-    """How a run over a course begins.
+    """Start of a run over a course.
 
     Args:
         speed: rolling straight ahead
@@ -42,11 +42,11 @@ class Course(Protocol):
 
     @property
     def duration(self) -> float:
-        """How long it takes as planned [s]."""
+        """Duration as planned [s]."""
 
     @property
     def start(self) -> Start:
-        """How a run begins."""
+        """Start of a run."""
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants; what is left out is as usual: flat dry road, no wind, hands on the wheel.

@@ -81,7 +81,7 @@ class Plan(NamedTuple):
 
 @dataclass(frozen=True)
 class Pace:
-    """How a driver takes a way.
+    """Pace at which a driver takes a way.
 
     Args:
         acceleration: out of bends and from rest

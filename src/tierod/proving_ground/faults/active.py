@@ -206,7 +206,7 @@ def _out_of_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: f
 
 
 def _longest(fault: Fault, seconds: float) -> float:
-    """How long a fault can last in a run [s]."""
+    """Longest duration of a fault in a run [s]."""
     trigger = fault.trigger
     start = trigger.time if isinstance(trigger, AtTime) else trigger.earliest if isinstance(trigger, Within) else 0.0
     return max(min(_lasts(fault) or seconds, seconds - start), 0.0)

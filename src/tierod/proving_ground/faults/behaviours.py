@@ -1,4 +1,4 @@
-"""How actuators, parameters and surroundings of a car change; all behaviours, and the one that comes and goes."""
+"""Behaviours of actuators, parameters and surroundings of a car; all behaviours, and the one that comes and goes."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class MisfitError(ParameterError):
 
 
 class Target(NamedTuple):
-    """Where an effect of a fault goes.
+    """Target of an effect of a fault.
 
     Args:
         role: SIGNAL, LOOP, ACTUATOR, PARAMETER or SURROUNDING
@@ -158,7 +158,7 @@ class Reach:
         }
 
     def targets(self, element: str, behaviour: Behaviour) -> tuple[Target, ...]:
-        """Where a behaviour of an element goes: a signal that is recorded and read in the loop is two targets.
+        """Targets of a behaviour of an element: a signal that is recorded and read in the loop is two targets.
 
         Args:
             element: name, or several with "|" between them, of which the first that the car has is taken; "nothing" is

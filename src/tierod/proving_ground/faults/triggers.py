@@ -32,7 +32,7 @@ class AtTime:
 
 @dataclass(frozen=True)
 class AtDistance:
-    """Where the car has gone so far along its path."""
+    """Trigger once the car has gone so far along its path."""
 
     distance: Annotated[float, "m", NOT_NEGATIVE]
 

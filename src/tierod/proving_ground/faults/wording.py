@@ -69,7 +69,7 @@ def of_beginning(fault: Fault) -> str:
 
 
 def of_duration(fault: Fault) -> str:
-    """How long a fault lasts."""
+    """Duration of a fault, in words."""
     lasts = fault.duration or fault.behaviour.usual_duration
     return "until the end" if lasts is None else f"{lasts:g} s"
 

@@ -94,7 +94,7 @@ class ForeignCar:
 
     @cached_property
     def wires(self) -> Wiring:
-        """How the unit is connected."""
+        """Connection of the unit."""
         return Wiring.from_text(self.wiring)
 
     @property

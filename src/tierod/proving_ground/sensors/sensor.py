@@ -45,7 +45,7 @@ def random_walk(count: int, step_time: float, generator: np.random.Generator) ->
 
 
 def lost_frames(count: int, share: float, mean_run: float, generator: np.random.Generator) -> np.ndarray:
-    """Which of many frames get lost, shape (count,).
+    """Mask of lost frames among many, shape (count,).
 
     Args:
         count: how many frames

@@ -161,7 +161,7 @@ class ActiveFront:
         )
 
     def _superposed(self, motor_angle: Scalar, motor_speed: Scalar, hand: Hand) -> Wheel:
-        """Where the pinion would be without twist of the torsion bar."""
+        """Motion of the pinion without twist of the torsion bar."""
         return Wheel(
             superposed_angle(motor_angle, hand.angle, self.motor_ratio, self.input_ratio),
             superposed_angle(motor_speed, hand.rate, self.motor_ratio, self.input_ratio),

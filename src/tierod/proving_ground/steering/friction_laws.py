@@ -1,4 +1,4 @@
-"""How dry friction of level one follows the path; what the level means is said by each law.
+"""Laws of dry friction of level one along the path; each law states the meaning of the level.
 
 The path within a step is taken as one stroke without reversal, over which every law is exact at a constant rate.
 Sticking is a stiff spring, level / angle, which the implicit integration of a steering knows by `slope` (see

@@ -48,7 +48,7 @@ class Square:
 
     @property
     def text(self) -> str:
-        """How many were right, of how many."""
+        """Number of right verdicts, of how many."""
         total = self.right + len(self.wrong) + len(self.lost)
         return f"{self.right}/{total}" if total else ""
 
@@ -243,7 +243,7 @@ def _missed(sizes: Sizes, places: Sequence[Any], suffix: str) -> list[dict[str, 
 
 
 def box_figure(number_: int, states: Mapping[str, Any]) -> Figure | None:
-    """How the estimates of every state are spread, with the truth; None without estimates."""
+    """Spread of the estimates of every state, with the truth; None without estimates."""
     boxes = states["boxes"]
     if not boxes:
         return None

@@ -149,7 +149,7 @@ def looks_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def _over_threshold(each: Decided) -> float | None:
-    """How much of its threshold one look saw, 1 and more where it alarms; None where there was no look."""
+    """Share of its threshold that one look reached, 1 and more where it alarms; None where there was no look."""
     if each.statistic or each.reached is None or not each.levels:
         return None
     if each.below:

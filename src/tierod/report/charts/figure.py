@@ -1,4 +1,4 @@
-"""What all charts share: the figure as plain data, axes, bands that respect gaps, marks, the heights shown at first."""
+"""Common parts of charts: figures as plain data, axes, bands that respect gaps, marks, the heights shown at first."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which faults a set of equations shows, which it isolates, and what another sensor would add."""
+"""Detectability and isolability of faults by a set of equations, and the gain by another sensor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which sensors and actuators are at fault: the judge over the bank of filters."""
+"""Judge over the bank of filters, which decides on the faulty sensors and actuators."""
 
 from __future__ import annotations
 

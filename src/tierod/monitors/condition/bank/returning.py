@@ -1,4 +1,4 @@
-"""How suspects come back: as they should for a while, in samples at which their fault would show."""
+"""Return of suspects: fault-free behaviour for a while, in samples at which their fault would show."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How coarse sensors are, as their readings show it: the smallest step between two of them."""
+"""Resolution of sensors, as their readings show it: the smallest step between two of them."""
 
 from __future__ import annotations
 

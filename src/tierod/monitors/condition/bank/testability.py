@@ -1,4 +1,4 @@
-"""Which faults may be declared now: with the sensors that there are, in motion that the filters follow."""
+"""Testability of faults in this sample: with the available sensors, in motion that the filters follow."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Open(NamedTuple):
 
 @dataclass(frozen=True)
 class Testability:
-    """Which hypotheses may be declared, and whether a fault would show.
+    """Hypotheses that may be declared, and whether a fault would show.
 
     No fault is declared at standstill and in reverse, none of a wheel while the vehicle brakes harder than its drives,
     none of a sensor that is missing, and none of a steering motor without the sensor of the torque that both give.
@@ -73,7 +73,7 @@ class Testability:
         return [braked if {*ALL_WHEELS} & {*each.sensors} else follows for each in weighing.hypotheses]
 
     def open(self, weighing: Weighing, unread: Sequence[Scalar], suspected: Elements) -> Open:
-        """Which hypotheses may be declared with the sensors that are left.
+        """Hypotheses that may be declared with the sensors that are left.
 
         Args:
             weighing: of the hypotheses

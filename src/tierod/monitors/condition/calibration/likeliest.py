@@ -96,7 +96,7 @@ class Place(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Where a search ended.
+    """Point at which a search ended.
 
     Args:
         names: of the parameters that were looked for

@@ -1,4 +1,4 @@
-"""How readings of a faulty sensor are fitted by an offset, a factor, a slope, a delay; how likely that makes them."""
+"""Fit of a faulty sensor's readings by an offset, a factor, a slope, a delay; the likelihood of the readings by it."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def delay_of(
 
 
 def lowest(places: Sequence[Scalar], values: Sequence[Scalar]) -> tuple[Scalar, Scalar, Scalar]:
-    """Where a parabola through three points is lowest between the outer ones, its value there, and its width.
+    """Minimum of a parabola through three points between the outer ones, its value there, and its width.
 
     Args:
         places: ascending

@@ -86,7 +86,7 @@ HALF = 0.7
 
 @dataclass(frozen=True)
 class Bounds:
-    """How far two estimates of a quantity differ without a fault, in the unit of the quantity.
+    """Bounds on the difference of two estimates of a quantity without a fault, in the unit of the quantity.
 
     Args:
         single: in one block

@@ -91,7 +91,7 @@ class Sensitivities:
         return {place: float(vector @ gram @ vector / np.trace(gram)) for place, vector in vectors.items()}
 
     def _counted(self) -> np.ndarray:
-        """Which parameters move the result by more than can be left out, (names,)."""
+        """Mask of parameters that move the result by more than can be left out, (names,)."""
         counted: np.ndarray = np.sqrt(np.diag(self._gram())) > SCREENED
         return counted
 

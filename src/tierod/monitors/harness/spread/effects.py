@@ -1,4 +1,4 @@
-"""How far the parameters move what a monitor concludes."""
+"""Effects of the parameters on the conclusion of a monitor."""
 
 from __future__ import annotations
 

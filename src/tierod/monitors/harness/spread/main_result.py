@@ -51,7 +51,7 @@ def scale_of(shown: Mapping[str, np.ndarray], main: Main) -> np.ndarray:
 
 
 def where_known(shown: Mapping[str, np.ndarray], main: Main) -> np.ndarray:
-    """Where the result is known and was being learnt, (n,) of truth values.
+    """Mask of the samples at which the result is known and was being learnt, (n,) of truth values.
 
     Args:
         shown: traces of the session

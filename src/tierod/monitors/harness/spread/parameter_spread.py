@@ -158,7 +158,7 @@ class ParameterSpread:
         return wide
 
     def _stop(self, known: np.ndarray, done: int) -> int:
-        """Where the samples end that are taken in at once: the first block at whose end something is decided."""
+        """End of the samples that are taken in at once: the first block at whose end something is decided."""
         ends = np.arange(done + self._block - self._seen % self._block, len(known) + 1, self._block)
         counts = np.cumsum(known[done:])[ends - done - 1] if len(ends) else np.zeros(0, int)
         screen = self._screen

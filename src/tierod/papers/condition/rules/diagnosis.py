@@ -111,7 +111,7 @@ class RuleDiagnosis:
 
     @property
     def _confirmed(self) -> Scalar:
-        """How long a rule must have held, half a sample of slack for rounding [s]."""
+        """Time for which a rule must hold, half a sample of slack for rounding [s]."""
         return maximum(self.table.timing.confirm_time, 0.75 * self.sample_time) - 0.5 * self.sample_time
 
     def _symptom(self, before: Held, ratio: Scalar) -> tuple[Held, Scalar]:

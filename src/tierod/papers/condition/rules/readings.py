@@ -81,7 +81,7 @@ class ResidualThreshold:
         return any(getattr(self, name) > 0.0 for name in GROWTHS)
 
     def ratio(self, residual: Scalar, excitation: Excitation) -> Scalar:
-        """How many thresholds a residual is off its centre, with its sign."""
+        """Residual from its centre in thresholds, with its sign."""
         return (residual - self.centre) / self.at(excitation)
 
     def at(self, excitation: Excitation) -> Scalar:

@@ -154,7 +154,7 @@ class RuleMonitor:
 def _ratios(
     seen: ResidualSet.Output | ActuatorSet.Output, thresholds: tuple[ResidualThreshold, ...], excitation: Excitation
 ) -> dict[str, Scalar]:
-    """How many thresholds each residual is away from zero; infinity, which is no number, where it is not there.
+    """Residuals in thresholds; infinity, which is no number, where one is not there.
 
     One that no fault-free drive has shown has an infinite threshold: it is neither normal nor abnormal.
     """

@@ -83,7 +83,7 @@ class SteeringSignals:
 
 @dataclass(frozen=True)
 class LostShares:
-    """How much of each of two regressors is missing in a sum: missing = first share * first + second share * second.
+    """Missing shares of two regressors in a sum: missing = first share * first + second share * second.
 
     Args:
         memory: time in which the past is forgotten; longer is less noisy and later
