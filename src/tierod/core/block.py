@@ -118,7 +118,7 @@ def skeleton(annotation: object) -> Tree:
 
 
 def units(annotation: object) -> list[str]:
-    """The unit of every leaf that a NamedTuple class declares (`Annotated[float, "rad"]`), "" where none is said."""
+    """The unit of every leaf that a NamedTuple class declares (`Annotated[float, "rad"]`), "" where there is none."""
     if get_origin(annotation) is Annotated:
         inner, *notes = get_args(annotation)
         below = units(inner)

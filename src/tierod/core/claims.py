@@ -77,13 +77,13 @@ def between(low: float, high: float) -> Goal:
 
 
 def exactly(value: float) -> Goal:
-    """This and nothing else: for what is counted."""
+    """This and nothing else: for counted figures."""
     return Goal(value, value)
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim, held against a measurement; whether it is met follows from figure and goal and is never said.
+    """One claim beside its measurement; whether it is met follows from figure and goal and is stored nowhere.
 
     Args:
         id: words joined by hyphens, after the name of a group and a point: "paper.separation"

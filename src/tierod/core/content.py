@@ -27,7 +27,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Table:
-    """Some figures with a sentence on what they are.
+    """Some figures with a sentence on their meaning.
 
     Args:
         title: a sentence without full stop, with the unit

@@ -38,7 +38,7 @@ class TraceError(TierodError):
 
 
 class CompileError(TierodError):
-    """Generated code did not compile, or the compiler that was asked for is absent."""
+    """Generated code did not compile, or the requested compiler is absent."""
 
 
 class KernelWarning(UserWarning):

@@ -130,7 +130,7 @@ def _meanings(kind: type) -> list[tuple[str, Meaning]]:
 
 
 def _parts(value: object, means: Meaning) -> list[tuple[str, Any, Meaning]]:
-    """(name, value, meaning) of what a value is made of; none for a plain one."""
+    """(name, value, meaning) of the parts of a value; none for a plain one."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return [(name, getattr(value, name), means) for name, means in _meanings(type(value))]
     if isinstance(value, Mapping):
@@ -174,7 +174,7 @@ def _with(instance: Any, values: Mapping[str, object]) -> Any:
 
 
 def check_ranges(instance: object) -> None:
-    """Hold the numbers of a dataclass against the ranges in its annotations; what is nested looks after itself.
+    """Compare the numbers of a dataclass with the ranges in its annotations; nested dataclasses do so themselves.
 
     Raises:
         ParameterError: a number that is out of its range

@@ -14,7 +14,7 @@ ESTIMATED, CONSISTENT, INCONSISTENT = "estimated", "consistent", "inconsistent"
 
 
 class Status(StrEnum):
-    """The state of what is monitored, or why it could not be judged."""
+    """State of a monitored element, or the reason why it could not be judged."""
 
     HEALTHY = "healthy"
     RISING = "rising"

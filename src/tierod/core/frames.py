@@ -30,7 +30,7 @@ KEY = "tierod"
 
 
 class Column(NamedTuple):
-    """A column of a table with its time stamps: what a channel is made of."""
+    """A column of a table with its time stamps, from which a channel is made."""
 
     name: str
     time: np.ndarray

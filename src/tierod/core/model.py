@@ -18,7 +18,7 @@ Model: TypeAlias = Any
 
 
 def require_discrete(model: Model) -> None:
-    """Refuse what is not a discrete model.
+    """Refuse an object that is no discrete model.
 
     Raises:
         ParameterError: equations are missing, or continuous
@@ -35,7 +35,7 @@ def require_discrete(model: Model) -> None:
 
 
 def require_continuous(model: Model) -> None:
-    """Refuse what is not a continuous model.
+    """Refuse an object that is no continuous model.
 
     Raises:
         ParameterError: it has no derivative

@@ -31,7 +31,7 @@ OWN_PACKAGE = "tierod"
 
 
 class Registry(Mapping[str, T], Generic[T]):
-    """Everything of one kind by name; what is not used is not imported.
+    """Everything of one kind by name; unused plug-ins are not imported.
 
     Iterating gives tierod's own names, then those of plug-ins that can be used; a `PluginWarning` names the others.
 

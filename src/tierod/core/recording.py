@@ -112,7 +112,7 @@ class Aligned:
 
 @dataclass(frozen=True)
 class Recording:
-    """Channels by name, and what is known of the recording as a whole.
+    """Channels by name, and metadata of the recording as a whole.
 
     Args:
         channels: by name
@@ -278,7 +278,7 @@ class Recording:
         return replace(self, channels={**self.channels, **{channel.name: channel for channel in again}})
 
     def require_grid(self, rate: float, first: float, count: int) -> None:
-        """See that a grid is not much longer than what was recorded, before memory is taken for it.
+        """Check that a grid is not much longer than the recording, before memory is taken for it.
 
         Args:
             rate: samples per second of the grid [Hz]

@@ -316,7 +316,7 @@ def _known(source: str, unit: str, qualified: bool) -> Signal | None:
 
 
 def _fits(unit: str, found: Signal) -> bool:
-    """Whether a unit is written and measures what the signal is."""
+    """Whether a unit is written and fits the quantity of the signal."""
     try:
         return bool(unit.strip()) and unit != COUNT and bool(scale(unit, found.unit))
     except InputError:

@@ -1,4 +1,4 @@
-"""Time stamps as recorders write them, and what is done about their faults.
+"""Time stamps as recorders write them, and the repair of their faults.
 
 Dropped, with a note: samples whose stamp is not a finite number; infinite values become missing (NaN).
 Sorted, with a note: stamps that fall back by no more than `LATE`, since loggers deliver their buffers out of order.
@@ -113,7 +113,7 @@ class Repairs:
         self._settled += len(time)
 
     def refuse_unusable(self) -> None:
-        """Stop after the last stretch where the clock says nothing.
+        """Stop after the last stretch in which the clock has no valid stamp.
 
         Raises:
             InputError: no stamp is a number, or the clock stands still throughout
@@ -180,7 +180,7 @@ def infinite_note(count: int) -> str:
 
 
 def paced(time: np.ndarray, period: float, patience: float = 1.0) -> np.ndarray:
-    """When samples were sent that were delivered in bursts.
+    """Sending times of samples that were delivered in bursts.
 
     A sample is never delivered before it was sent, and sent one period after its predecessor: so the delay of each is
     what it came later than the promptest delivery within the next `patience` seconds. Lost samples stay gaps.

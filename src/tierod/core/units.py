@@ -1,4 +1,4 @@
-"""Units at the edge: what files write becomes SI once, on reading.
+"""Units at the edge: values of files become SI once, on reading.
 
 The notations of vehicle recordings are in a table, so that reading SI data costs no unit library; pint knows the rest.
 """
@@ -301,7 +301,7 @@ def split_name(name: str) -> tuple[str, str]:
 
 
 def split_suffix(name: str) -> tuple[str, str]:
-    """The name and the unit that its ending says: "speed_m_s" is speed in m/s; ("...", "") where it says none."""
+    """The name and the unit of its ending: "speed_m_s" is speed in m/s; ("...", "") where there is none."""
     lowered = name.lower()
     for suffix, unit in _SUFFIXES.items():
         if lowered.endswith(suffix) and len(lowered) > len(suffix):

@@ -194,7 +194,7 @@ def _too_long(document: object) -> str | None:
 
 
 def _levels(document: object) -> Iterator[list[tuple[str, Any]]]:
-    """(dotted key, value) of all that a document holds, level by level; what is in a list has the key of the list."""
+    """(dotted key, value) of all entries of a document, level by level; an entry of a list has the key of the list."""
     level = [("", document)]
     while level:
         yield level
@@ -202,7 +202,7 @@ def _levels(document: object) -> Iterator[list[tuple[str, Any]]]:
 
 
 def _entries(name: str, value: object) -> list[tuple[str, object]]:
-    """(dotted key, value) of what a table or a list of that key holds."""
+    """(dotted key, value) of the entries of a table or a list of that key."""
     if isinstance(value, dict):
         return [(f"{name}.{key}".lstrip("."), each) for key, each in value.items()]
     return [(name, each) for each in value] if isinstance(value, list) else []

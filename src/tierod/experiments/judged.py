@@ -1,4 +1,4 @@
-"""When a running verdict alarmed, and what one monitor made of one drive."""
+"""Alarm times of a running verdict, and the judgement of one drive by one monitor."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ JUDGEMENTS = (Status.HEALTHY, Status.RISING, Status.SUSPECT, Status.FAULT)
 
 
 class Window(NamedTuple):
-    """When a fault acts."""
+    """Time in which a fault acts."""
 
     start: Annotated[float, "s"]
     end: Annotated[float, "s"]
@@ -35,7 +35,7 @@ def during(course: Sequence[StatusChange], time: np.ndarray, statuses: Sequence[
 
 
 def alarms_of(course: Sequence[StatusChange], statuses: Sequence[Status]) -> list[Window]:
-    """When the running verdict was one of the statuses without a break."""
+    """Times in which the running verdict was one of the statuses without a break."""
     runs: list[Window] = []
     for change, after in itertools.zip_longest(course, course[1:]):
         if change.status not in statuses:
@@ -49,7 +49,7 @@ def alarms_of(course: Sequence[StatusChange], statuses: Sequence[Status]) -> lis
 
 
 def first_after(alarms: Sequence[Window], start: float, end: float) -> float:
-    """When the first alarm began within a time; infinite where none did, or one stood already."""
+    """Time at which the first alarm began within a time; infinite where none did, or one stood already."""
     if any(alarm.start < start <= alarm.end for alarm in alarms):
         return math.inf
     return min((alarm.start for alarm in alarms if start <= alarm.start <= end), default=math.inf)

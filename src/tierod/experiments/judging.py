@@ -167,7 +167,7 @@ def _final(finding: Finding, seen: _Seen) -> dict[str, Any]:
 def _times(
     course: Sequence[StatusChange], fault: Window | None, time: np.ndarray, clock: np.ndarray, judged_at_all: bool
 ) -> dict[str, Any]:
-    """When alarms began: before the fault, and from its start on."""
+    """Times at which alarms began: before the fault, and from its start on."""
     start, end = fault or Window(math.inf, math.inf)
     alarms = alarms_of(course, ALARMS)
     first, worst = (first_after(alarms_of(course, wanted), start, end) for wanted in (ALARMS, ALARMS[1:]))

@@ -137,7 +137,7 @@ def chunk(asked: Asked) -> float:
 
 
 def _date(metadata: Mapping[str, object], start: float | None) -> float | None:
-    """When the recording began, seconds since 1970; None where nothing says so."""
+    """Time at which the recording began, seconds since 1970; None where nothing states it."""
     origin = metadata.get("origin")
     if isinstance(origin, float | int) and origin > CALENDAR:
         return float(origin)

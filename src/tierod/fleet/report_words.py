@@ -52,7 +52,7 @@ def cohort(trends: Trends, car: int) -> str:
 
 
 def since(trends: Trends, car: int) -> str:
-    """When the change began, as an interval."""
+    """Onset of the change, as an interval."""
     return f"{date(trends.began[car])} ({date(trends.earliest[car])} to {date(trends.latest[car])})"
 
 

@@ -18,7 +18,7 @@ from tierod.core.signals import SIGNALS
 
 @dataclass(frozen=True)
 class QualityLimits:
-    """When a channel deserves a remark.
+    """Limits beyond which a channel deserves a remark.
 
     Args:
         slow: rate [Hz] below which steering monitors cannot follow a driver (movements reach 3 Hz, six samples each)

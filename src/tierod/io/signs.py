@@ -17,7 +17,7 @@ COMPARED = 3600.0
 
 @dataclass(frozen=True)
 class SignLimits:
-    """When a sign counts as wrong.
+    """Limits beyond which a sign counts as wrong.
 
     Args:
         rate: of the comparison [Hz]
@@ -130,7 +130,7 @@ KMH = 3.6
 
 @dataclass(frozen=True)
 class TurnLimits:
-    """When the units count as contradicting each other.
+    """Limits beyond which the units count as contradicting each other.
 
     Args:
         rate: of the comparison [Hz]

@@ -38,7 +38,7 @@ Say = Callable[[str, Mapping[str, Any]], None]
 
 @dataclass(frozen=True)
 class Pace:
-    """When what is done.
+    """Periods and waiting times of the live engine.
 
     Args:
         period: of judging by the piece; every piece costs a monitor some milliseconds

@@ -134,7 +134,7 @@ def _pick(operations: tuple[Operation, ...], index: int) -> Operation | None:
 
 
 def _compared(operations: tuple[Operation, ...], condition: int) -> tuple[int, float] | None:
-    """The value that is asked whether it equals a constant, and the constant."""
+    """The value that is compared with a constant, and the constant."""
     asked = operations[condition]
     if asked.name != "eq":
         return None

@@ -157,7 +157,7 @@ _WARNED: set[str] = set()
 
 
 def _warn_once(troubles: list[str], where: str) -> None:
-    """Say once in a process why kernels are not where they belong, and where they are."""
+    """Warn once in a process why kernels are not in their usual place, and where they are."""
     trouble = next(filter(None, troubles), "")
     if trouble and not _WARNED:
         _WARNED.add(trouble)

@@ -1,4 +1,4 @@
-"""Automatic Jacobians, of numbers and of symbols alike, and what depends on what."""
+"""Automatic Jacobians, of numbers and of symbols alike, and their patterns of dependence."""
 
 from __future__ import annotations
 

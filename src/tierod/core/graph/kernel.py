@@ -136,7 +136,7 @@ _INTERPRETED: set[str] = set()
 
 
 def _warn_interpreted(error: CompileError, engine: str) -> None:
-    """Say once in a process why blocks run on the virtual machine; an error where compiled ones were asked for."""
+    """Warn once in a process why blocks run on the virtual machine; an error where compiled ones were requested."""
     if _chosen(engine) == "compiled":
         raise error
     if not _INTERPRETED:
@@ -145,7 +145,7 @@ def _warn_interpreted(error: CompileError, engine: str) -> None:
 
 
 def print_c(graph: Graph | BankGraph) -> str:
-    """C99 of what runs one block: `prepare`, `push` and `scan`."""
+    """C99 that runs one block: `prepare`, `push` and `scan`."""
     return print_bank(graph) if isinstance(graph, BankGraph) else print_scalar(graph)
 
 

@@ -25,7 +25,7 @@ class Places:
 
 
 class LinePrinter:
-    """One graph's operations as lines of C; holds what all functions of a file share."""
+    """One graph's operations as lines of C; holds the state that all functions of a file share."""
 
     def __init__(self, graph: Graph, operations: Program):
         self.graph, self.program = graph, operations
@@ -93,7 +93,7 @@ class LinePrinter:
         return notes
 
     def constant(self, index: int) -> str | None:
-        """A constant as C writes it; None for what is none."""
+        """A constant as C writes it; None for a value that is no constant."""
         operation = self.program.operations[index]
         if operation.name != "constant":
             return None

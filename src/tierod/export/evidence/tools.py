@@ -27,7 +27,7 @@ class Outcome(NamedTuple):
 
     @property
     def first(self) -> str:
-        """Its first line, shortened."""
+        """First line of the text, shortened."""
         return next(iter(self.text.strip().splitlines()), "nothing was written")[:160]
 
 

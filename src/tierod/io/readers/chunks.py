@@ -212,7 +212,7 @@ def _first(lanes: list[_Lane]) -> float:
 
 
 def _filled(lanes: list[_Lane], seconds: float) -> float:
-    """When the densest channels have the samples that a slice needs at least [s]."""
+    """Time at which the densest channels have the samples that a slice needs at least [s]."""
     samples = math.floor(FEWEST * seconds) if math.isfinite(seconds) else 0
     return min((clock.filled(samples) for lane in lanes for clock in _clocks(lane)), default=math.inf)
 

@@ -1,4 +1,4 @@
-"""Figures over the pieces of a drive, beside what is said of sensors and actuators."""
+"""Figures over the pieces of a drive, beside the statements about sensors and actuators."""
 
 from __future__ import annotations
 
@@ -73,11 +73,11 @@ class Driven:
 
     @property
     def not_judged(self) -> str:
-        """Why most of what could not be judged could not; "" where all could."""
+        """Reason for most of what could not be judged; "" where all could."""
         return max(self.unjudged, key=lambda cause: self.unjudged[cause]) if self.unjudged else ""
 
     def add(self, time: np.ndarray, values: np.ndarray, covered: Covered) -> None:
-        """The next piece: time [s], columns of `ConditionSample`, and what there is of them."""
+        """Add the next piece: time [s], columns of `ConditionSample`, and their presence."""
         self.end = float(time[-1]) + self.period
         self.samples += len(time)
         self.judged += int(np.count_nonzero(covered.judged))

@@ -26,7 +26,7 @@ from tierod.monitors.condition.states import LACKING, LEAST_TOLD
 
 
 class OtherCauses(NamedTuple):
-    """Inputs of the filters that nothing replaces and whose faults may explain what is declared.
+    """Inputs of the filters that nothing replaces and whose faults may explain a declared one.
 
     Args:
         disagreeing: accelerations that do not go with the motion
@@ -106,7 +106,7 @@ def judge(
 def _hardly_judged(
     name: str, fault_free: Sequence[Element], drive: Driven, evidence: dict[str, float], warnings: tuple[str, ...]
 ) -> Finding:
-    """The finding where nothing was found in what was judged, which was too little of the drive."""
+    """The finding where nothing was found in the judged part, which was too little of the drive."""
     moving = drive.forward * drive.period
     cause = f"{drive.slid:.0f} of {moving:.0f} s of driving were not judged: {SLID}"
     headline = (
@@ -153,7 +153,7 @@ def _judged(states: Sequence[Element]) -> int:
 
 
 def _by_cause(open_: Sequence[Element]) -> str:
-    """Elements that were not judged, those with the same cause together; what the recording lacks comes last."""
+    """Elements that were not judged, those with the same cause together; those absent from the recording come last."""
     lacking = [each.name for each in open_ if each.status is Status.NOT_AVAILABLE and each.cause.startswith(LACKING)]
     causes: dict[str, list[str]] = {}
     for each in open_:
@@ -192,7 +192,7 @@ def _order(loss: Loss) -> tuple[float, bool]:
 def _nothing_judged(
     name: str, open_: Sequence[Element], evidence: dict[str, float], warnings: tuple[str, ...]
 ) -> Finding:
-    """The finding where no element was judged: what kept those back that there are, else what there is not."""
+    """The finding where no element was judged: the hindrances of those present, else the absent ones."""
     there = [each for each in open_ if each.status is not Status.NOT_AVAILABLE]
     status, cause = (there or open_)[0].status, (there or open_)[0].cause
     if not there:
@@ -259,7 +259,7 @@ def _fault(
 
 
 def _likeliest_first(found: Sequence[tuple[Episode, Element]]) -> list[tuple[Episode, Element]]:
-    """Faults in the order in which they are named: what explains the others first, then by time.
+    """Faults in the order in which they are named: those that explain others first, then by time.
 
     An acceleration misleads the filters, and is named first. What it is compared with comes of wheel speeds and yaw
     rate: where one of these was faulty long before, that one explains the acceleration.

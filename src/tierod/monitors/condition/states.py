@@ -195,7 +195,7 @@ def code_courses(courses: Mapping[str, ElementCourse], end: float) -> dict[str, 
 
 
 def _doubts(episodes: Iterable[Episode], start: float, end: float) -> tuple[StatusChange, ...]:
-    """When several might be at fault for longer than a verdict takes."""
+    """Times in which several might be at fault for longer than a verdict takes."""
     times = sorted(
         (episode.start, end if episode.end is None else episode.end) for episode in episodes if episode.candidates
     )

@@ -1,4 +1,4 @@
-"""When an observer of a column starts, follows, holds and starts again: gaps in its samples."""
+"""Phases of an observer of a column: start, follow, hold and restart over gaps in its samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When a sample holds information about friction: the enabling condition of the friction monitors."""
+"""Enabling condition of the friction monitors: samples that hold information about friction."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class LearntBaseline(NamedTuple):
 
 
 class Onset(NamedTuple):
-    """When friction was last unsuspicious, and what the present alarm rests on.
+    """Times at which friction was last unsuspicious, and the grounds of the present alarm.
 
     Args:
         relative: last time near the baseline, -1 if never

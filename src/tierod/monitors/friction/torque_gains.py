@@ -66,7 +66,7 @@ def _known(vehicle: Vehicle, name: str) -> bool:
 
 @dataclass(frozen=True)
 class GainLimits:
-    """When a torque's gain is wrong.
+    """Limits beyond which a torque's gain is wrong.
 
     Args:
         slowest: speed from which assist is compared [m/s]; a standing car is parked against its stops

@@ -304,7 +304,7 @@ class FrictionVerdict:
         judged: Scalar,
         now: Scalar,
     ) -> Onset:
-        """When friction was last unsuspicious by either measure, and which of them alarms."""
+        """Times at which friction was last unsuspicious by either measure, and which of them alarms."""
         near = both(judged, ratio < self.tuning.onset_ratio)
         return Onset(
             where(near, now, onset.relative),

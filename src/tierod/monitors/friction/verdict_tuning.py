@@ -1,4 +1,4 @@
-"""When the verdict on friction alarms, and when it is withheld: every limit with its reason."""
+"""Conditions of the verdict on friction for an alarm and for a withheld verdict: every limit with its reason."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.methods.detectors import Cusum
 
 @dataclass(frozen=True)
 class AlarmTuning:
-    """When an excess becomes an alarm.
+    """Conditions under which an excess becomes an alarm.
 
     Args:
         ready_time: enabled time before any verdict [s]; 50 as printed by Mohtat et al., section 5

@@ -93,7 +93,7 @@ class StuckOverDrive:
         return replace(aligned, values=values)
 
     def spans(self) -> tuple[Stuck, ...]:
-        """When which signal was stuck, in the order of time."""
+        """Times in which signals were stuck, in the order of time."""
         return tuple(sorted((*self._closed, *self._open.values()), key=lambda each: (each.start, each.name)))
 
     def lasting(self) -> Mapping[str, Stuck]:

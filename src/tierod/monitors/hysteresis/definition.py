@@ -61,7 +61,7 @@ class IncreaseLimits:
 
 @dataclass(frozen=True)
 class GroundSuspicion:
-    """When a test that is called one on the hoist looks like one on the ground.
+    """Limits beyond which a test that is called one on the hoist looks like one on the ground.
 
     Args:
         noticeable_friction: that a driver feels [N*m]

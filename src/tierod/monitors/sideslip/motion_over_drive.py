@@ -22,7 +22,7 @@ STEPS = 5
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """When two quantities that are one motion contradict each other.
+    """Limits beyond which two quantities that are one motion contradict each other.
 
     Args:
         contradicts: share of the larger one that the other leaves unexplained, its mean aside; virtual and real cars

@@ -101,7 +101,7 @@ class ObserverState(NamedTuple):
 
 @dataclass(frozen=True)
 class LowSpeed:
-    """When the observer runs, and what it gives where the car crawls.
+    """Speeds at which the observer runs, and its output where the car crawls.
 
     Args:
         slowest: below it nothing is estimated: wheel speed sensors see nothing slower

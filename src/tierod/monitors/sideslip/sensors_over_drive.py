@@ -17,7 +17,7 @@ from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 
 @dataclass(frozen=True)
 class SensorLimits:
-    """When a signal counts as wrong.
+    """Limits beyond which a signal counts as wrong.
 
     Args:
         standing: speed below which the car stands

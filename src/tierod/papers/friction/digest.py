@@ -218,7 +218,7 @@ def lag_between(late: np.ndarray, early: np.ndarray, longest: float = 0.5) -> fl
 
 
 def _changed_at(case: Case) -> float | None:
-    """When friction steps [s]; None where it does not."""
+    """Time at which friction steps [s]; None where it does not."""
     course = case.friction
     return course.times[0] if not isinstance(course, float) and len(course.times) == 2 else None
 

@@ -102,7 +102,7 @@ class WayCourse(Described):
 
     @cached_property
     def plan(self) -> Plan:
-        """When the car is where."""
+        """Plan of the car's place over time."""
         return self.pace.plan(self.way)
 
     @property

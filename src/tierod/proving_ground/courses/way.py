@@ -102,7 +102,7 @@ class Pace:
         return reachable(limit, way.step, self.acceleration, self.braking)
 
     def plan(self, way: Way) -> Plan:
-        """When the car is where, halts included."""
+        """Plan of the car's place over time, halts included."""
         speed = self.fastest(way, stopping=True)
         mean = np.maximum(0.5 * (speed[1:] + speed[:-1]), 1e-3)
         took = np.concatenate([[0.0], way.step / mean])

@@ -1,4 +1,4 @@
-"""When a fault begins."""
+"""Triggers at which faults begin."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ _EXAMPLE = "write it like 'vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s'"
 
 @dataclass(frozen=True)
 class When:
-    """When a condition on signals of the car has held for a while, as they are, before sensors.
+    """Trigger once a condition on signals of the car has held for a while, as they are, before sensors.
 
     Args:
         condition: comparisons joined by "and": "vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s"

@@ -53,7 +53,7 @@ def _amount(value: float | str, unit: str) -> str:
 
 
 def of_beginning(fault: Fault) -> str:
-    """When a fault begins."""
+    """Onset of a fault, in words."""
     trigger = fault.trigger
     if isinstance(trigger, Always):
         return "from the beginning"

@@ -131,7 +131,7 @@ class Sensor:
             )
 
     def instants(self, seconds: float, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        """When the sensor reads, and what time stamps it writes; lost frames are left out.
+        """Times at which the sensor reads, and the time stamps that it writes; lost frames are left out.
 
         Args:
             seconds: duration of the run [s]

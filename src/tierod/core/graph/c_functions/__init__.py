@@ -66,7 +66,7 @@ def prelude(operations: Iterable[str], in_lanes: bool = False) -> str:
 
 
 def definitions(operations: Iterable[str], single: bool) -> str:
-    """The functions alone, in one precision; what multiplies and adds, `tierod_fma`, is left to the caller.
+    """The functions alone, in one precision; `tierod_fma`, which multiplies and adds, is left to the caller.
 
     Args:
         operations: names of the operations that are printed

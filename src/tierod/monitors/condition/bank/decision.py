@@ -72,7 +72,7 @@ class Grip(NamedTuple):
 
 @dataclass(frozen=True)
 class Decision:
-    """Declare what is at fault from the likelihoods of all hypotheses, and take back what has recovered.
+    """Declare faulty elements from the likelihoods of all hypotheses, and take back those that have recovered.
 
     A hypothesis is declared when its smoothed log-likelihood ratio against the active one is beyond its limit and it
     leads all others by a gap, for some samples in a row; without the gap, all that come close are candidates. All

@@ -1,4 +1,4 @@
-"""The judge over the bank: which elements are at fault, of what kind and magnitude, and what follows from that."""
+"""The judge over the bank: faulty elements, the kind and magnitude of their faults, and the reaction."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class JudgeState(NamedTuple):
 
 @dataclass(frozen=True)
 class ConditionJudge:
-    """Decision between the hypotheses, kind and magnitude of what is declared, and the reaction to it.
+    """Decision between the hypotheses, kind and magnitude of declared faults, and the reaction to them.
 
     Args:
         decision: between the hypotheses

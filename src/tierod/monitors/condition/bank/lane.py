@@ -56,7 +56,7 @@ SCALED = (*WHEELS, "yaw_rate")
 
 @dataclass(frozen=True)
 class LeaveOutFilter:
-    """Extended Kalman filter of the whole vehicle that leaves out what a hypothesis suspects.
+    """Extended Kalman filter of the whole vehicle that leaves out the suspects of a hypothesis.
 
     Its step: torques from targets, prediction by the model with automatic Jacobians, one scalar update per sensor on a
     symmetric covariance. A missing reading (NaN) corrects nothing; a missing target is held.
@@ -93,7 +93,7 @@ class LeaveOutFilter:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """The estimate, what came before, and how long ago the filter started, `settling` at most [s]."""
+        """The estimate, the samples before, and the time since the filter started, `settling` at most [s]."""
 
         mean: AutomatedVehicle.State
         covariance: tuple[Scalar, ...]
@@ -138,7 +138,7 @@ class LeaveOutFilter:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> LeaveOutFilter:
-        """The filter that suspects nothing; the less is known of the vehicle, the wider are its noises.
+        """The filter without a suspect; the less certain the vehicle, the wider are its noises.
 
         Args:
             vehicle: with the parameters of `AutomatedVehicle`
@@ -177,7 +177,7 @@ class LeaveOutFilter:
         )
 
     def corrected(self, state: State, sample: ConditionSample) -> tuple[State, Seen]:
-        """The estimate after a sample, and what the sample showed."""
+        """The estimate after a sample, and the sample's innovations."""
         suspected = [1.0 - each for each in self.trusted[len(SENSORS) :]]
         torques, inputs, jumped = torques_of(sample, state.torques, self.vehicle, suspected, state.age > 0.0)
         jump = self.torque_jump * self.torque_jump * jumped
@@ -195,7 +195,7 @@ class LeaveOutFilter:
 
     @property
     def _coarse(self) -> AutomatedVehicle.Parameters:
-        """The vehicle for the derivatives: what is small there would fill them with entries, to no gain."""
+        """The vehicle for the derivatives: small terms would fill them with entries, to no gain."""
         return replace(self.vehicle, turn_slip_stiffness=0.0, steering_motor_inertia=0.0)
 
     def _lack(self, mean: AutomatedVehicle.State) -> Scalar:

@@ -1,4 +1,4 @@
-"""The filter behind every hypothesis about a car whose torques are not known: it leaves out what it suspects."""
+"""The filter behind every hypothesis about a car whose torques are not known: it leaves out the suspects."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 0.04,
 
 @dataclass(frozen=True)
 class RollingError:
-    """Standard deviation of what the model does not follow.
+    """Standard deviation of the model's error.
 
     Args:
         jerk: change of the acceleration, brakes included
@@ -149,7 +149,7 @@ def model_error_of(vehicle: Vehicle) -> RollingError:
 
 @dataclass(frozen=True)
 class RollingFilter:
-    """Extended Kalman filter of a rolling car that leaves out what a hypothesis suspects; as `LeaveOutFilter` is.
+    """Extended Kalman filter of a rolling car that leaves out the suspects of a hypothesis; as `LeaveOutFilter` is.
 
     Args:
         vehicle: parameters of `RollingCar`

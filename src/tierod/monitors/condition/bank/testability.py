@@ -56,7 +56,7 @@ class Testability:
     stays: Annotated[float, "s"] = 0.5
 
     def cornered(self, before: Scalar, acceleration: Scalar, lacks: Scalar, sample_time: float) -> Scalar:
-        """For how many samples the tyres may slide, this one counted; no bend is known of without the acceleration.
+        """Number of samples for which the tyres may slide, with this one; without the acceleration no bend is detected.
 
         Args:
             before: the same at the sample before

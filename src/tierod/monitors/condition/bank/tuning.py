@@ -31,7 +31,7 @@ TORQUE_JUMP = 0.45
 
 @dataclass(frozen=True)
 class ModelError:
-    """Standard deviation of what the model does not follow; the share of the force is what adapts every threshold.
+    """Standard deviation of the model's error; the share of the force adapts every threshold.
 
     Args:
         acceleration: along the road, white, per sample

@@ -1,4 +1,4 @@
-"""Ratios of all hypotheses on healthy drives, the largest of every ten seconds: what limits are designed on."""
+"""Ratios of all hypotheses on fault-free drives, the largest of every ten seconds, on which limits are designed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _NEVER = 1e6
 
 @dataclass(frozen=True)
 class Watching:
-    """A judge that puts out the smoothed ratios instead of what it decides.
+    """A judge whose outputs are the smoothed ratios instead of its decisions.
 
     Args:
         decision: with limits that nothing exceeds

@@ -119,7 +119,7 @@ class Found(NamedTuple):
 
 
 class Search:
-    """Gauss-Newton in units of what is known before, all differences of one step as lanes of one batch.
+    """Gauss-Newton in units of the prior deviations, all differences of one step as lanes of one batch.
 
     Args:
         vehicle: where to start from; its standard deviations are those of what is known before
@@ -243,7 +243,7 @@ def _between(usual: float, wide: float, share: float) -> float:
 
 
 def _error_between(wide: ModelError, share: float) -> ModelError:
-    """The model's errors at a share of the way from the usual to the wide ones; what is fitted is held."""
+    """The model's errors at a share of the way from the usual to the wide ones; those under fit are held."""
     return ModelError(
         **{name: _between(low, getattr(wide, name), share) for name, low in vars(ModelError()).items()} | _HELD
     )

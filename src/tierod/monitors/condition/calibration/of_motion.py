@@ -94,7 +94,7 @@ class MotionCalibration:
 
     @property
     def thresholds(self) -> Mapping[str, Table]:
-        """Limits as the vehicle file holds them, by what they are of."""
+        """Limits as the vehicle file holds them, by quantity."""
         source = f"designed on {self.designed.hours:.2f} h of fault-free driving of {self.before.name}, by its motion"
         return {NAME: table_of(self.designed, source, self.explanations)}
 

@@ -1,4 +1,4 @@
-"""All that healthy driving shows of a vehicle: its parameters from the first minutes, its limits from the rest."""
+"""Calibration by fault-free driving: a vehicle's parameters from the first minutes, its limits from the rest."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ class ConditionCalibration:
 
     @property
     def thresholds(self) -> Mapping[str, Table]:
-        """Limits as the vehicle file holds them, by what they are of."""
+        """Limits as the vehicle file holds them, by quantity."""
         return {NAME: table_of(self.designed, _source(self.designed, self.before)), **self.further}
 
 
