@@ -101,7 +101,7 @@ def inspect(
     channel_map: str | Path | ChannelMap | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Inspection:
-    """The channels of a recording with their quality, and for each monitor what it lacks.
+    """The channels of a recording with their quality, and for each monitor the missing requirements.
 
     Args:
         source: a recording, or the path of one

@@ -71,7 +71,7 @@ class _ReadVehicle(Vehicle):
         return super().parameters_for(wanted)
 
     def _asked(self, names: set[str]) -> None:
-        """Record names that are asked for without a default."""
+        """Record names that are requested without a default."""
         looked_for = names & self.reading.optional
         self.reading.unclear |= looked_for
         self.reading.needed |= names - looked_for
@@ -79,7 +79,7 @@ class _ReadVehicle(Vehicle):
 
 @functools.cache
 def readings(monitor: str) -> dict[str, dict[str, Reading]]:
-    """Variant -> shipped vehicle with which it opens -> what it reads.
+    """Variant -> shipped vehicle with which it opens -> parameters that it reads.
 
     Args:
         monitor: name
@@ -157,7 +157,7 @@ def lacking(monitor: Monitor, variant: Variant, car: Vehicle) -> Lacking:
 
 
 def _unmapped(names: tuple[str, ...], car: Vehicle) -> tuple[str, ...] | None:
-    """The signals that the channel map of a car names neither itself nor what they are made of."""
+    """The signals for which the channel map of a car names neither a column nor the signals to make them from."""
     if car.channel_map is None:
         return None
     mapped = load_channel_map(car.channel_map).entries

@@ -125,7 +125,7 @@ def source_of(
 
 
 def require_readable(path: Path, car: Vehicle, dbc: Any, channel_map: Any) -> None:
-    """Raise what is wrong with the file itself, once and not for every monitor.
+    """Raise the errors of the file itself, once and not for every monitor.
 
     Raises:
         InputError: it cannot be read, or its channel map or database does not fit

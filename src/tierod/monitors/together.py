@@ -1,4 +1,4 @@
-"""Several monitors over one recording, which is read once: what fleets and services run."""
+"""Several monitors over one recording, which is read once, as fleets and services run them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Chosen:
 
 
 def usual() -> tuple[Chosen, ...]:
-    """Every monitor that judges any recording without being asked for."""
+    """Every monitor that judges any recording without an explicit request."""
     return tuple(Chosen(name) for name, each in MONITORS.items() if each.default is not None and not each.condition)
 
 
@@ -117,7 +117,7 @@ class Together:
                 self._runs[name].add(piece)
 
     def concluded(self, command: str = "") -> Iterator[tuple[str, Concluded]]:
-        """(monitor, what it found) up to now; a monitor that finds that it cannot judge is refused.
+        """(monitor, finding) up to now; a monitor that finds that it cannot judge is refused.
 
         Args:
             command: that asked for it, for the report
@@ -137,7 +137,7 @@ class Together:
 
 
 class _Refusing:
-    """A context in which a monitor may say that it cannot judge the recording."""
+    """A context in which a monitor may refuse to judge the recording."""
 
     def __init__(self, together: Together, name: str):
         self._together, self._name = together, name

@@ -85,7 +85,7 @@ class Cusum:
             raise ParameterError(f"ceiling is {self.ceiling}; expected at least the threshold, {self.threshold}")
 
     def init(self) -> State:
-        """Nothing summed."""
+        """State before the first sample."""
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
@@ -153,7 +153,7 @@ class GeometricAverage:
             raise ParameterError(f"threshold is {self.threshold}; expected a number greater than zero")
 
     def init(self) -> State:
-        """Nothing averaged."""
+        """State before the first sample."""
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:

@@ -63,7 +63,7 @@ class Judged(NamedTuple):
 
 
 class ConditionOutput(NamedTuple):
-    """Output of every variant of the monitor: all of `Judged`, and what follows from it.
+    """Output of every variant of the monitor: all of `Judged`, and the reaction to it.
 
     Args:
         statements, testable, value, gated, lead, low_grip: see `Judged`

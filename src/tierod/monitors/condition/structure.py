@@ -69,7 +69,7 @@ def _lacking(vehicle: Vehicle, wanted: type[Any]) -> list[str]:
 
 
 def rolling_structure(vehicle: Vehicle, without: Collection[str] = (), steering_known: bool = True) -> StructuralModel:
-    """Equations of a car whose torques are not known: speed and yaw rate may go anywhere at any time.
+    """Equations of a car whose torques are not known: speed and yaw rate may change to any value at any time.
 
     Args:
         vehicle: with the parameters of `RollingCar`

@@ -170,7 +170,7 @@ class HandsMonitor:
         )
 
     def init(self) -> State:
-        """Nothing known."""
+        """State before the first sample."""
         off, nothing = self.off.init(), self.Sample(0.0, 0.0)
         sums = self.to_on.init(), self.to_off.init()
         return self.State(
@@ -251,7 +251,7 @@ class HandsMonitor:
         )
 
     def _absurd(self, wheel: Tree) -> Scalar:
-        """Whether what was learnt is no wheel of the vehicle's: hands were taken for none."""
+        """Whether the learnt parameters fit no wheel of the vehicle: hands were taken for none."""
         return either(
             absolute(wheel.torque_offset) > self.greatest_offset,
             absolute(wheel.inertia_error) > self.greatest_inertia_error,

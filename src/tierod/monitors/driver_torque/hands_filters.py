@@ -103,7 +103,7 @@ class WheelAcceleration:
         )
 
     def init(self) -> Tree:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.slope.init(), self.slow.init()
 
     def step(self, state: Tree, sample: WheelRate) -> tuple[Tree, Output]:
@@ -119,7 +119,7 @@ class WheelAcceleration:
 def hands_off_filter(
     wheel: SteeringWheelParameters, sample_time: float, hands: Hands, tolerance: Tolerance, noise: SensorNoise
 ) -> KalmanFilter:
-    """The filter that expects next to no torque, and learns what of the wheel is not known well enough.
+    """The filter that expects next to no torque, and learns the uncertain parameters of the wheel.
 
     Args:
         wheel: as the vehicle file knows it
@@ -214,7 +214,7 @@ def begun(start: Belief, motion: Belief, learnt: Belief, begins: Scalar, otherwi
 
 
 def relearning(belief: Belief, learnt: Belief, anew: Scalar) -> Belief:
-    """The belief with its parameters as they were learnt, where it begins to learn anew.
+    """The estimate with its parameters as they were learnt, where learning begins anew.
 
     Args:
         belief: of the wheel without hands

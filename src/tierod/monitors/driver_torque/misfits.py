@@ -1,4 +1,4 @@
-"""Whether a drive and the column of a vehicle file fit each other, and what may be wrong where they do not."""
+"""Misfits of a drive and the column of a vehicle file, and their suspected causes."""
 
 from __future__ import annotations
 

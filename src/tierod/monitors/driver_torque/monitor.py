@@ -39,7 +39,7 @@ class DriverTorqueMonitor:
         motor_angle_mechanical: Annotated[Scalar, "rad"]
 
     class State(NamedTuple):
-        """Memory of all three, and the motor's torque that was last known."""
+        """State of all three, and the last valid torque of the motor."""
 
         observer: Tree
         hands: HandsMonitor.State
@@ -70,7 +70,7 @@ class DriverTorqueMonitor:
         turned: SignVerdict
 
     def init(self) -> State:
-        """Nothing known."""
+        """State before the first sample."""
         return self.State(self.observer.init(), self.hands.init(), self.signs.init(), 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:

@@ -11,7 +11,7 @@ from tierod.monitors.driver_torque.starting import ColumnSample
 
 
 class SignVerdict(NamedTuple):
-    """1 for a signal whose sign is wrong, 0 for one that is right or not judged yet; then what could be judged.
+    """1 for a signal whose sign is wrong, 0 for one that is right or not judged yet; then which could be judged.
 
     Args:
         steering_wheel_angle, motor_angle_mechanical, driver_torque, motor_torque: wrong
@@ -92,7 +92,7 @@ class ColumnSigns:
     Sample = ColumnSample
 
     def init(self) -> SignState:
-        """Nothing seen."""
+        """State before the first sample."""
         return SignState(0.0, (0.0,) * 3, (0.0,) * len(_PAIRS), (0.0, 0.0), 0.0, 0.0)
 
     def step(self, state: SignState, sample: ColumnSample) -> tuple[SignState, SignVerdict]:
@@ -117,7 +117,7 @@ class ColumnSigns:
         return following, self._verdict(following)
 
     def _work(self, state: SignState, sample: ColumnSample, counts: Scalar, kept: Scalar) -> tuple[Scalar, Scalar]:
-        """Work of motor and bar since the sample before, added to what is not forgotten."""
+        """Work of motor and bar since the sample before, added to the faded sums."""
         travel = where(counts, sample.motor_angle_mechanical - state.angle, 0.0)
         motor = where(counts, sample.motor_torque, 0.0)
         bar = where(counts, sample.driver_torque, 0.0) / self.motor_ratio

@@ -60,7 +60,7 @@ class Phase(NamedTuple):
     ready: Annotated[Scalar, ""]
 
     def chosen(self, resting: Tree, moved: Tree, held: Tree) -> Tree:
-        """The one of three trees of one shape that the phase asks for."""
+        """The one of three trees of one shape that belongs to the phase."""
         triples = zip(leaves(resting), leaves(moved), leaves(held), strict=True)
         return rebuild(
             held, [where(self.following, where(self.restart, a, b), c) for (_, a), (_, b), (_, c) in triples]

@@ -118,7 +118,7 @@ class SteeringConditioning:
     Sample = SteeringSample
 
     class State(NamedTuple):
-        """Memories of hold and low-pass, the last signals that were known and the rate of the driver's torque, the
+        """State of hold and low-pass, the last valid signals and the rate of the driver's torque, the
         observer, the time since a gap [s]."""
 
         hold: Any
@@ -133,7 +133,7 @@ class SteeringConditioning:
         object.__setattr__(self, "low_pass", Butterworth(SteeringSample, self.sample_time, 0.0, self.cutoff))
 
     def init(self) -> State:
-        """No signal has been seen yet."""
+        """State before the first sample."""
         zeros = SteeringSample(*[0.0] * len(SteeringSample._fields))
         return self.State(self.hold.init(), self.low_pass.init(), zeros, 0.0, self.angle.init(), -self.sample_time)
 

@@ -1,4 +1,4 @@
-"""The finding on friction: the block's last statement in words, with limits, reasons and what to do."""
+"""The finding on friction: the block's last statement in words, with limits, reasons and remedy."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from tierod.core.graph.maths import absolute, all_of
 
 
 class GateConditions(NamedTuple):
-    """The conditions of the gate one by one, so that a verdict can say which one kept it closed.
+    """The conditions of the gate one by one, so that a verdict can name the one that kept it closed.
 
     Args:
         hands_on: the driver's torque is large enough

@@ -142,7 +142,7 @@ class BalanceFit(NamedTuple):
 
 
 class JudgedFriction(NamedTuple):
-    """The verdict after a sample, and what it rests on.
+    """The verdict after a sample, and its grounds.
 
     Args:
         statement: on the drive so far: suspect where an alarm came and went, or friction is above a limit for too short

@@ -71,7 +71,7 @@ class _Balance(NamedTuple):
 def ratio_of_drives(
     recordings: Mapping[str, Recording], vehicle: Vehicle, progress: Callable[[float], None] = lambda share: None
 ) -> DriveRatio | None:
-    """The ratio by drives alone; None where they or the vehicle file do not hold what it takes.
+    """The ratio by drives alone; None where they or the vehicle file lack the data for it.
 
     Args:
         recordings: ordinary drives of one car by name
@@ -130,7 +130,7 @@ def _of_drive(samples: np.ndarray, parameters: FrictionParameters, angle: float)
 
 
 def _ratio(balance: _Balance) -> tuple[float, float]:
-    """The ratio, and what the terms leave of the power of the driving torque []; infinite where none closes it."""
+    """The ratio, and the unexplained share of the driving torque's power []; infinite where none closes the balance."""
     own, wide = (_beside(balance.torques, each) for each in (balance.terms, balance.instruments))
     left, explained = own.T @ own, wide.T @ wide
     try:

@@ -47,7 +47,7 @@ class Sticking:
 
 @dataclass(frozen=True)
 class RefinedFrictionMonitor:
-    """Estimate steering friction jointly with the self-aligning torque, and only while it can be seen.
+    """Estimate steering friction jointly with the self-aligning torque, and only while it is observable.
 
     A sample is predicted with the inputs of the sample before, as in Table 3. A missing input is held; a sample with
     any signal missing does not change the friction torque.
@@ -211,7 +211,7 @@ class RefinedFrictionMonitor:
         return belief, _chosen(anew, sample, state.before), where(anew, 0.0, state.running_time)
 
     def _filtered(self, memory: Any, sample: Any) -> tuple[Any, Any]:
-        """The signals after the low-pass; what is missing stays missing."""
+        """The signals after the low-pass; missing ones stay missing."""
         if self.low_pass is None:
             return memory, sample
         memory, smooth = self.low_pass.step(memory, sample)

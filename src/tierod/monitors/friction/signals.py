@@ -1,4 +1,4 @@
-"""Signals that friction monitors read, and what the joint filter estimates of them."""
+"""Signals that friction monitors read, and the estimates of the joint filter from them."""
 
 from __future__ import annotations
 

@@ -186,7 +186,7 @@ def road_torques(clean: ConditionedSteering, column: ColumnMotion, p: FrictionPa
 
 
 def _load(road: RoadTorques, mean: Coefficients) -> Scalar:
-    """Torque [N*m] that presses gear and joints together, by what is known of the coefficients."""
+    """Torque [N*m] that presses gear and joints together, by the present estimate of the coefficients."""
     aligning = (mean.aligning_gain + mean.trail_drop * absolute(road.aligning)) * road.aligning
     return aligning + mean.weight_lever * road.weight + mean.turn_slip * road.turn_slip + mean.drive_share * road.drive
 

@@ -164,7 +164,7 @@ class GainsOverDrive:
         return kept
 
     def found(self) -> TorqueGains | None:
-        """The gains; None where the drive or the vehicle file do not say."""
+        """The gains; None where the drive or the vehicle file lack the data for them."""
         if self._map is None or self._count * STRIDE / self._rate < self.limits.seconds:
             return None
         matrix, right = self._sums[:-1, :-1], self._sums[:-1, -1]

@@ -112,7 +112,7 @@ class FrictionVerdict:
         return cls(limits, sample_time=sample_time, learnt_level=learnt_level, learnt_deviation=learnt_deviation)
 
     def init(self) -> State:
-        """Nothing seen, nothing learnt but what was handed in."""
+        """State before the first sample, with nothing learnt but the given baseline."""
         own = LearntBaseline(0.0, 0.0, 0.0)
         if self.learnt_level is not None:
             own = LearntBaseline(self.learnt_level, self.learnt_deviation, self.tuning.learning_time)
@@ -229,7 +229,7 @@ class FrictionVerdict:
         return figures._replace(**counted, unfit_seconds=where(enabled, unfit, figures.unfit_seconds))
 
     def _cautious(self, friction: Scalar, deviation: Scalar) -> Scalar:
-        """Friction less what the torques' gain and the estimate may be off: it is held against absolute limits."""
+        """Friction less the possible error by the torques' gain and the estimate, for absolute limits."""
         gain = self.tuning.gain_deviation * friction
         return friction - self.tuning.confidence * sqrt(deviation * deviation + gain * gain)
 

@@ -33,11 +33,11 @@ class Demonstrated:
 
     @property
     def most(self) -> float:
-        """Upper 95 % bound of the rate, false alarms per unit observed: three over what was observed where none was."""
+        """Upper 95 % bound of the rate, false alarms per unit observed: three over the observed time without any."""
         return gamma_quantile(self.alarms + 1.0, 0.95) / self.observed
 
     def stated(self, unit: Unit) -> str:
-        """In words: what was seen and what that shows."""
+        """In words: the observed time and its bound."""
         amount = f"{self.observed:.3g} h" if unit == "h" else f"{self.observed:.0f} {unit}s"
         seen = {0: "none", 1: "one"}.get(self.alarms, str(self.alarms))
         return f"{seen} in {amount}, so fewer than {self.most:.2g} per {unit} at 95 %"
@@ -45,7 +45,7 @@ class Demonstrated:
 
 @dataclass(frozen=True)
 class OwnRule:
-    """Numbers of a part that decides by its own rule: what no fault-free part can do, or a count of such events.
+    """Numbers of a part that decides by its own rule: bounds of a fault-free part, or a count of such events.
 
     Args:
         stated: the rule in words, with these numbers
@@ -107,7 +107,7 @@ class Decision:
 
     @property
     def false_alarms_told(self) -> str:
-        """In words: what it was designed for, and what was shown."""
+        """In words: the designed rate, and the demonstrated one."""
         shown = self.demonstrated.stated(self.unit) if self.demonstrated else "nothing observed"
         if self.mean_time_between_false_alarms is None:
             return f"demonstrated: {shown}" if self.demonstrated else shown

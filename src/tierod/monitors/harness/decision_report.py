@@ -1,4 +1,4 @@
-"""Decisions of a session for a report: how far each came, when it passed its threshold, and what its design trades."""
+"""Decisions of a session for a report: their statistics, when each passed its threshold, and its trade-off."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tierod.monitors.harness.decision import Decision
 
 
 class Passing:
-    """Follows what every decision of a session compares, piece by piece.
+    """Follows the statistics of every decision of a session, piece by piece.
 
     Args:
         decisions: those without a statistic are left out

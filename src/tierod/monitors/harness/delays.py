@@ -94,7 +94,7 @@ class LagOverDrive:
 
 
 def _change(values: np.ndarray) -> np.ndarray:
-    """Change over SPAN samples: a steady turn says nothing of a delay, and offsets vanish."""
+    """Change over SPAN samples: a steady turn holds no information on a delay, and offsets vanish."""
     change: np.ndarray = values[SPAN:] - values[:-SPAN]
     return change
 

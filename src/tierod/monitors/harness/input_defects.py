@@ -303,7 +303,7 @@ def contradicted(finding: Finding, contradictions: Sequence[str], monitor: Monit
 
 
 def _named_first(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding:
-    """The finding that identified nothing, with what is known of its signals before what followed from it."""
+    """The finding that identified nothing, with the defects of its signals before those that followed from them."""
     new = [each for each in why if each not in finding.cause]
     if not new:
         return finding

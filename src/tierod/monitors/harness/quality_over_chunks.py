@@ -1,4 +1,4 @@
-"""Data quality of a recording that is seen piece by piece."""
+"""Data quality of a recording that is read piece by piece."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class QualityOverChunks:
         return all(name in self._rows and np.isfinite(self._rows[name].rate) for name in names)
 
     def refuse_unusable(self, required: Iterable[str]) -> None:
-        """Stop where a signal says nothing in the whole recording.
+        """Stop where a signal has no valid value in the whole recording.
 
         Raises:
             InputError: a required signal is missing or constant throughout

@@ -1,4 +1,4 @@
-"""One monitor at work on one recording, piece by piece; what it found is put together at the end."""
+"""Run of one monitor over one recording, piece by piece; its results are put together at the end."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ class Run:
             self._spread = self._uncertain.spread()
 
     def _judge(self, whole: Recording, begin: float, stop: float) -> None:
-        """Judge what follows on what was judged already, up to a time."""
+        """Judge the samples after those judged already, up to a time."""
         waiting: list[tuple[Aligned, Aligned]] = []
         count = 0
         for aligned in self._grid(whole, begin, stop):

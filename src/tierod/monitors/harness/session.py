@@ -150,7 +150,7 @@ class BlockSession(ABC):
 
     @abstractmethod
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Keep what the conclusion needs of one piece: time [s], signals by name, outputs, (n,) each."""
+        """Keep the part of one piece that the conclusion needs: time [s], signals by name, outputs, (n,) each."""
 
     @abstractmethod
     def conclude(self) -> Conclusion:
@@ -259,7 +259,7 @@ class Monitor:
         return self if variant.required is None else replace(self, required=variant.required)
 
     def variant_for(self, recording: Recording) -> Variant | None:
-        """The default where the recording has what it needs, else the first variant of which that holds, or None.
+        """The default where the recording fits it, else the first variant that it fits, or None.
 
         Args:
             recording: the whole, or the first piece of it, with its derived signals

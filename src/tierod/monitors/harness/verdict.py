@@ -1,4 +1,4 @@
-"""Findings in the form that all monitors share: withheld for a reason, or doubted for what is wrong with the inputs."""
+"""Findings in the form that all monitors share: withheld for a reason, or doubted for defects of the inputs."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ class HysteresisSession:
         return {}
 
     def conclude(self) -> Conclusion:
-        """The friction of the loop, and what it means."""
+        """The friction of the loop, and its judgement."""
         found = self.identification.identify(self._recording(), self.support)
         level = Baseline(
             self.vehicle.name, self.name, found.friction_torque, found.standard_deviation, "N*m",

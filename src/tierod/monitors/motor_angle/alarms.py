@@ -1,4 +1,4 @@
-"""The alarms of the motor angle's monitor: what each means, and the courses of their trouble codes over a drive."""
+"""The alarms of the motor angle's monitor: the meaning of each, and the courses of their trouble codes over a drive."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ class ResidualGate:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, self.spacing, self.holding.init())
 
     def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
@@ -125,7 +125,7 @@ class SensorComparison:
         speed: Cusum.State
 
     class Output(NamedTuple):
-        """Whether the difference counts, the sums, what both gain, 1 while a test alarms, and what two tests see.
+        """Whether the difference counts, the sums, both gains, 1 while a test alarms, and the statistics of two tests.
 
         `early` is 1 while the observer still learns; `complete` where a window ends over which both gains are known.
         """
@@ -147,7 +147,7 @@ class SensorComparison:
         turned_meanwhile: Annotated[Scalar, "rad"]
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(
             self.gate.init(),
             self.increments.init(),

@@ -33,7 +33,7 @@ LEARNT = 0.2
 
 
 class ElectricalAlarms(NamedTuple):
-    """1 while a check fails, 0 while it does not, or what it needs is missing.
+    """1 while a check fails, 0 while it does not, or its inputs are missing.
 
     Args:
         supply_low: of the controller
@@ -146,7 +146,7 @@ class ElectricalChecks:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         fresh = Clipped(0.0, 0.0, 0.0)
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (fresh,) * 7, (self.holding.init(),) * 4)
 

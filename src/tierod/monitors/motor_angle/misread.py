@@ -132,7 +132,7 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
 
 
 def _other_inductance(ratio: float) -> tuple[str, str]:
-    """A motor that is driven by currents across the flux shows the inductance across it alone."""
+    """Cause and cure where only the inductance differs: currents across the flux show that across it alone."""
     return (
         f"the inductance is {ratio:.2f} of the vehicle file's, resistance and flux are those of the file: it gives one "
         "inductance, and those along and across the flux may differ",

@@ -161,7 +161,7 @@ class MotorAngleMonitor:
         )
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(
             observer=self.observer.init(),
             comparison=self.comparison.init(),

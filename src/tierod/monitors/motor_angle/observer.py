@@ -100,7 +100,7 @@ class MotorAngleObserver:
         motor_angle_mechanical: Annotated[Scalar, "rad"]
 
     class State(NamedTuple):
-        """Belief of the filter, whether it has begun, the sensor's last angle, what it gained in how many samples."""
+        """Estimate of the filter, whether it has begun, the sensor's last angle, its gain and number of samples."""
 
         belief: Belief
         begun: Annotated[Scalar, ""]
@@ -166,7 +166,7 @@ class MotorAngleObserver:
         return cls(parameters, tuning or MotorAngleTuning())
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         # A motor that stands at first, as most do, would be turned by what resistance and voltages are wrong by.
         return self.State(self.filter.init(), 0.0, 0.0, 0.0, 0.0, Pace(0.0, 1.0, 1.0, 0.0), Surprise(0.0, 0.0))
 
@@ -222,7 +222,7 @@ class MotorAngleObserver:
         return where(state.begun, wrapped(gained), 0.0 * gained)
 
     def _rate(self, state: State, increment: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-        """Speed that increments give while the motor is slow, what the sensor has gained since, in how many samples."""
+        """Speed by increments while the motor is slow, gain of the sensor since, number of its samples."""
         known, time = present(increment), self.parameters.sample_time
         gained, waited = state.gained + where(known, increment, 0.0), minimum(state.waited + 1.0, _LONGEST_WAIT)
         window = maximum(self.tuning.increment_time / time, 1.0)

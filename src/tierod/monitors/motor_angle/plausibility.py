@@ -32,7 +32,7 @@ class Superposition:
 
 @dataclass(frozen=True)
 class VariableGain:
-    """Over the speed, what the superposition adds to the turn of the steering wheel; named as in a vehicle file.
+    """Turn added by the superposition to the steering wheel's, over the speed; named as in a vehicle file.
 
     Args:
         superposition_gain_standing, superposition_gain_fast: turn of the pinion over that without motor []
@@ -108,7 +108,7 @@ class AnglePlausibility:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Last readings and what the motor has turned; how all angles moved; zeros and what is compared; holds."""
+        """Last readings and turn of the motor; increments of all angles; zeros and compared angles; holds."""
 
         motor: Held
         turned: Annotated[Scalar, "rad"]
@@ -126,7 +126,7 @@ class AnglePlausibility:
         which: WhichAngle.State
 
     class Output(NamedTuple):
-        """Pinion less what the other two give, whether that is too far, and the wrong angle (code).
+        """Pinion angle less that of the other two, whether the difference is too large, and the wrong angle (code).
 
         The detour is where the motor puts the pinion less where the gain over the speed wants it; 0 where unknown.
         `by_motion` is the angle that stood still or jumped; `suspect` is decided with the observer beside it.
@@ -143,7 +143,7 @@ class AnglePlausibility:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         unread, still = Held(0.0, 1.0), Moved(0.0, 0.0, 0.0)
         return self.State(
             motor=unread,

@@ -45,7 +45,7 @@ class Increments:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """Last reading, whether there is one, what was gained by the sensor, the observer's start, time, standing."""
+        """Last reading, whether there is one, gain of the sensor, the observer's start, time, standing."""
 
         last: Annotated[Scalar, "rad"]
         begun: Annotated[Scalar, ""]
@@ -65,7 +65,7 @@ class Increments:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
     def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
@@ -127,7 +127,7 @@ class Stuck:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: SensorBesideObserver, enabled: Scalar | bool = True) -> tuple[State, Output]:
@@ -173,7 +173,7 @@ class NotFollowing:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Target, sensor, whether each was seen, the first target, whether it has moved since, and the holds."""
+        """Target, sensor, whether each was received, the first target, whether it has moved since, and the holds."""
 
         target: Annotated[Scalar, "rad"]
         sensor: Annotated[Scalar, "rad"]
@@ -196,7 +196,7 @@ class NotFollowing:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.holding.init(), self.holding_on.init())
 
     def step(self, state: State, sample: MotorAngleSample, confirmed: Scalar | bool = False) -> tuple[State, Output]:

@@ -88,7 +88,7 @@ class MotorVoltages:
             raise ParameterError(f"the voltages are '{self.source}'; expected one of {', '.join(SIGNALS)}")
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:

@@ -60,7 +60,7 @@ class WhichAngle:
     Sample = Opinions
 
     class State(NamedTuple):
-        """Whether the angles disagree, the angle that motion showed first, the observer's score, hold of the detour."""
+        """Whether the angles disagree, the first angle by motion, the observer's score, hold of the detour."""
 
         apart: Annotated[Scalar, ""]
         by_motion: Annotated[Scalar, ""]
@@ -77,7 +77,7 @@ class WhichAngle:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, NONE, 0.0, self.holding.init())
 
     def step(self, state: State, sample: Opinions) -> tuple[State, Output]:

@@ -71,7 +71,7 @@ NARROWEST = 1.0
 
 
 class CombinedState(NamedTuple):
-    """Belief of the filter, what it was given last, and what watches over both.
+    """Estimate of the filter, its last inputs, and the state of the watch over both.
 
     Args:
         belief: of the filter
@@ -203,7 +203,7 @@ class CombinedSideslip:
         return state.yaw_noise.logarithm + state.acceleration_noise.logarithm > 0.0
 
     def _within_usual_slip(self, belief: Belief, speed: Scalar, counted: Scalar) -> Belief:
-        """The belief with what is known of a car on wheels, whatever its tyres do."""
+        """The estimate with the constraints of a car on wheels, whatever its tyres do."""
         sampled, mean = self.filter.parameters, belief.mean
         slopes = {"lateral_speed": 1.0 / speed, "yaw_rate": -sampled.car.rear_distance / speed}
         slip = sum(slope * getattr(mean, name) for name, slope in slopes.items())
@@ -359,7 +359,7 @@ class CombinedSideslip:
         return Belief(type(belief.mean)(*mean), tuple(where(lost, first, now) for first, now in pairs))
 
     def _kept(self, mean: Tree, lateral: Scalar) -> Tree:
-        """The mean with every factor held within what its prior makes possible.
+        """The mean with every factor held within the bounds of its prior.
 
         Friction is at least what the lateral acceleration shows, as far as that is below the usual friction.
         """

@@ -56,7 +56,7 @@ class Identifiability:
 
     @property
     def least(self) -> str:
-        """The direction that is known least, in words: "side force - yaw moment of the wind"."""
+        """The least identified direction, in words: "side force - yaw moment of the wind"."""
         parts = {name: part for name, part in self.direction.items() if abs(part) >= NAMED}
         first = next(iter(parts.values()))
         named = [f"{'+' if part * first > 0.0 else '-'} {WORDS[name]}" for name, part in parts.items()]

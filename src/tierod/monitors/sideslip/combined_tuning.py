@@ -246,7 +246,7 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
 
 
 def _guarded(vehicle: Vehicle, usual: CombinedTuning) -> CombinedTuning:
-    """The tuning with what guards a car without noises of its own; none of it where the file names its own.
+    """The tuning with the guards for a car without noises of its own; none of them where the file names its own.
 
     A car steered by wire is a test car, whose sensors and parameters are known.
     """
@@ -272,7 +272,7 @@ def _tyres(vehicle: Vehicle, axle: str) -> Wandering:
 
 
 def _wandering(usual: Wandering | None, deviation: float | None, time: float | None) -> Wandering | None:
-    """The wander with what is given of it; None where it is given as zero, or is neither usual nor given."""
+    """The wander with its given values; None where it is given as zero, or is neither usual nor given."""
     if deviation == 0.0 or (usual is None and deviation is None):
         return None
     start = usual or Wandering(1.0, USUAL_TIME)

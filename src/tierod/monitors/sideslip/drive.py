@@ -166,7 +166,7 @@ class SignsOverDrive:
             self._counts[i, j] += len(x)
 
     def agreements(self) -> dict[tuple[str, str], float]:
-        """Correlation about zero of every pair that was seen long enough, -1 to 1."""
+        """Correlation about zero of every pair with enough samples, -1 to 1."""
         found = {}
         for (i, one), (j, other) in combinations(enumerate(TOGETHER), 2):
             size = np.sqrt(self._squares[i, j] * self._squares[j, i])

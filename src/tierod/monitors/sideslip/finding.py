@@ -1,4 +1,4 @@
-"""The finding over a drive: how far the car slipped, how well that is known, and why nothing can be stated."""
+"""The finding over a drive: the car's sideslip, its uncertainty, and the obstacles to a statement."""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ class LowSpeed:
 
 @dataclass(frozen=True)
 class ObserverNoise:
-    """Noise of sensors (of one reading) and of what the model lacks (after one second).
+    """Noise of sensors (of one reading) and of the model's error (after one second).
 
     Chosen on drives of two virtual cars at 6.7 and 25 m/s: less noise of the yaw rate's model serves crosswind and bank
     better and curved tyres worse, more the other way round.

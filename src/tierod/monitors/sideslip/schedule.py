@@ -127,7 +127,7 @@ class ScheduledObserver:
 
     @classmethod
     def of(cls, model: Any, parameters: Any, schedule: Schedule) -> Self:
-        """The observer of sideslip angle and aligning torque; what grows while it is held, and how that fades.
+        """The observer of sideslip angle and aligning torque, with the growth and fading of its held variance.
 
         Args:
             model: discrete

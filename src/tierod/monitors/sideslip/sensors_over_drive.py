@@ -45,7 +45,7 @@ class SensorLimits:
 
 
 class Offset(NamedTuple):
-    """Offset of the yaw rate, and what shows it."""
+    """Offset of the yaw rate, and its evidence."""
 
     value: Annotated[float, "rad/s"]
     shown_by: str

@@ -55,7 +55,7 @@ class AlarmWatch:
         counts: Annotated[float, ""]
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(self.monitor.init(), 0.0)
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:

@@ -1,4 +1,4 @@
-"""The kinds of faults by number, the estimate of one, and what is remembered while they are weighed."""
+"""The kinds of faults by number, the estimate of one, and the state while they are weighed."""
 
 from __future__ import annotations
 

@@ -158,7 +158,7 @@ class KindOfFault:
         return after._replace(past=tuple(line.push(predicted) for line in state.past)), named
 
     def _watched(self, state: KindState, known: Scalar, off: Scalar, deviation: Scalar) -> tuple[Scalar, Scalar]:
-        """The recent mean of deviations, and whether what is off, if anything, begins after this sample."""
+        """The recent mean of deviations, and whether a fault, if any, begins after this sample."""
         share = share_reached(self.sample_time / self.recent)
         smooth = where(known, state.smooth + share * (off - state.smooth), state.smooth)
         within = absolute(smooth) < self.away * deviation

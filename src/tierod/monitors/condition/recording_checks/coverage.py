@@ -129,7 +129,7 @@ def all_zero(readings: np.ndarray) -> np.ndarray:
 
 
 class ImpossibleValues:
-    """Removes what is infinite, or far beyond the plausible range of its signal, piece by piece."""
+    """Removes infinite values, and those far beyond the plausible range of their signal, piece by piece."""
 
     def __init__(self) -> None:
         self._count = np.zeros(len(ConditionSample._fields), int)

@@ -19,7 +19,7 @@ _TIME = "time"
 
 
 class Blocks:
-    """Cuts a drive into blocks, and keeps what is left of each piece for the next one.
+    """Cuts a drive into blocks, and keeps the rest of each piece for the next one.
 
     Args:
         rate: of the samples [Hz]
@@ -116,7 +116,7 @@ def _deviation(values: Sequence[float]) -> float:
 
 
 def _unexplained(rows: Sequence[Row], gain: float, lag: float) -> float:
-    """Standard deviation of the difference less what a gain and a lag within bounds explain of it.
+    """Standard deviation of the difference without the part that a gain and a lag within bounds explain.
 
     Least squares of apart = a reference - b d(reference)/dt with 0 <= a <= gain and 0 <= b <= lag.
     """

@@ -47,7 +47,7 @@ class CloseLimits(NamedTuple):
 
 
 class Wiring:
-    """Looks at the beginning of a drive for what was connected or described wrongly.
+    """Checks the beginning of a drive for signals that were connected or described wrongly.
 
     Args:
         vehicle: its parameters
@@ -196,7 +196,7 @@ class ClockLeap:
         self._wiring.add({name: values[first:] for name, values in signals.items()})
 
     def problems(self, episodes: Sequence[Episode]) -> tuple[Problem, ...]:
-        """Problem that the buses have lost their common time, if that was seen and no fault came before.
+        """Problem that the buses have lost their common time, if that was detected and no fault came before.
 
         Args:
             episodes: of all faults of the drive

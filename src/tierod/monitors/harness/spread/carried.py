@@ -49,7 +49,7 @@ class Carried:
             self.points.absorb(part)
 
     def absorb(self, aligned: Aligned, shown: Mapping[str, np.ndarray], variances: Mapping[str, np.ndarray]) -> None:
-        """Take in what follows.
+        """Take in the next samples.
 
         Args:
             aligned: the samples

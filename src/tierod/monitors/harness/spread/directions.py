@@ -50,7 +50,7 @@ class Sensitivities:
 
     @property
     def known(self) -> int:
-        """Samples in which the result was known."""
+        """Number of samples with a valid result."""
         return sum(self._counts)
 
     def add(self, moves: np.ndarray) -> None:

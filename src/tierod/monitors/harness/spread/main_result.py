@@ -25,7 +25,7 @@ class Main(NamedTuple):
 
 
 def main_result(session: Session, decisions: Sequence[Decision]) -> Main | None:
-    """The first result of a session with a band, else what it first decides by; None where it has neither.
+    """The first result of a session with a band, else its first decision's statistic; None where it has neither.
 
     Args:
         session: of a monitor

@@ -120,7 +120,7 @@ class ParameterSpread:
         return Screen(points, self.names, self._main, length, self._block, fresh)
 
     def reopen(self, alone: Sequence[Mapping[str, float]], along: Sequence[Mapping[str, float]]) -> None:
-        """Open the vehicles of a checkpoint, to be filled with what they collected.
+        """Open the vehicles of a checkpoint, to be filled with their state.
 
         Args:
             alone: standard deviations by parameter, of every vehicle of a stretch that lasts; empty without one
@@ -211,7 +211,7 @@ class ParameterSpread:
         self._next = max(int(due), self._driven + 1)
 
     def _follow(self, screen: Screen) -> None:
-        """Choose what is followed from now on by what a stretch shows."""
+        """Choose the parameters to follow from now on by their effects over a stretch."""
         found = screen.sensitivities
         if not found.any_counted:
             self._sensitivities = self._sensitivities if self._sensitivities.known else found

@@ -84,7 +84,7 @@ class RuleDiagnosis:
         since_held: tuple[Scalar, ...]
 
     def init(self) -> State:
-        """Nothing was ever abnormal."""
+        """State before the first sample."""
         count = len(self.table.rules)
         return self.State((Held(0.0, 0.0),) * len(self.table.residuals), (0.0,) * count, (0.0,) * count)
 

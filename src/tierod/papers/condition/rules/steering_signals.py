@@ -120,7 +120,7 @@ class LostShares:
         second: Annotated[float, ""]
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: Sample, enabled: Scalar = True) -> tuple[State, Output]:
