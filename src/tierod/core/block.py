@@ -25,7 +25,7 @@ from typing import (
     runtime_checkable,
 )
 
-from typing_extensions import TypeVar  # knows defaults: a bare `Block` is a block of anything
+from typing_extensions import TypeVar  # supports defaults: a bare `Block` is a block of anything
 
 Scalar: TypeAlias = float
 """A number inside a block: a float, and while the block is traced the symbol that stands for it."""
@@ -49,7 +49,7 @@ class Block(Protocol[State, Given, Output]):
     Its three types are those of the state, of one sample (the class `Sample`) and of the output.
 
     `step` may take further arguments with defaults (`enabled` of the detectors): they are for composition inside
-    another block; what drives a whole block (scan, stream, batch, generated C) feeds Sample and nothing else.
+    another block; drivers of a whole block (scan, stream, batch, generated C) feed Sample and nothing else.
     """
 
     @property

@@ -91,9 +91,9 @@ class Claim:
         source: who claims it, and where
         printed: the figure there, a number in the unit or words where it is a range; None where none is given
         measured: our figure in the unit; None where it cannot be measured here, NaN where that was tried in vain
-        goal: what the figure should be; None of a figure of description, which claims nothing
+        goal: range of the figure that meets the claim; None for a descriptive figure
         unit: of all three, in the notation of pint
-        note: what one has to know to read the figure
+        note: remark for reading the figure
         derived: what follows from the equations of the source, which prints no such figure, in the unit; None where
             nothing was derived
     """

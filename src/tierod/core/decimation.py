@@ -91,7 +91,7 @@ class Decimator:
         Args:
             time: [s], shape (n,), rising
             values: shape (n,); NaN where missing
-            places: what another signal's decimator gave for the same times
+            places: places by another signal's decimator for the same times
 
         Returns:
             where the samples lie, for the next signal with the same times; None without samples

@@ -8,7 +8,7 @@
     ├── OutputError       a result cannot be written
     └── MissingExtra      an optional library is not installed
 
-Each message says what was given, what was expected, and what to do.
+Each message states the given value, the expected one, and the remedy.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def nearest(name: str, known: Iterable[str], count: int = 3) -> str:
 
     Args:
         name: the name as given
-        known: every name that would have been right
+        known: every valid name
         count: how many to suggest at the most
 
     Returns:

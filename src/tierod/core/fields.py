@@ -51,7 +51,7 @@ class Meaning(NamedTuple):
 
     Args:
         hint: the type without its notes
-        unit: in the notation of pint; None where the annotation says none
+        unit: in the notation of pint; None where the annotation has none
         limits: the values that make sense; None where any does
     """
 

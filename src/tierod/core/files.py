@@ -43,7 +43,7 @@ def replacing(path: str | Path, sweeps: bool = True) -> Iterator[Path]:
             itself, since a look takes 2 ms there
 
     Raises:
-        OutputError: the file cannot be written; the message says why and what to do
+        OutputError: the file cannot be written; the message states cause and remedy
     """
     target = _final(expanded(path))
     temporary: Path | None = None
@@ -73,7 +73,7 @@ def write_text(path: str | Path, text: str, sweeps: bool = True) -> Path:
         sweeps: as of `replacing`
 
     Raises:
-        OutputError: the file cannot be written; the message says why and what to do
+        OutputError: the file cannot be written; the message states cause and remedy
     """
     with replacing(path, sweeps) as temporary:
         # Half characters, as in names of files in no Unicode, are in no UTF-8.
@@ -155,7 +155,7 @@ def sweep(target: Path, age: float = ABANDONED) -> None:
 
     Args:
         target: as it is written with `replacing`
-        age: of what is left, at least [s]
+        age: of the files left behind, at least [s]
     """
     left = temporary_name(re.escape(target.stem[:100]), target.suffix)
     now = time.time()

@@ -39,11 +39,11 @@ class Estimate:
     """A number that was estimated, with its uncertainty.
 
     Args:
-        quantity: what it is, in words, with the place ("friction torque at the steering wheel axis")
+        quantity: its name in words, with the place ("friction torque at the steering wheel axis")
         value: in the unit
         standard_deviation: one sigma in the unit
         unit: in the notation of pint; "count" where the recording was not calibrated
-        reference: what it is judged against, by name: nominal, learnt level, threshold
+        reference: values that it is compared with, by name: nominal, learnt level, threshold
     """
 
     quantity: str
@@ -59,7 +59,7 @@ class Defect:
 
     Args:
         names: of the signal; several where they cannot be separated
-        sentence: what was found, beginning with the names
+        sentence: the defect, beginning with the names
     """
 
     names: tuple[str, ...]
@@ -75,11 +75,11 @@ class Finding:
         status: healthy, a fault, or why no judgement was possible
         headline: one sentence for the first line of a report
         since: time [s] in the recording at which the change to this status began; None where it holds throughout
-        estimate: what was estimated; None where nothing could be
+        estimate: the estimated quantity; None where nothing could be estimated
         evidence: named figures (enabled seconds, enabled share, excitation, NIS, ...), with unit in the name
-        cause: why the status is what it is
-        action: what to do
-        warnings: what a reader of the verdict must know (wrong sign suspected, torque in raw counts, ...)
+        cause: reason for the status
+        action: the remedy
+        warnings: notices for a reader of the verdict (wrong sign suspected, torque in raw counts, ...)
         decided_by: names of the decisions that raised the alarm; empty without one
         confirmed: of a monitor that estimates, whether a reference or redundant signals were there to contradict it:
             what would be healthy is then "consistent", and "estimated" without; None for a monitor that judges
@@ -142,7 +142,7 @@ class Episode:
         start: [s] in the recording
         end: [s], None where it lasts to the end
         magnitude: of the fault; None where it has none, or it is not identifiable
-        candidates: others that explain what was seen as well; empty where it is this one alone
+        candidates: other elements that explain the readings as well; empty where there are none
     """
 
     kind: str
@@ -162,7 +162,7 @@ class Element:
         status: fault or suspect where it has an episode, else healthy, or why it could not be judged
         cause: why it could not be judged, or was judged for a part of the time only
         episodes: in which it was at fault, in the order of time
-        substitute: what replaces it while it is at fault, with the error that was measured for that; empty where
+        substitute: its replacement while it is faulty, with the error measured for that; empty where
             nothing does
         trouble_code: that stands for it; empty where none does
     """
@@ -236,10 +236,10 @@ class Decided:
     Args:
         name, distance, rule, false_alarms, source: in words
         statistic: trace that the rule compares; "" where there is none
-        levels: thresholds in the unit of that trace, or of what is looked at once
+        levels: thresholds in the unit of that trace, or of the value that one look tests
         curve: of its design; None without one
         below: whether the rule acts below its levels; else it acts above positive ones and below negative ones
-        reached: what came furthest over the recording, or the value that one look saw; None where neither is known
+        reached: furthest value over the recording, or the value that one look tested; None where neither is known
         passed: time [s] at which a level was first passed; None where none was, or where one looks once
     """
 
@@ -334,7 +334,7 @@ class Diagnosis:
         """The diagnosis with a remark added.
 
         Args:
-            name: of what it is about ("baseline")
+            name: of its subject ("baseline")
             remark: a sentence
         """
         return replace(self, remarks={**self.remarks, name: remark})

@@ -1,7 +1,7 @@
 """Models: equations without memory.
 
 A model is a class without state of its own: `State`, `Input`, `Output` are NamedTuples, `Parameters` a frozen
-dataclass, and its two functions are pure: `output(x, u, p)` gives what is measured; `derivative(x, u, p)` of a
+dataclass, and its two functions are pure: `output(x, u, p)` gives the measurements; `derivative(x, u, p)` of a
 continuous model gives the derivative of the state, `transition(x, u, p)` of a discrete one the state one sample on.
 Noise belongs to the estimator that uses the model, not to the model. `tests/contract/test_models.py` holds every model
 of the package to this.

@@ -6,7 +6,7 @@ An installed package adds to tierod by an entry point:
     wheel-imbalance = "my_package.monitor:MONITOR"
 
 Installed packages are searched only where a name is not one of tierod's own, or where a list is asked for: reading
-their metadata takes some 10 ms, and importing what reads it 50 ms more.
+their metadata takes some 10 ms, and importing its reader 50 ms more.
 """
 
 from __future__ import annotations

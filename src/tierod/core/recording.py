@@ -41,7 +41,7 @@ class Channel:
         values: shape (n,); NaN where a sample is missing
         unit: in the notation of pint; "" for a number, "count" for a raw count
         source: where it came from: message and signal, column or group
-        note: what was done to it (sign, offset, guess of a unit)
+        note: changes made to it (sign, offset, guess of a unit)
     """
 
     name: str
@@ -68,7 +68,7 @@ def checked(channel: Channel, put: Order | None = None) -> Channel:
 
     Args:
         channel: as recorded
-        put: what makes its time stamps usable, where that is known from another channel with the same stamps
+        put: order in which its time stamps are usable, where known from another channel with the same stamps
 
     Raises:
         InputError: time and values differ in length, or the time stamps cannot be used (see tierod.core.timestamps)
@@ -209,7 +209,7 @@ class Recording:
         Args:
             table: a column of time stamps and one of numbers for every channel; a null is no sample
             time: name of the time column [s]
-            units: by channel, where the table does not say them; names and units are those of `tierod.core.signals`
+            units: by channel, where the table has none; names and units are those of `tierod.core.signals`
 
         Raises:
             InputError: it has no such column, or a column that holds no numbers
@@ -231,7 +231,7 @@ class Recording:
 
         Args:
             frame: of numbers; NaN is a missing sample
-            units: by channel; what `to_pandas` left where not given
+            units: by channel; those that `to_pandas` left where not given
             sparse: whether NaN is no sample at all, as where channels of different rates were joined
         """
         return cls({})._with(frames.from_pandas(frame, units, sparse))

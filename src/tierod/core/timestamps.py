@@ -29,7 +29,7 @@ class Order:
     Args:
         time: [s], finite, not decreasing, shape (n,)
         index: the samples to take, in order; None where all are taken as they are
-        notes: what was repaired
+        notes: of the repairs
         behind: how late the latest of those came that were put in order [s]
     """
 

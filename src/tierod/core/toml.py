@@ -40,7 +40,7 @@ def build(
         document: where it stands
         location: of the table in the document
         base: an instance that gives the fields which the table leaves out, in place of the defaults of the class
-        signal: unit that stands for `SIGNAL_UNIT` in annotations; None where no signal is known
+        signal: unit that stands for `SIGNAL_UNIT` in annotations; None where there is no signal
 
     Raises:
         ParameterError: an unknown or missing key, a wrong type, unit or value, with file, line and nearest name

@@ -1,6 +1,6 @@
 """Units at the edge: values of files become SI once, on reading.
 
-The notations of vehicle recordings are in a table, so that reading SI data costs no unit library; pint knows the rest.
+The notations of vehicle recordings are in a table, so that reading SI data costs no unit library; pint has the rest.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def read_bytes(
 
     Args:
         path: of the file
-        what: it should be, with its article, for messages
+        what: kind of file that it should be, with its article, for messages
         error: raised where it cannot be read
         cure: what to do where it cannot be read; to check path and permissions where not given
         most: longest content [bytes]
@@ -61,7 +61,7 @@ def read_bytes(
     path = expanded(path)
     cure = cure or "check the path and its permissions"
     try:
-        # What is no regular file may block when it is opened, or act: it is looked at before.
+        # Anything but a regular file may block when it is opened, or act: it is checked before.
         refusal = _irregular(os.stat(path).st_mode)
         content = b"" if refusal else _content(path, most)
     except (OSError, ValueError) as problem:  # ValueError: a path with a zero byte

@@ -137,7 +137,7 @@ def _reasons(monitor: Monitor, car: Vehicle | None, whole: Recording) -> Mapping
     if monitor.condition:
         return without
     typically = refusals(monitor, _typical_car(whole), whole)
-    # Where no variant fits the typical car, that says nothing of the recording.
+    # Where no variant fits the typical car, that is no statement on the recording.
     said = not all(LACKING in reason for reason in typically.values())
     return {name: reason or (typically[name] if said else "") for name, reason in without.items()}
 

@@ -27,7 +27,7 @@ class Reading:
     Args:
         needed: parameters without which it cannot be opened
         optional: parameters that it uses where the vehicle file gives them
-        unclear: parameters that it asks for without a default, but may do without
+        unclear: parameters that it requests without a default, but may do without
     """
 
     needed: set[str] = field(default_factory=set)

@@ -69,7 +69,7 @@ class Together:
         spread: whether the spread of the parameters is carried into bands and verdict
         signals_shown: whether the diagnoses hold the signals over time, beside what the monitors estimate
 
-    `refused` says of each monitor that does not run why; `span` is what was fed [s]; `metadata` is of the recording.
+    `refused` gives the reason for each monitor not run; `span` is the fed time [s]; `metadata` is of the recording.
     """
 
     def __init__(self, car: Vehicle, chosen: Sequence[Chosen], spread: bool = True, signals_shown: bool = True):

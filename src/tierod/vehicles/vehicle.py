@@ -54,7 +54,7 @@ class Vehicle:
         parameters: by name, in SI units
         path: the file it was read from
         channel_map, database: files on how to read the vehicle's bus, where the set names them
-        thresholds: that a calibration on healthy drives has found, by what they are of; each in words, numbers, and
+        thresholds: that a calibration on fault-free drives has found, by what they are of; each in words, numbers, and
             numbers by name, which the monitor that uses them checks
         monitor: that judges its recordings where none is named; None leaves it to tierod
     """

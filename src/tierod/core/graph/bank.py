@@ -33,7 +33,7 @@ class Verdict(NamedTuple):
     Args:
         output: of the bank
         adopt: per lane the number of the lane whose state it takes over after this sample; `KEEP` for its own
-        feedback: what every lane is given with the next sample, () for nothing
+        feedback: of the judge to every lane with the next sample, () for none
     """
 
     output: Tree

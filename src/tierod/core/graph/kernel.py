@@ -106,7 +106,7 @@ def kernel(block: Block, engine: Engine = "auto") -> Kernel:
             TIEROD_ENGINE decides for "auto"
 
     Raises:
-        CompileError: "compiled" was asked for and the block cannot be compiled
+        CompileError: "compiled" was requested and the block cannot be compiled
         TraceError: the block cannot be traced
     """
     if not is_interpreted(engine):
@@ -121,7 +121,7 @@ def lane_kernel(blocks: list[Block]) -> LaneKernel | None:
     """Kernel that runs many blocks of one structure side by side; None where each has to run alone.
 
     Raises:
-        CompileError: TIEROD_ENGINE asks for "compiled" and the blocks cannot be compiled
+        CompileError: TIEROD_ENGINE requests "compiled" and the blocks cannot be compiled
     """
     if is_interpreted() or isinstance(trace(blocks[0]), BankGraph):
         return None

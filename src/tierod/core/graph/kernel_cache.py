@@ -61,7 +61,7 @@ class KernelCache:
 
     Args:
         folder: made where it is absent; it need not be usable
-        bounds: of what it holds
+        bounds: of its content
     """
 
     folder: Path
@@ -133,7 +133,7 @@ class KernelCache:
             name: of the kernel
 
         Raises:
-            OutputError: the cache cannot be used, or another process did not end; the message says why and what to do
+            OutputError: the cache cannot be used, or another process did not end; the message states cause and remedy
         """
         build = self.folder / f"{_BUILD}{name}"
         try:

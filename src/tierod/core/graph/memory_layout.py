@@ -18,7 +18,7 @@ class BankState(NamedTuple):
     Args:
         lanes: the state of every lane
         judge: the state of the judge
-        feedback: what the judge said at the sample before, for all lanes
+        feedback: of the judge at the sample before, for all lanes
     """
 
     lanes: tuple[Tree, ...]

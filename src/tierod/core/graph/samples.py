@@ -21,7 +21,7 @@ class Memory:
 
     Args:
         values: flat, delay lines at the end, shape (numbers,)
-        count: samples seen so far
+        count: samples so far
     """
 
     values: np.ndarray

@@ -40,7 +40,7 @@ class Cusum:
         threshold: sum that means alarm [same unit]. The delay grows in proportion, about threshold / (change - drift)
             samples; the time between false alarms grows exponentially
         ceiling: the sums are held to this [same unit], at least the threshold: after a long fault it takes at most
-            ceiling / drift healthy samples until the alarm ends
+            ceiling / drift fault-free samples until the alarm ends
         sides: "both", "upper" (increases only) or "lower"
         restart: whether the sums start anew after an alarm, which makes of every alarm one sample
 

@@ -43,7 +43,7 @@ class RuleDesign:
         values: wanted between false alarms on average
         shift: that must be found, in standard deviations, greater than zero
         spacing: between two values [s]; infinite where there is one value in each recording
-        line: measured on healthy records; None where the values are white, so that the rule calculates its run length
+        line: counted on fault-free records; None where the values are white, so that the rule calculates its run length
     """
 
     rule: StoppingRule

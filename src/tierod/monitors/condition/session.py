@@ -62,7 +62,7 @@ class Car(NamedTuple):
 
     Args:
         parameters: of `RollingCar`
-        notes: what a user must know of the judgement
+        notes: notices for a user of the judgement
     """
 
     parameters: RollingCar.Parameters

@@ -26,7 +26,7 @@ OFFSETS = (
 class _Actuated:
     """The model of the vehicle with the torques that really act as its inputs.
 
-    The steering motors work on one shaft: their sum is all that the vehicle feels of them.
+    The steering motors work on one shaft: only their sum acts on the vehicle.
     """
 
     State, Output = AutomatedVehicle.State, AutomatedVehicle.Output

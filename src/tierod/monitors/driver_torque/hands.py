@@ -51,7 +51,7 @@ class HandsMonitor:
     """Hands on, hands off or uncertain: two hypotheses about the torque on the wheel, and the sums of their evidence.
 
     Two Kalman filters follow the wheel. One expects next to no torque from outside and the wheel as the vehicle file
-    knows it, within a tolerance that it narrows by learning inertia, damping and offset while no hands are on it; the
+    gives it, within a tolerance that it narrows by learning inertia, damping and offset while no hands are on it; the
     other expects a torque that wanders, and the arms' inertia and damping. The logarithm of the ratio of their
     likelihoods is summed up from when the other hypothesis was last the better one (CUSUM).
 
@@ -68,7 +68,7 @@ class HandsMonitor:
         longest_gap: after missing samples for so long nothing is known of the hands
         unseen_torque: standard deviation of the change of the torque over a single sample that is missing; after more
             of them the motion of the wheel is found anew
-        greatest_acceleration, greatest_torque_rate: a sample that asks for more is broken
+        greatest_acceleration, greatest_torque_rate: a sample that exceeds them is broken
     """
 
     off: KalmanFilter
@@ -96,7 +96,7 @@ class HandsMonitor:
 
         Args:
             off, on: beliefs of both hypotheses
-            learnt: the belief of the wheel without hands when that was last beyond doubt
+            learnt: estimate of the wheel without hands when that was last beyond doubt
             to_on, to_off: sums
             hands: what was decided
             last: sample that was last accepted

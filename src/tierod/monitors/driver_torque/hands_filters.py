@@ -122,7 +122,7 @@ def hands_off_filter(
     """The filter that expects next to no torque, and learns the uncertain parameters of the wheel.
 
     Args:
-        wheel: as the vehicle file knows it
+        wheel: as the vehicle file gives it
         sample_time: between two samples [s]
         hands: what is left without them
         tolerance: of the wheel's parameters
@@ -198,7 +198,7 @@ def begun(start: Belief, motion: Belief, learnt: Belief, begins: Scalar, otherwi
         motion: what is known of angle and rate
         learnt: what is known of the wheel's parameters
         begins: whether it begins
-        otherwise: the belief that goes on where it does not
+        otherwise: the estimate that goes on where it does not
     """
     count = len(start.mean)
     mean = [*motion.mean[:2], start.mean[2], *learnt.mean[3:count]]

@@ -96,7 +96,7 @@ class ColumnObserver:
             tuning: that of a bench or of the road where None, see `usual_tuning`
 
         Raises:
-            ParameterError: parameters are missing, or do not fit, as `require_fit` says
+            ParameterError: parameters are missing, or do not fit, as of `require_fit`
         """
         return cls.of_parameters(column_of_vehicle(vehicle, sample_time), sample_time, tuning or usual_tuning(vehicle))
 
@@ -112,7 +112,7 @@ class ColumnObserver:
             tuning: that of a bench where None
 
         Raises:
-            ParameterError: as `require_fit` says
+            ParameterError: as of `require_fit`
         """
         made = design(parameters, sample_time, tuning or ColumnTuning())
         return cls(made.bank, Starting(made.layout))

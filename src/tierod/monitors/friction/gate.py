@@ -33,7 +33,7 @@ class FrictionGate:
 
     A low minimum_rate lets noise of the rate decide the sign of friction; it must stay well above that noise: in
     simulation 0.05 rad/s costs 0.4 to 1.5 N m. Hands off, active return or lane keeping break the second
-    condition: the gate then says little.
+    condition: the gate then indicates little.
 
     Args:
         minimum_driver_torque: 0.5 N m as printed: the assist is then active [N m]

@@ -140,7 +140,7 @@ class FrictionMonitor:
 
         Args:
             result: of `scan` over the whole recording, or its last part
-            start_time: time of the first sample that the monitor saw, in the recording [s]
+            start_time: time of the first sample that the monitor took in, in the recording [s]
 
         Raises:
             InputError: no samples

@@ -144,13 +144,13 @@ class PreslidingTuning:
             12.5 N**2*m**2 per sample of 10 ms
         error_time: how long an error lasts [s]; where the innovations are larger than density and time allow, the
             standard deviation given out grows with them
-        memory: time constant of the friction torque in enabled time [s]. Shorter sees a fault sooner and
+        memory: time constant of the friction torque in enabled time [s]. Shorter detects a fault sooner and
             scatters more: 10 s halves the delay for 1.3 times the scatter
         process: variance gained per enabled second by each coefficient, tuned in simulation; for the shares of friction
             in multiples of error_density / memory**2
         deviations: standard deviations before the first sample. Shares of exponent 1/2 and 2: 2 N*m, so that they learn
             another law within 50 s and cost nothing where it is exponential (simulated); the vehicle's own constants
-            by how well a vehicle file knows them [assumed]
+            by their uncertainty in a vehicle file [assumed]
         initial_friction: where the estimate starts [N*m]; 3 as printed by Mohtat et al.
         initial_dahl_angle: [rad]; 1 degree, learnt from there
         smallest_dahl_angle, largest_dahl_angle: limits of what is learnt [rad]; 0.05 and 8 degrees
@@ -160,7 +160,7 @@ class PreslidingTuning:
         initial_drive_share: [-]; of brake forces at the front axle. A front-driven car has more, a rear-driven one less
         reference_lever: friction is stated for a torque of the road that is the load of the front axle at this lever,
             usual in curves [m]: a trail of 45 mm at 1.44 m/s**2 across. 4 N*m at the steering wheel of a mid-size car,
-            0.9 of a quadricycle, 6 of a van; a torque that a car never sees would leave its friction open
+            0.9 of a quadricycle, 6 of a van; a torque that never occurs in a car would leave its friction open
         outlier: an innovation beyond this weighs no more than one of this size (Huber) [N*m]; above what a step of
             friction from 4 to 12.5 makes, below a torque sensor's fault
         excitation_memory: time constant of the excitation in enabled time [s]; that of the friction torque

@@ -36,7 +36,7 @@ class Sticking:
     Args:
         rate: below this the steering counts as standing [rad/s]; the lower limit of the gate
         torque_deviation: standard deviation of the static friction that takes the place of the dynamic one [N m]; the
-            healthy friction of the paper's car
+            fault-free friction of the paper's car
 
     Source: an addition to Table 3 of Mohtat et al., see docs/explanation/papers/friction.md.
     """
@@ -68,7 +68,7 @@ class RefinedFrictionMonitor:
 
     Validity: vehicle_speed above 3 m/s, dry friction. With pre-sliding (Dahl) friction the estimate is 4 to 25 %
     low for Dahl angles of 0.3 to 3 degrees, whatever the tuning.
-    Source: Mohtat et al., eqs (5) to (14) and Table 3; the presets below say what each corrects.
+    Source: Mohtat et al., eqs (5) to (14) and Table 3; the presets below state their corrections.
     """
 
     filter: GaussianFilter

@@ -70,7 +70,7 @@ class GainLimits:
 
     Args:
         slowest: speed from which assist is compared [m/s]; a standing car is parked against its stops
-        smallest: driver's torque that says something of assist [N*m]
+        smallest: driver's torque that holds information on assist [N*m]
         seconds: of such driving that is needed [s]
         deviation: what the characteristic may leave of the motor's torque, root mean square, relative [-]; fault-free
             drives leave 0.04 to 0.17: with more the map is not that of this car

@@ -36,7 +36,7 @@ class VarianceParameters:
         column_inertia: J_eq [kg m^2]
         column_damping: B_eq [N m s/rad], greater than zero
         motor_ratio: turns of the motor per turn of the wheel, n []
-        nominal_friction: T_f of the healthy steering, known to the observer [N m]
+        nominal_friction: T_f of the fault-free steering, known to the observer [N m]
         sample_time: dt [s]
     """
 
@@ -254,12 +254,12 @@ class VarianceFrictionMonitor:
 
 
 def calibrated(monitor: VarianceFrictionMonitor, healthy: Sequence[Result], quantile: float) -> VarianceFrictionMonitor:
-    """The monitor with its threshold from drives of the healthy car.
+    """The monitor with its threshold from drives of the fault-free car.
 
     Args:
         monitor: that was run on the drives
         healthy: what it gave
-        quantile: share of the healthy windows that stays below the threshold, 0.5 to 1 (1 takes the largest)
+        quantile: share of the fault-free windows that stays below the threshold, 0.5 to 1 (1 takes the largest)
 
     Raises:
         ParameterError: a quantile out of range

@@ -19,8 +19,8 @@ class AlarmTuning:
             the estimate (1 to 2 % over a drive, simulated) and is over after six minutes of mixed driving
         shortest_learning: the ratio speaks from here on [s]; one time constant of the estimator
         learning_tolerance: while friction is above the learnt level by more than this share, nothing is learnt [-];
-            twice what healthy drives with scatter reached. Nor is anything learnt above the limit of rising friction
-        rising_ratio, fault_ratio: of friction to the baseline [-]; 1.2 and 1.6. Healthy drives with scatter
+            twice what fault-free drives with scatter reached. Nor is anything learnt above the limit of rising friction
+        rising_ratio, fault_ratio: of friction to the baseline [-]; 1.2 and 1.6. Fault-free drives with scatter
             stayed within 0.96 to 1.05
         wander: standard deviation of a fault-free car's estimate about its baseline, as a share of it [-]: the unit of
             the distance from a limit. 0.036 in wind, ruts and banked bends, the worst of fault-free cars (24 drives);
@@ -33,7 +33,7 @@ class AlarmTuning:
         confidence: standard deviations that friction must be above an absolute limit, and that a level handed in is
             raised by [-]. With 1, and limits 1.2 times nominal, one fault-free car in 14 000 is "rising" at a gain
             deviation of 8 %
-        onset_ratio: a change is said to have begun when friction was last below this multiple of the level [-]
+        onset_ratio: onset of a change is when friction was last below this multiple of the level [-]
         largest_deviation: standard deviation over friction above which the value is withheld [-]; half of the smallest
             change to be seen is 0.1, with a reserve for poor roads
         smallest_excitation: mean build-up of friction below which it cannot be separated from stiffness [-]; simulated

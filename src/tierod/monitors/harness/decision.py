@@ -62,16 +62,16 @@ class Decision:
 
     Args:
         name: what is decided
-        distance: what the rule sees, and what that is measured in
+        distance: statistic of the rule, and its unit
         rule: the block of `tierod.methods.detectors` that decides, with its threshold, or `OwnRule`
         place: where it is in a session, attribute by attribute ("block.verdict.alarm"); "" for the session itself
         mean_time_between_false_alarms: that it is designed for [unit]; None where only `demonstrated` is known
-        demonstrated: on healthy data; None where nothing was observed
+        demonstrated: on fault-free data; None where nothing was observed
         source: where the design was made and measured
         unit: "h", or "recording" or "car" for a rule that looks once at each
         design: from which the threshold follows; None where there is no statistic to design with
         statistic: trace of the report that the rule compares; "" where there is none
-        levels: thresholds in the unit of that trace, or of the value that one look at a recording sees
+        levels: thresholds in the unit of that trace, or of the value that one look at a recording tests
         level: where a session has the threshold, attribute by attribute, where the vehicle file gives it; "" elsewhere
         below: whether the rule acts below its levels; else it acts above positive ones and below negative ones
     """

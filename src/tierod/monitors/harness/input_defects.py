@@ -33,7 +33,7 @@ class Relation:
         first, second: signals that make them; the first of each is blamed for a delay
         smallest: root mean square of the first quantity's change in 0.4 s that is needed [its unit]
         earliest, latest: delay of the second that fault-free cars and slow messages explain [s]
-        gain: factor by which second over first may be off 1; infinite where cars differ too much to say
+        gain: factor by which second over first may be off 1; infinite where cars differ too much for a limit
         words: the second quantity and the first, for messages
         quantities: both, from the signals by name, (n,) each
     """

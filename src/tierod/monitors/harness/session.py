@@ -46,7 +46,7 @@ class Conclusion:
         code_courses: the same for single trouble codes by name, of a monitor that distinguishes several faults
         elements: state of every sensor and actuator, of a monitor that judges several
         defects: of its input signals, over the whole drive
-        distances: by the name of a decision that looks once at a recording, what it saw
+        distances: by the name of a decision that looks once at a recording, its statistic
     """
 
     finding: Finding

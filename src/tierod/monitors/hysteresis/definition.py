@@ -64,7 +64,7 @@ class GroundSuspicion:
     """Limits beyond which a test that is called one on the hoist looks like one on the ground.
 
     Args:
-        noticeable_friction: that a driver feels [N*m]
+        noticeable_friction: that a driver notices [N*m]
         ratio: to it, above which the tyres probably scrub [-]. Faults reach 1.1 (12.5 N·m, Mohtat et al., Table 1), the
             fault-free car on the ground 2.6 (simulated); between them
     """

@@ -73,7 +73,7 @@ class MotorAngleObserver:
     follows the increments with a variance that grows, and nothing drifts.
 
     Args:
-        parameters: of the motor; a vehicle file gives them. Those of `CommandedMotorParameters` say that its samples
+        parameters: of the motor; a vehicle file gives them. Those of `CommandedMotorParameters` state that its samples
             bring the voltages that the inverter is commanded to make, and not those that were measured
         tuning: noises, limits and times
 

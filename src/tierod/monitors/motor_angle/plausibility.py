@@ -88,7 +88,7 @@ class AnglePlausibility:
         gain: of the superposition over the speed; None where the vehicle file does not give it
         which: decides which angle is wrong, with the observer of the motor as a fourth opinion
 
-    Where the gain is known, the motor is compared with what it wants of the steering wheel's angle, too: a detour that
+    Where the gain is known, the motor is compared with its target for the steering wheel's angle, too: a detour that
     grows while motor and pinion agree otherwise shows that the recorded angle of the wheel is wrong.
 
     Source: Reinelt et al., eqs (1) and (4); the twist of the torsion bar, which the paper leaves out, is added: under
@@ -128,7 +128,7 @@ class AnglePlausibility:
     class Output(NamedTuple):
         """Pinion angle less that of the other two, whether the difference is too large, and the wrong angle (code).
 
-        The detour is where the motor puts the pinion less where the gain over the speed wants it; 0 where unknown.
+        The detour is the pinion angle by the motor less that by the gain over the speed; 0 where unknown.
         `by_motion` is the angle that stood still or jumped; `suspect` is decided with the observer beside it.
         """
 

@@ -133,7 +133,7 @@ class Stuck:
     def step(self, state: State, sample: SensorBesideObserver, enabled: Scalar | bool = True) -> tuple[State, Output]:
         """One sample on, judged where it brings a reading.
 
-        A standing motor, and a sample that is not enabled (logic), begin anew: the observer knows nothing then.
+        A standing motor, and a sample that is not enabled (logic), begin anew: the angle is unknown then.
         """
         fresh = present(sample.motor_angle_mechanical)
         away = where(fresh, sample.motor_angle_mechanical, state.sensor) - state.sensor

@@ -29,7 +29,7 @@ class MotorAngleTuning:
         sensor_noise: of one reading of the angle sensor, used for increments only
         speed_wander: that the balance of torques leaves out, per sample
         load_wander: of the load torque, per sample: it may reverse within some 10 ms
-        surprising: square of what measurements say beyond their prediction, in variances, from which the load has
+        surprising: square of the normalised innovations, from which the load has
             stepped: noise of two currents goes beyond once in 22 000 samples, of increments besides once in 6 000
         stepped_speed, stepped_load: what both may then have changed by: a load at its limit within one sample
         most_surprises, step_memory: a step surprises less often than this within that time; more is a wrong model

@@ -71,7 +71,7 @@ class Balance:
         resistance: [ohm]
         inductance: mean of those along and across the flux [H]
         flux: [V s]
-        flux_direction: electrical, from where the sensor says that it points [rad]
+        flux_direction: electrical, from its direction by the sensor [rad]
         unexplained: root mean square of what is left over, share of the voltage's
         windows: how many were counted
         change: of the current over a window, root mean square [A]

@@ -37,7 +37,7 @@ class WhichAngle:
 
     The observer is a fourth opinion: since the disagreement began it has stood by the motor's sensor, or against it. If
     against, the motor's is the wrong one. If by it, one of the other two is: the one that motion betrays; or the
-    steering wheel's, where the motor goes another way than the variable ratio wants of the recorded angle. Otherwise
+    steering wheel's, where the motor departs from the variable ratio's target for the recorded angle. Otherwise
     only that it is not the motor's is known: a control that reads the same wrong wheel follows it.
 
     Args:

@@ -1,7 +1,7 @@
 """The combined sideslip estimator: one extended Kalman filter over all that a car measures.
 
 It reads yaw rate, lateral acceleration and, in a car steered by wire, angle and torque of the road wheels, and follows
-what the car does not know about itself beside the motion.
+unknown parameters of the car beside the motion.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class CombinedState(NamedTuple):
     """Estimate of the filter, its last inputs, and the state of the watch over both.
 
     Args:
-        belief: of the filter
+        belief: estimate of the filter with its covariance
         vehicle_speed, road_wheel_angle: last ones [m/s], [rad]
         angle_gate: of the road-wheel angle
         lateral_acceleration: low-passed [m/s**2]

@@ -78,7 +78,7 @@ def identifiability(estimator: CombinedSideslip, state: CombinedState | Memory) 
         estimator: whose state it is
         state: after a sample, or the `state` of a result of `scan`
 
-    An eigenvalue of the covariance, scaled by the priors, near one says that the data do not show its direction;
+    An eigenvalue of the covariance, scaled by the priors, near one shows that the data do not identify its direction;
     parameters may be identified one by one and yet not be separated, or separated and yet not one by one.
     """
     reached: CombinedState = rebuild(estimator.init(), state.values.tolist()) if isinstance(state, Memory) else state

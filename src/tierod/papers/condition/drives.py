@@ -1,4 +1,4 @@
-"""Drives of the demonstrator: calibration, healthy ones, the tests of the paper, and more faults beyond them."""
+"""Drives of the demonstrator: calibration, fault-free ones, the tests of the paper, and more faults beyond them."""
 
 from __future__ import annotations
 

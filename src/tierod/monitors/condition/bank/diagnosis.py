@@ -15,7 +15,7 @@ class Diagnosis(NamedTuple):
     """Diagnosis at one sample.
 
     Args:
-        hypothesis: the number of the active hypothesis, 0 for healthy
+        hypothesis: the number of the active hypothesis, 0 for fault-free
         faulty: what is declared
         candidates: what might be at fault, where several hypotheses explain the samples about as well
         testable: whether a total loss would show now

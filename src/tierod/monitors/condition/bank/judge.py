@@ -115,7 +115,7 @@ class ConditionJudge:
     def _statements(self, diagnosis: Diagnosis, kinds: Sequence[Kind], loss: LostTorque) -> Statements:
         """Status, kind, magnitude and evidence of every element; since when is still open."""
         weighing, place = self.decision.weighing, len(SENSORS)
-        # A filter that knows too little of the motor may estimate a loss of more than all torque.
+        # A filter with too little information on the motor may estimate a loss of more than all torque.
         lost = Kind(LOST_TORQUE, minimum(loss.share, 1.0), loss.deviation, 0.0)
         made: list[Statement] = []
         for name, faulty, candidate, testable in zip(

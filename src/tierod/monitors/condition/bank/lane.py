@@ -67,9 +67,9 @@ class LeaveOutFilter:
         plausible: ranges of failed sensors
         torque_jump: see `TORQUE_JUMP`
         influence: standard deviations beyond which a reading neither moves the state further nor counts more against
-            the hypothesis: far more than healthy readings reach; a fault does not throw the filter about
+            the hypothesis: far more than fault-free readings reach; a fault does not disturb the filter
         settling: after the start, while the state is found and readings do not count for hypotheses
-        slowest: speed from which the vehicle counts as moving; wheel speed sensors see nothing much slower
+        slowest: speed from which the vehicle counts as moving; wheel speed sensors detect no motion much slower
         largest_force_error: of an axle, beyond which none goes; see `process.LIMITS` for all else
         bending: acceleration across the vehicle from which it is in a bend
         braking: deceleration beyond what the drives give from which something else must brake; steep slopes give less

@@ -142,7 +142,7 @@ class LowGrip:
         Args:
             state: after the sample before
             likelihood: logarithm of the density of this sample where tyres slide
-            others: likewise, of all hypotheses that trust the tyres, the healthy one first
+            others: likewise, of all hypotheses with tyres that hold, the fault-free one first
             drives: likewise, of those that suspect one drive alone
             lack: of force
             moving: whether the vehicle goes forward; while it stands or goes back no time passes to find back in

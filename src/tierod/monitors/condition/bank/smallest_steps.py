@@ -15,7 +15,7 @@ UNIFORM = 1.0 / 12.0
 class SmallestSteps(NamedTuple):
     """Last reading of every sensor, and its smallest change so far.
 
-    A sensor of a bus reads in steps that may be ten times its noise, and no vehicle file need say so.
+    A sensor of a bus reads in steps that may be ten times its noise, and a vehicle file need not state it.
 
     Args:
         last: readings; one that is missing keeps the one before

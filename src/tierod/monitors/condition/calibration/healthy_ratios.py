@@ -72,7 +72,7 @@ def watch(
     """The ratios of all hypotheses on drives, while none of them is declared.
 
     Args:
-        recordings: of healthy driving
+        recordings: of fault-free driving
         vehicle: with calibrated parameters
         progress: called with the share that is done
         bank: lanes with a judge that is `Watching`; that of the whole vehicle if None
@@ -116,7 +116,7 @@ def unreachable(explanations: Sequence[Hypothesis]) -> Limits:
 def block_maxima(ratios: np.ndarray, settling: float = SETTLING) -> np.ndarray:
     """The largest ratio of every block, healthy left out, (blocks, 2 x hypotheses).
 
-    Only what lasts for three samples counts, as the judge says nothing before.
+    Only what lasts for three samples counts, as the judge decides nothing before.
 
     Args:
         ratios: smoothed fast and slowly, the healthy hypothesis first in both, sample by sample

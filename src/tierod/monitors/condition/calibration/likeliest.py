@@ -53,7 +53,7 @@ class WhitenedInnovations:
     """Whitened innovations: the part of every reading that the filter could not predict, each by itself.
 
     Args:
-        filter: the healthy one
+        filter: the fault-free one
     """
 
     filter: LeaveOutFilter
@@ -102,8 +102,8 @@ class Found(NamedTuple):
         names: of the parameters that were looked for
         values, deviations: of them, in SI units
         before, after: mean log likelihood of a sample, without its constant
-        squares: mean squared innovation over its variance of every reading, wheel speeds first; one where the filter
-            knows what it does not know
+        squares: mean squared innovation over its variance of every reading, wheel speeds first; near one is
+            consistent, above one is overconfident
         steps: of the search
         converged: whether it came to an end
     """
@@ -124,10 +124,10 @@ class Search:
     Args:
         vehicle: where to start from; its standard deviations are those of what is known before
         drives: rows of `ConditionSample`
-        free: names of what is looked for, where the vehicle says how well it is known
+        free: names of the unknowns, where the vehicle file gives their uncertainty
 
     Raises:
-        InputError: the vehicle says of none how well it is known
+        InputError: the vehicle file gives the uncertainty of none
     """
 
     def __init__(self, vehicle: Vehicle, drives: Sequence[np.ndarray], free: Sequence[str]):

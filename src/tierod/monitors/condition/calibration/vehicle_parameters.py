@@ -1,4 +1,4 @@
-"""Parameters of a vehicle from a few minutes of healthy driving, by maximum likelihood of the healthy filter."""
+"""Parameters of a vehicle from a few minutes of fault-free driving, by maximum likelihood of the healthy filter."""
 
 from __future__ import annotations
 
@@ -60,13 +60,13 @@ class Calibration:
 def calibrate(
     recordings: Sequence[Recording], vehicle: Vehicle, progress: Callable[[float], None] = lambda share: None
 ) -> Calibration:
-    """Fit the parameters of a vehicle to healthy drives.
+    """Fit the parameters of a vehicle to fault-free drives.
 
     The values of the vehicle file count as known before, with their standard deviations. What a filter else learns
     slowly on the way (offsets, difference of the wheels) is held, so that it goes into the parameters.
 
     Args:
-        recordings: of healthy driving, with bends, braking and both directions
+        recordings: of fault-free driving, with bends, braking and both directions
         vehicle: where to start from
         progress: called with the share that is done
 

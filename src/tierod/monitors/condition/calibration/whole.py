@@ -59,7 +59,7 @@ class ConditionCalibration:
         further: tables of thresholds of other variants by name; none where a signal that they need is missing
         before: the vehicle as it was
         seconds: of driving that the parameters come from
-        suspicions: where drives do not look healthy
+        suspicions: where drives do not look fault-free
     """
 
     calibration: Calibration
@@ -167,10 +167,10 @@ def calibrate_condition(
     hours_between_alarms: float = 1000.0,
     progress: Callable[[float], None] = lambda share: None,
 ) -> ConditionCalibration:
-    """Parameters and limits of a vehicle from its healthy drives, in the order in which they are given.
+    """Parameters and limits of a vehicle from its fault-free drives, in the order in which they are given.
 
     Args:
-        recordings: of healthy driving by name, five minutes and, beyond them, an hour or more
+        recordings: of fault-free driving by name, five minutes and, beyond them, an hour or more
         vehicle: where to start from
         hours_between_alarms: wanted mean time between false alarms [h]
         progress: called with the share that is done
@@ -234,7 +234,7 @@ def suspicions_of(
         drives: in their order
         watched: what the bank makes of each
         explanations: hypotheses, healthy first
-        faulty: ratios from which on a drive does not look healthy, fast and slow [nat]
+        faulty: ratios from which on a drive does not look fault-free, fast and slow [nat]
     """
     faults = explanations[1:]
     single = [k for k, each in enumerate(faults) if len(each.suspects) == 1]

@@ -36,7 +36,7 @@ LATE = 0.15
 class CloseLimits(NamedTuple):
     """Differences that sensors of a calibrated vehicle do not reach.
 
-    Healthy drives of an hour show one sensor off both others by 1.07 and 0.03 s, tyres a tenth larger by 1.10.
+    Fault-free drives of an hour show one sensor off both others by 1.07 and 0.03 s, tyres a tenth larger by 1.10.
 
     Args:
         scale, late: as in `Wiring`

@@ -1,6 +1,6 @@
 """The spread of a vehicle's parameters over one recording, beside the session for the vehicle as its file gives it.
 
-Everything here depends on the samples alone: never on the length of the recording, which a live drive does not know,
+Everything here depends on the samples alone: never on the length of the recording, which is unknown in a live drive,
 and never on how it comes in pieces.
 """
 
