@@ -94,7 +94,7 @@ class Claim:
         goal: range of the figure that meets the claim; None for a descriptive figure
         unit: of all three, in the notation of pint
         note: remark for reading the figure
-        derived: what follows from the equations of the source, which prints no such figure, in the unit; None where
+        derived: figure by the equations of the source, which prints none, in the unit; None where
             nothing was derived
     """
 

@@ -33,7 +33,7 @@ class Table:
         title: a sentence without full stop, with the unit
         header: names of the columns
         rows: cells as text; the first one names the row
-        note: how to read it
+        note: hint for reading it
     """
 
     title: str
@@ -165,7 +165,7 @@ class Chart:
     Args:
         name: identifies it in the page: words joined by hyphens
         title: a few words
-        caption: how to read it
+        caption: hint for reading it
         alternative: its content as text, for those who do not see it
         panels: from top to bottom
     """

@@ -72,7 +72,7 @@ class Decimator:
     Args:
         name: of the signal
         unit: in the notation of pint
-        bins: how many bins there are at the least once they are full; at the most twice as many
+        bins: least number of bins once they are full; at the most twice as many
         reserved: whether memory for all of them is taken at once, so that a program that runs for long keeps its size
     """
 

@@ -69,7 +69,7 @@ def nearest(name: str, known: Iterable[str], count: int = 3) -> str:
     Args:
         name: the name as given
         known: every valid name
-        count: how many to suggest at the most
+        count: largest number of suggestions
 
     Returns:
         for example ``"; did you mean 'yaw_rate'?"``, or the list of known names where none is near

@@ -39,7 +39,7 @@ def replacing(path: str | Path, sweeps: bool = True) -> Iterator[Path]:
 
     Args:
         path: the target; its folder must exist
-        sweeps: whether what killed processes left beside it is removed; a store of thousands of files does that once
+        sweeps: whether leftovers of killed processes are removed; a store of thousands of files does that once
             itself, since a look takes 2 ms there
 
     Raises:

@@ -288,7 +288,7 @@ class Diagnosis:
         histograms: by name, (edges, counts) pairs per stretch of the drive
         loops: hysteresis views: name -> (angle [rad], torque) pairs, decimated
         consistency: NIS and NEES figures by name
-        remarks: how to read a part of the report, by its name ("consistency"); what became of the files of "baseline"
+        remarks: hints for parts of the report, by name ("consistency"); outcome for the files of "baseline"
             and "fault memory", where they were named
         quality: one per channel used
         parameters: rows (name, value, unit, standard deviation, source)

@@ -37,7 +37,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
     Args:
         group: of the entry points ("tierod.monitors")
-        kind: what one of them is called in messages ("monitor")
+        kind: name of one of them in messages ("monitor")
         own: by name, where tierod's own are defined: "module:attribute"
         obstacle: why a loaded object cannot be used, as a half-sentence ("has no variant"); "" where it can
     """

@@ -30,7 +30,7 @@ class Order:
         time: [s], finite, not decreasing, shape (n,)
         index: the samples to take, in order; None where all are taken as they are
         notes: of the repairs
-        behind: how late the latest of those came that were put in order [s]
+        behind: largest delay of those that were put in order [s]
     """
 
     time: np.ndarray

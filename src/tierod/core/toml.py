@@ -62,7 +62,7 @@ def override(
         changes: value by dotted path, `{"steering.friction.level": "8 N*m"}`, or nested tables
         document: where the changes stand, if in a file
         location: of their table in the document
-        what: how to call the instance in a message; the name of its class where it is empty
+        what: name of the instance in a message; that of its class where it is empty
 
     Raises:
         ParameterError: a wrong path, with the nearest right ones; a wrong value as of `build`

@@ -52,7 +52,7 @@ def read_bytes(
         path: of the file
         what: kind of file that it should be, with its article, for messages
         error: raised where it cannot be read
-        cure: what to do where it cannot be read; to check path and permissions where not given
+        cure: remedy where it cannot be read; to check path and permissions where not given
         most: longest content [bytes]
 
     Raises:
@@ -107,7 +107,7 @@ def toml(text: str, where: str | Path, error: type[TierodError] = InputError, cu
         text: as a user wrote it
         where: it stands, for messages
         error: raised where it is none
-        cure: what to do where it is no TOML; to correct it where not given
+        cure: remedy where it is no TOML; to correct it where not given
 
     Raises:
         TierodError: of the class `error`: it is not TOML, or nested too deeply

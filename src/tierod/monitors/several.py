@@ -69,7 +69,7 @@ def judge(
         dbc, channel_map: as of `diagnose`
         start, stop: of the stretch that is judged, in the time of the recording [s]; all of it where not given
         spread: as of `diagnose`
-        command: what the user typed, for the report
+        command: as the user typed it, for the report
         progress: called with the share done, 0 to 1
 
     Raises:

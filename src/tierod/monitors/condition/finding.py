@@ -65,12 +65,12 @@ def judge(
         name: of monitor and variant
         states: of all elements
         drive: figures over it
-        problems: what was wired wrongly
-        lost: what was lost on the way, by element
+        problems: wiring errors
+        lost: losses on the way, by element
         interruptions: times that nothing could be judged any more
         calibrated: whether the limits were designed on this very vehicle
-        notes: what else is to be known
-        causes: what else may explain what is declared
+        notes: further notices
+        causes: other explanations of the declared faults
     """
     evidence = _evidence(states, drive, interruptions)
     warnings = (*(() if calibrated else (UNCALIBRATED,)), *notes, *_not_judged(drive))

@@ -36,7 +36,7 @@ def elements(
     Args:
         courses: of all elements
         drive: figures over it
-        problems: what was wired wrongly
+        problems: wiring errors
         graph: of the substitutes
     """
     codes = load_trouble_codes().codes

@@ -173,7 +173,7 @@ def described(found: Contradiction) -> str:
     """A contradiction as half a sentence.
 
     Args:
-        found: what contradicts the others, with a name
+        found: the contradicting signal, with a name
     """
     name = found.names[0]
     if found.delay > 0.0:

@@ -63,7 +63,7 @@ class DelayedHandTorque:
 
     Args:
         smoother: with stationary gain
-        starting: what it does in gaps
+        starting: behaviour in gaps
     """
 
     smoother: FixedLag

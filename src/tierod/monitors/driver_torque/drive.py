@@ -83,7 +83,7 @@ class Drive(NamedTuple):
         motor_inertia: with the gear's at the motor's shaft, as torques and acceleration show it; None where they do not
         turned: a sentence for every signal whose sign is wrong
         stretches: without hands
-        contradiction: what of the bar's three signals contradicts the others; None where they do not show it
+        contradiction: signal of the bar's three that contradicts the others; None where they do not show it
         motor: signal that the motor's torque was taken from; empty where there was none
     """
 

@@ -29,7 +29,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
     """The finding over a drive.
 
     Args:
-        drive: what was collected
+        drive: its results
         vehicle: whose column it is
         name: of monitor and variant
         rules: whether vehicle file and recording fit

@@ -60,7 +60,7 @@ class HandsMonitor:
         to_on, to_off: sums of the evidence, each with the threshold at which it decides
         motion: acceleration of the wheel, from the rate of the hypothesis that holds
         sample_time: between two samples
-        greatest_offset, greatest_inertia_error: what was learnt beyond them is forgotten, and the hands are not known
+        greatest_offset, greatest_inertia_error: learnt values beyond them are discarded, and the hands are not known
         most: evidence that one sample may give, so that a broken one decides nothing
         doubt: share of a threshold from which on evidence against the present state makes it uncertain
         calm: share of the threshold above which evidence for hands ends all learning
@@ -98,7 +98,7 @@ class HandsMonitor:
             off, on: beliefs of both hypotheses
             learnt: estimate of the wheel without hands when that was last beyond doubt
             to_on, to_off: sums
-            hands: what was decided
+            hands: the decision
             last: sample that was last accepted
             smooth, rate, acceleration: motion of the wheel
             gap: time since a sample was accepted [s]

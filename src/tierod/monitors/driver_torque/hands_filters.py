@@ -80,7 +80,7 @@ class WheelAcceleration:
 
     Args:
         slope: of the rate
-        slow: what the slope was before
+        slow: slope before
     """
 
     slope: Differentiator
@@ -124,7 +124,7 @@ def hands_off_filter(
     Args:
         wheel: as the vehicle file gives it
         sample_time: between two samples [s]
-        hands: what is left without them
+        hands: effects that remain without them
         tolerance: of the wheel's parameters
         noise: of the sensors
     """
@@ -195,8 +195,8 @@ def begun(start: Belief, motion: Belief, learnt: Belief, begins: Scalar, otherwi
 
     Args:
         start: before the first sample; what is expected of the hands' torque
-        motion: what is known of angle and rate
-        learnt: what is known of the wheel's parameters
+        motion: estimate of angle and rate
+        learnt: estimate of the wheel's parameters
         begins: whether it begins
         otherwise: the estimate that goes on where it does not
     """

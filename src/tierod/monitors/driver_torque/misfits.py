@@ -31,7 +31,7 @@ def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     """Contradictions between the vehicle file and the data, a half-sentence each.
 
     Args:
-        drive: what was collected
+        drive: its results
         vehicle: whose column it is
         rules: whether vehicle file and recording fit
     """
@@ -59,7 +59,7 @@ def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
     """Signals that may be wrong instead of the vehicle file, as half-sentences.
 
     Args:
-        drive: what was collected
+        drive: its results
         wrong: as `misfits` gives it
     """
     found = drive.contradiction
@@ -103,7 +103,7 @@ def is_late(drive: Drive, vehicle: Vehicle, rules: FitRules) -> bool:
     """Whether a signal is late by more than its sample time, and the innovations of the observer show it.
 
     Args:
-        drive: what was collected
+        drive: its results
         vehicle: whose column it is
         rules: whether vehicle file and recording fit
     """
@@ -133,7 +133,7 @@ def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
     """Distances of the recording from the vehicle file [standard deviations], by the name of the decision.
 
     Args:
-        drive: what was collected
+        drive: its results
         vehicle: whose column it is
     """
     furthest = max(_departures(drive, vehicle).values(), key=abs)

@@ -32,7 +32,7 @@ class ColumnEstimate(NamedTuple):
         offset: of the sensor that the tuning names, in its unit; 0 where it names none
         innovation: measured less expected; NaN where missing, 0 of a sensor that the tuning leaves out
         nis: normalised innovation squared over what was present
-        present: how many of the outputs were
+        present: number of outputs that were
         ready: 1 while the estimate can be used; 0 before the first complete sample, in a long gap, and while settling
     """
 
@@ -71,7 +71,7 @@ class ColumnObserver:
 
     Args:
         bank: the filters
-        starting: what it does in gaps
+        starting: behaviour in gaps
 
     Without the motor's angle (`outputs` of the tuning) what is below the bar is known through the bar alone: the
     disturbance torque becomes slower and noisier, and an offset of the bar cannot be separated from a twist of it.

@@ -79,7 +79,7 @@ class PrintedObserver:
 
     Args:
         filter: of the column, full or reduced
-        shown: how the estimate follows from the filter's state, rows as in `PrintedEstimate`
+        shown: matrix from the filter's state to the estimate, rows as in `PrintedEstimate`
         fed: and how from the motor's torque
 
     It starts at rest at zero; missing samples are treated as `StationaryFilter` does.

@@ -33,7 +33,7 @@ class StartState(NamedTuple):
         motor_torque: the last one that was there
         missing: for how long samples have been incomplete [s]
         started: 1 after the first complete sample
-        settling: how long the observer still settles after a start [s]
+        settling: time that the observer still settles after a start [s]
     """
 
     motor_torque: Annotated[Scalar, "N*m"]
@@ -47,7 +47,7 @@ class Phase(NamedTuple):
 
     Args:
         motor_torque: of the sample before, which acts until this one; held where it is missing
-        measured: what the observer uses, in the order of the layout
+        measured: outputs that the observer uses, in the order of the layout
         restart: 1 begins anew from this sample, as if at rest
         following: 1 goes on with it, or begins; 0 holds
         ready: 1 where the estimate can be used

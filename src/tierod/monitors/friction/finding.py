@@ -32,7 +32,7 @@ def finding_of(run: FrictionRun) -> Finding:
     """The block's last statement in words.
 
     Args:
-        run: what is known after the last sample
+        run: result after the last sample
 
     Returns:
         healthy, rising, fault; suspect where an alarm came and went, or friction ended above a limit too late for one;

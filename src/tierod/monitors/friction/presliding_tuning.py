@@ -142,7 +142,7 @@ class PreslidingTuning:
     Args:
         error_density: of the torque balance's errors, which last: 0.35 N*m over a second [N**2*m**2*s]:
             12.5 N**2*m**2 per sample of 10 ms
-        error_time: how long an error lasts [s]; where the innovations are larger than density and time allow, the
+        error_time: duration of an error [s]; where the innovations are larger than density and time allow, the
             standard deviation given out grows with them
         memory: time constant of the friction torque in enabled time [s]. Shorter detects a fault sooner and
             scatters more: 10 s halves the delay for 1.3 times the scatter

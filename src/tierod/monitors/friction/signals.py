@@ -55,7 +55,7 @@ class FrictionEstimate(NamedTuple):
         self_aligning_torque: about the kingpins
         innovation, innovation_variance: of the three measurements
         nis: normalised innovation squared over the measurements that were present
-        present: how many measurements were present
+        present: number of present measurements
     """
 
     friction_torque: Annotated[float, "N*m"]

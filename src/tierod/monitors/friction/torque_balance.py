@@ -126,8 +126,8 @@ def regressors(
     Args:
         clean: signals
         column: motion below the torsion bar
-        laws: how friction has built up, exponent 1/2, 1 and 2
-        mean: what is known of the coefficients, for the load of the gear
+        laws: build-up of friction, exponent 1/2, 1 and 2
+        mean: estimate of the coefficients, for the load of the gear
         parameters: of the vehicle
         reference_load: for which friction is stated [N*m]
     """

@@ -72,7 +72,7 @@ class GainLimits:
         slowest: speed from which assist is compared [m/s]; a standing car is parked against its stops
         smallest: driver's torque that holds information on assist [N*m]
         seconds: of such driving that is needed [s]
-        deviation: what the characteristic may leave of the motor's torque, root mean square, relative [-]; fault-free
+        deviation: residual of the characteristic in the motor's torque, root mean square, relative [-]; fault-free
             drives leave 0.04 to 0.17: with more the map is not that of this car
         ratio: factor by which the motor's torque over the driver's may be off [-]; sensors of 10 % and offsets gave
             0.85 to 1.06 in 12 fault-free drives; worn sensors whose gains differ by 30 % gave 0.58

@@ -97,7 +97,7 @@ class VarianceOutput(NamedTuple):
         external_torque: self-aligning torque from the motion of the vehicle, eq (1)
         internal_torque: self-aligning torque from the column, eq (2)
         variance: of their difference over the window
-        samples: how many samples the variance rests on
+        samples: number of samples that the variance rests on
         ready: 1 where these are enough
         enabled: 1 where the sample counted
         fault: 1 where the variance lies above the threshold
@@ -258,7 +258,7 @@ def calibrated(monitor: VarianceFrictionMonitor, healthy: Sequence[Result], quan
 
     Args:
         monitor: that was run on the drives
-        healthy: what it gave
+        healthy: its outputs
         quantile: share of the fault-free windows that stays below the threshold, 0.5 to 1 (1 takes the largest)
 
     Raises:

@@ -25,7 +25,7 @@ class AlarmTuning:
         wander: standard deviation of a fault-free car's estimate about its baseline, as a share of it [-]: the unit of
             the distance from a limit. 0.036 in wind, ruts and banked bends, the worst of fault-free cars (24 drives);
             0.008 on usual roads (48 cars, simulated)
-        excess: how long times how far a limit must be exceeded, as a share of the limit [s]: 0.25 is 10 % for 2.5 s or
+        excess: time integral of the excess over a limit, as a share of the limit [s]: 0.25 is 10 % for 2.5 s or
             50 % for 0.5 s. Larger alarms later and rides out longer excursions; see `RISING_DESIGN` for what it costs
         ceiling: the excess counted is held to this [s], so an alarm ends that soon after friction is back
         gain_deviation: standard deviation of the torques' common gain, relative [-]; two torques of 10 % each, the
@@ -38,7 +38,7 @@ class AlarmTuning:
             change to be seen is 0.1, with a reserve for poor roads
         smallest_excitation: mean build-up of friction below which it cannot be separated from stiffness [-]; simulated
             strokes shorter than the Dahl angle give 0.3, usual roads 0.8 to 0.95
-        largest_residual: what the torque balance may leave open (root mean square), as a share of friction [-]. Where
+        largest_residual: residual allowed in the torque balance (root mean square), as a share of friction [-]. Where
             it leaves more than `fitting_misfit` allows, 63 fault-free drives without a step (50 ms of delay and unknown
             laws among them) gave at most 0.10, and with gusts and ruts 0.21 for 19 s; a wrong sign of the rate gives
             0.36 to 0.54, a yaw rate in degrees 0.13 to 0.29, no lateral acceleration 0.15 to 0.27, simulated

@@ -20,7 +20,7 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recordin
     """Refuse a recording without a signal that the monitor needs, or with one in counts where a torque is needed.
 
     Args:
-        monitor: what judges
+        monitor: the judging monitor
         vehicle: whose torques may be counts; None where none is given
         piece: the first one of the recording, with all derived signals
 

@@ -61,7 +61,7 @@ class Decision:
     """One way in which a monitor turns a number into a statement: residual, distance, stopping rule.
 
     Args:
-        name: what is decided
+        name: of the decision
         distance: statistic of the rule, and its unit
         rule: the block of `tierod.methods.detectors` that decides, with its threshold, or `OwnRule`
         place: where it is in a session, attribute by attribute ("block.verdict.alarm"); "" for the session itself

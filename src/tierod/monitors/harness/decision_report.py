@@ -76,7 +76,7 @@ def decided(
     Args:
         decisions: of the variant
         session: that takes them
-        reached: how far each came, by name
+        reached: furthest statistic of each, by name
         passed: when each was first beyond its threshold [s], by name
     """
     return tuple(

@@ -55,7 +55,7 @@ class InputChecks:
         Args:
             whole: the piece that they were taken from
             start: of the recording [s]
-            usable: what the monitor takes, without what is stuck
+            usable: input of the monitor, without stuck signals
         """
         self._there.update(name for name in usable.names if name in whole)
         self.judged.add(usable, self._there)

@@ -61,8 +61,8 @@ class Run:
     """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut.
 
     Args:
-        monitor: what is watched
-        variant: how it is watched
+        monitor: of the run
+        variant: of the monitor
         vehicle: that the recording is judged as
         baseline: of this car; the monitor learns one where not given
         memory: path of the fault memory that takes the recording as one operation cycle

@@ -39,8 +39,8 @@ class Conclusion:
         loops: name -> (angle [rad], torque)
         consistency: figures of the innovations by name
         parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
-        baseline: what was learnt of this vehicle and may be kept as its fault-free state; None where nothing was or may
-        remarks: how to read a part of the report: "estimate" or "consistency" -> a sentence or two
+        baseline: learnt parameters of this vehicle that may be kept as its fault-free state; None where there are none
+        remarks: hints for parts of the report: "estimate" or "consistency" -> a sentence or two
         withheld: traces that a report must not show, since their value was withheld
         course: the running verdict from change to change; empty for a monitor that judges a recording as a whole
         code_courses: the same for single trouble codes by name, of a monitor that distinguishes several faults
@@ -233,7 +233,7 @@ class Monitor:
         subjects: signals whose faults it judges itself, so that it must see them stuck as well
         reaction: time that it needs to find a fault [s]; where required signals are lost for longer at the end of a
             recording, that is not healthy
-        condition: what the recording must be and no channel shows, as a half-sentence after "if"; "" where any will do
+        condition: requirement that no channel shows, as a half-sentence after "if"; "" where any will do
         learns: whether it learns a baseline of the vehicle, which later recordings are judged against
     """
 

@@ -22,8 +22,8 @@ class Alarm(NamedTuple):
         name: of its output
         decision: that raises it
         code: trouble code that stands for it
-        cause: what it means
-        action: what to do
+        cause: its meaning
+        action: the remedy
     """
 
     name: str

@@ -99,7 +99,7 @@ class SensorComparison:
 
     Args:
         gate: when the difference counts
-        increments: what both gain over a window
+        increments: of both over a window
         stuck: whether the sensor stands still while the observer turns
         backwards: sum of windows in which the sensor turns against the observer, less those with it
         angle, speed: sums of the differences of angle and of speed

@@ -69,7 +69,7 @@ class Drive(NamedTuple):
         suspect: code of the angle that plausibility suspects
         starts: first instants of alarms
         voltages: that the observer was fed with
-        lost: what the inverter took; None where the voltages were measured
+        lost: voltage loss of the inverter; None where the voltages were measured
         misread: cause and cure, where the whole recording is consistent once it is read otherwise
         contradicting: share of the induced voltage that contradicts its turning since `model` alarmed; else NaN
         mismatch: greatest one of the three angles while they did not fit, at the pinion

@@ -82,7 +82,7 @@ def judge(drive: Drive, vehicle: Vehicle) -> Finding:
     """The finding over a drive; it names the voltages it rests on.
 
     Args:
-        drive: what was collected
+        drive: its results
         vehicle: whose motor it is
     """
     finding = _judged(drive, vehicle)
@@ -246,7 +246,7 @@ def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...
     """Voltages that a finding rests on, and whether the inverter is another than the vehicle file's.
 
     Args:
-        lost: what the inverter was found to take; None where the voltages were measured
+        lost: estimated voltage loss of the inverter; None where the voltages were measured
         voltages: that the observer was fed with
     """
     if lost is None:

@@ -71,9 +71,9 @@ class Balance:
         resistance: [ohm]
         inductance: mean of those along and across the flux [H]
         flux: [V s]
-        flux_direction: electrical, from its direction by the sensor [rad]
+        flux_direction: electrical, relative to its direction by the sensor [rad]
         unexplained: root mean square of what is left over, share of the voltage's
-        windows: how many were counted
+        windows: number of counted ones
         change: of the current over a window, root mean square [A]
         turn: of the rotor's direction over a window, likewise, electrical [rad]
     """

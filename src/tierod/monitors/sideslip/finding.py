@@ -35,7 +35,7 @@ def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool) -> Ob
     """Why nothing can be stated; None where something can.
 
     Args:
-        drive: what was collected
+        drive: its results
         needs_torque: whether the estimator cannot run without the torque of the steering
         torque_known: whether the vehicle file converts the motor's torque into it
     """
@@ -66,7 +66,7 @@ def withheld(drive: SideslipDrive, name: str, reason: Obstacle) -> Finding:
     """The finding where nothing can be stated.
 
     Args:
-        drive: what was collected
+        drive: its results
         name: of monitor and variant
         reason: as `obstacle` gives it
     """
@@ -79,7 +79,7 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
     """The finding where the sideslip was estimated.
 
     Args:
-        drive: what was collected
+        drive: its results
         name: of monitor and variant
         misfit_rule: decides whether the parameters fit
         nis: mean per reading

@@ -173,7 +173,7 @@ class SteeringTorqueObserver(ABC):
 
     Args:
         low_speed: when it runs
-        axles: how well they are known
+        axles: their uncertainty
     """
 
     low_speed: LowSpeed

@@ -113,7 +113,7 @@ class ScheduledObserver:
         model: discrete, linear in its state apart from friction
         parameters: of the model
         schedule: gain row by row, variances, and the inverse of the innovations' covariance (packed), by speed
-        asked: how many variances there are
+        asked: number of requested variances
         growth: of each variance per sample, while the observer is held
         fading: share of that growth which is left after a sample of observing
     """
@@ -236,8 +236,8 @@ def scheduled(
 
     Args:
         model: at any speed
-        gain: how a gain is designed
-        functionals: what variances are wanted
+        gain: design of a gain
+        functionals: quantities with requested variances
         process: variance that each state gains per sample
         reading: variance of each measurement
 

@@ -122,7 +122,7 @@ class Decision:
         Args:
             state: after the sample before
             sample: of the bank, and the outputs of all lanes
-            effects: what the fault of each sensor that is declared adds to its reading; a loss if None
+            effects: additions of the declared sensor faults to their readings; a loss if None
         """
         lanes, readings = sample.lanes, readings_of(sample.sample)
         likelihoods = [lane.log_likelihood for lane in lanes]

@@ -16,8 +16,8 @@ class Diagnosis(NamedTuple):
 
     Args:
         hypothesis: the number of the active hypothesis, 0 for fault-free
-        faulty: what is declared
-        candidates: what might be at fault, where several hypotheses explain the samples about as well
+        faulty: declared elements
+        candidates: elements that may be faulty, where several hypotheses explain the samples about as well
         testable: whether a total loss would show now
         recovering: declared, but as it should be for the last samples
         gated: readings that are far off in this sample alone, or not declared yet
@@ -57,7 +57,7 @@ def gated(
     Args:
         readings: of all sensors
         estimate: of the selected lane
-        faulty: what is declared
+        faulty: declared elements
         deviations: number of standard deviations beyond which a reading is far off
     """
     known = zip(readings, estimate.prediction, estimate.deviation, faulty, strict=False)
@@ -79,7 +79,7 @@ def values_of(readings: Sequence[Scalar], estimate: LeaveOutFilter.Output, fault
     Args:
         readings: of all sensors
         estimate: of the selected lane
-        faulty: what is declared
+        faulty: declared elements
         off: readings that are far off, see `gated`
     """
     known = zip(readings, estimate.estimate, faulty, off, strict=False)

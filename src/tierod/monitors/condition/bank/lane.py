@@ -239,7 +239,7 @@ class LeaveOutFilter:
         """The filter of a hypothesis, made from the one that suspects nothing.
 
         Args:
-            hypothesis: what it leaves out
+            hypothesis: with the elements to leave out
         """
         error, vehicle = self.model_error, self.vehicle
         if not {*SCALED}.isdisjoint(hypothesis.sensors):

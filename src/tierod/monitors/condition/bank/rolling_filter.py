@@ -302,6 +302,6 @@ class RollingFilter:
         """The filter of a hypothesis, made from the one that suspects nothing.
 
         Args:
-            hypothesis: what it leaves out
+            hypothesis: with the elements to leave out
         """
         return replace(self, trusted=self.trusted._replace(**dict.fromkeys(hypothesis.suspects, 0.0)))

@@ -78,7 +78,7 @@ class Testability:
         Args:
             weighing: of the hypotheses
             unread: for how many samples each sensor has had no reading
-            suspected: what is declared
+            suspected: declared elements
         """
         most = self.missing / weighing.sample_time
         gone = {name: where(unread[SENSORS.index(name)] > most, 1.0, 0.0) for name in self.judged}
@@ -105,7 +105,7 @@ class Testability:
         Args:
             weighing: of the hypotheses
             lanes: outputs of all
-            suspected: what is declared
+            suspected: declared elements
             seen: output of the selected lane
             open_: whether each hypothesis may be declared
         """

@@ -44,7 +44,7 @@ class ModelError:
         tie_rod, tie_rod_share: likewise, of the tie rod's force
         standing: added to the tie rod's error at standstill, where the tyres twist on the spot
         loss: of the torque of a suspected actuator, as a share
-        yaw_rate_offset, angle_offset, wheel_speed_difference: how far they wander off a calibration
+        yaw_rate_offset, angle_offset, wheel_speed_difference: deviations from a calibration
         wheel_speed_scale, drive_excess: likewise, as shares: load and tyres change after a calibration
         wheel_speed_scale_alone: likewise, where the yaw rate or a wheel is left out: nothing would show it but the
             acceleration across, which the body's roll bends by some percent

@@ -84,7 +84,7 @@ class Place(NamedTuple):
         gradient, information: of it, in standard deviations of what is known before
         scores: gradients of every sample of every drive
         squares: mean squared innovation over its variance of every reading
-        samples: how many
+        samples: number of them
     """
 
     cost: float

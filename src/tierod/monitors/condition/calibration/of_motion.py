@@ -51,7 +51,7 @@ class MotionCalibration:
     Args:
         designed: limits
         before: the vehicle as it was
-        lowered: how many of the limits were lowered to those of a car without limits of its own
+        lowered: number of limits that were lowered to those of a car without limits of its own
         suspicions: where drives do not look fault-free
     """
 

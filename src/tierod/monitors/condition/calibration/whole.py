@@ -232,7 +232,7 @@ def suspicions_of(
 
     Args:
         drives: in their order
-        watched: what the bank makes of each
+        watched: outputs of the bank on each
         explanations: hypotheses, healthy first
         faulty: ratios from which on a drive does not look fault-free, fast and slow [nat]
     """

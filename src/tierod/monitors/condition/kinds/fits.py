@@ -53,7 +53,7 @@ def fitted(fit: Fit, reading: Scalar, row: Scalar, square: Scalar, alike: Scalar
     Args:
         fit: before
         reading: of the sensor, or what it is off by
-        row: what the parameter is multiplied with
+        row: factor of the parameter
         square: variance of the reading
         alike: samples over which errors are alike
         share: see `log_density`
@@ -72,7 +72,7 @@ def sloped(fit: SlopeFit, off: Scalar, time: Scalar, square: Scalar, alike: Scal
 
     Args:
         fit: before
-        off: what the reading is off by
+        off: deviation of the reading
         time: since the start
         square: variance of the deviation
         alike: samples over which errors are alike

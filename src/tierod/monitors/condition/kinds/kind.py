@@ -61,7 +61,7 @@ class KindOfFault:
         doubt: nats within which a kind may be as well as the likeliest: the effect is the mildest of theirs
         agrees: deviations of the prediction within which a reading that moves again is as it should be
         young: until which a large factor is an outlier; Li, Frey, Gauterin, section 5, have outliers of one second
-        large: what a large factor differs from one by
+        large: difference of a large factor from one
         unknown: standard deviation of lasting errors of predictions that no filter models, as of a vehicle that
             was not calibrated: it widens magnitudes, and passes for no drift [unit of the signal]
         sample_time: [s]

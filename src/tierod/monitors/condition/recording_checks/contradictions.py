@@ -26,8 +26,8 @@ class Problem(NamedTuple):
     Args:
         kind: sign, time, scale or rate
         elements: sensors that it concerns
-        cause: what it is
-        action: what to do
+        cause: its description
+        action: the remedy
     """
 
     kind: str
