@@ -120,7 +120,7 @@ def _is_whole(value: object) -> bool:
 
 
 def _is_finite(value: object) -> bool:
-    """Whether it is a number that a float holds: JSON knows neither a largest number nor, in Python, NaN."""
+    """Whether it is a number that a float holds: JSON has neither a largest number nor, in Python, NaN."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
@@ -163,7 +163,7 @@ def failed(entry: Entry, code: TroubleCode) -> Entry:
 
 
 def displaced(entry: Entry) -> Entry:
-    """The entry after it made room for another: no longer kept, but what its test says now still stands."""
+    """The entry after it made room for another: no longer kept, but the present result of its test still stands."""
     gone = CodeStatus.PENDING | CodeStatus.CONFIRMED | CodeStatus.WARNING_REQUESTED
     return Entry(status=entry.status & ~gone, counter=entry.counter, verdict=entry.verdict)
 

@@ -1,4 +1,4 @@
-"""Effort of a study, and the drives it asks for: each a cell that is driven once and kept."""
+"""Effort of a study, and its requested drives: each a cell that is driven once and kept."""
 
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ class Executor:
             self._stop(set(self.busy))  # their results are not needed any more
 
     def _answer(self, connection: Connection) -> tuple[int, Any] | None:
-        """(number of the task, what became of it); None where a process only says that it has started."""
+        """(number of the task, its outcome); None where a process only reports that it has started."""
         try:
             result = connection.recv()
         except (EOFError, OSError):

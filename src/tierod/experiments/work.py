@@ -146,7 +146,7 @@ def failed(cell: Cell, reason: str, lasting: bool) -> dict[str, Any]:
 
 
 def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | None) -> dict[str, Any]:
-    """The record of a verdict; one that cannot be made says why."""
+    """The record of a verdict; one that cannot be made gives the reason."""
     record: dict[str, Any] = {"monitor": verdict.judge.label, "drive": task.cell.key, "judged": None, "baseline": None}
     if verdict.lesson.refusal:
         return record | {"reason": verdict.lesson.refusal, "lasting": verdict.lesson.lasting}

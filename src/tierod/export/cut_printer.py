@@ -249,7 +249,7 @@ class CutPrinter(BranchingPrinter):
         return super().statement(index, named, places, notes, indent).replace("const int v", "const bool v", 1)
 
     def _picked(self, index: int, named: dict[int, str], indent: str) -> str:
-        """A value by its number, with brackets where checkers of C ask for them."""
+        """A value by its number, with brackets where checkers of C require them."""
         number, *values = self.program.operations[index].arguments
         given, last = self._real(number, named), len(values) - 1
         lines = (
@@ -270,7 +270,7 @@ class CutPrinter(BranchingPrinter):
         return self.spelling.number(float(operation.constant)) if operation.name == "constant" else None
 
     def expression(self, operation: Operation, named: dict[int, str]) -> str:
-        """An operation as C writes it, with brackets where checkers of C ask for them."""
+        """An operation as C writes it, with brackets where checkers of C require them."""
         name, arguments = operation.name, operation.arguments
         if name in COMPARE:
             return f"({super().expression(operation, named)})"

@@ -31,7 +31,7 @@ EDGE: Annotated[float, "s"] = 0.5
 
 
 class TooShort(InputError):
-    """A recording that no monitor can say anything about."""
+    """A recording that no monitor can judge."""
 
 
 @dataclass(frozen=True)
@@ -223,6 +223,6 @@ def _finite(value: float | None) -> float | None:
 
 
 def worst(statuses: Sequence[str]) -> str:
-    """The status that counts of several: a fault before what could not be judged, that before healthy."""
+    """The status that counts of several: a fault before what could not be judged, that before fault-free."""
     order = {0: 2, 1: 0, 2: 1}
     return min(statuses, key=lambda each: order[Status(each).exit_code])

@@ -141,7 +141,7 @@ class Place:
 
 @contextmanager
 def answering(address: str) -> Iterator[None]:
-    """Say in one sentence that a storage does not answer.
+    """Report in one sentence that a storage does not answer.
 
     Args:
         address: that is asked

@@ -162,7 +162,7 @@ def _near_text(trends: Trends, car: int) -> str:
 
 
 def _telling(trends: Trends, car: int, changed: bool) -> np.ndarray:
-    """Rows of the drives that say so: the last ones since the change, the newest first."""
+    """Rows of the drives that show it: the last ones since the change, the newest first."""
     rows, day = trends.series.row[car], trends.series.drives.day[car]
     there = rows >= 0
     since = there & (day > trends.began[car]) if changed else there

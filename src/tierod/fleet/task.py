@@ -206,7 +206,7 @@ def _loaded(parameters: str) -> Vehicle:
 
 
 def _judged(job: Job, path: Path, assigned: Assigned, row: dict[str, Any]) -> bytes:
-    """The findings, as they are kept or made now; what the ledger says of them goes into the row."""
+    """The findings, as they are kept or made now; the ledger's facts about them go into the row."""
     from tierod.monitors.harness.named_vehicle import vehicle_named_in
 
     car = _loaded(assigned.parameters or vehicle_named_in(path))

@@ -112,7 +112,7 @@ def series(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> Se
 
 
 def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> pa.Table:
-    """Estimates as the findings of a fleet, which `tierod fleet report` reads; the version says how they came about.
+    """Estimates as the findings of a fleet, which `tierod fleet report` reads; the version states how they came about.
 
     Args:
         cars: drives

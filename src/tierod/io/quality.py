@@ -160,7 +160,7 @@ def figure_remarks(
 
 
 def assumes_unit(note: str) -> bool:
-    """Whether a note says that the file gives no unit, so that the signal's unit was assumed."""
+    """Whether a note states that the file gives no unit, so that the signal's unit was assumed."""
     return "unit not given" in note
 
 
@@ -170,7 +170,7 @@ def follows_from_figures(remark: str) -> bool:
 
 
 def tells_of_implausible_values(remark: str) -> bool:
-    """Whether a remark says that the values leave the plausible range of their signal."""
+    """Whether a remark states that the values leave the plausible range of their signal."""
     return _PLAUSIBLE in remark
 
 

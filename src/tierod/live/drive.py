@@ -193,7 +193,7 @@ class Drive:
         return f"no frame came for {SILENT:.0f} s; switch the ignition on, and check channel and bit rate"
 
     def once(self, key: str, text: str) -> None:
-        """Say a problem, once in a drive.
+        """Report a problem, once in a drive.
 
         Args:
             key: of the problem

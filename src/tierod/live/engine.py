@@ -224,7 +224,7 @@ class Engine:
                 self._feed(judge, self._streams[judge.name], frames, piece)
 
     def settle(self, piece: Piece) -> None:
-        """A piece was judged: ticks go on from it, and what changed is said."""
+        """A piece was judged: ticks go on from it, and changes are reported."""
         if self.decoder.known is None:
             return
         picks = [pick for stream in self._streams.values() if stream.plan is not None for pick in stream.plan.picks]

@@ -1,4 +1,4 @@
-"""A frame of a live bus, and what the receiver says beside frames."""
+"""A frame of a live bus, and the receiver's notices beside frames."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class Health:
 
 
 def received(inbox: Inbox, health: Health, hub: Hub) -> list[Frame]:
-    """The frames that have come; notices of buses are counted and said.
+    """The frames that have come; notices of buses are counted and reported.
 
     Args:
         inbox: that receivers fill

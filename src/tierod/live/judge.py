@@ -139,7 +139,7 @@ class Judge:
             self.broken, self.reason = True, str(error)
 
     def add(self, piece: Recording) -> None:
-        """The next piece of the drive; a monitor that cannot take it says why, and the others go on."""
+        """The next piece of the drive; a monitor that cannot take it gives the reason, and the others go on."""
         if self.broken:
             return
         try:

@@ -114,7 +114,7 @@ def numbered(path: Path | None, drives: int) -> Path | None:
 
 
 def guarded(hub: Hub, work: Callable[[], None]) -> None:
-    """Do some work, and say what is wrong where it fails.
+    """Do some work, and report the error where it fails.
 
     Args:
         hub: takes the sentence

@@ -89,7 +89,7 @@ class Steer(NamedTuple):
 
 
 class Wheels(NamedTuple, Generic[Each]):
-    """One of a kind per wheel; a number where nothing else is said."""
+    """One of a kind per wheel; a number where nothing else is stated."""
 
     front_left: Each
     front_right: Each
@@ -98,7 +98,7 @@ class Wheels(NamedTuple, Generic[Each]):
 
 
 class Hand(NamedTuple):
-    """The steering wheel as the hands feel it."""
+    """The steering wheel as it acts on the hands."""
 
     angle: Scalar
     rate: Scalar
@@ -232,7 +232,7 @@ class Steering(Protocol):
         """
 
     def signals(self, motion: Motion, memory: Memory, loads: Loads) -> Tree:
-        """NamedTuple of what can be seen at one instant: canonical names, and `truth_...` for what no sensor sees."""
+        """NamedTuple of the signals at one instant: canonical names, and `truth_...` for those without a sensor."""
 
 
 class Seen(NamedTuple):

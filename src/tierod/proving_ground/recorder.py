@@ -112,7 +112,7 @@ def _interpolated(series: np.ndarray, place: np.ndarray) -> np.ndarray:
 
 
 def channel(name: str, time: np.ndarray, values: np.ndarray, described: Mapping[str, str]) -> Channel:
-    """A channel of the virtual car; units from the catalogue of signals, else as the plant says."""
+    """A channel of the virtual car; units from the catalogue of signals, else from the plant."""
     plain = name.removeprefix(TRUTH)
     unit = SIGNALS[plain].unit if plain in SIGNALS else described.get(plain, described.get(name, ""))
     return Channel(name, time, values, unit, "virtual car")

@@ -58,7 +58,7 @@ def not_run(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
 
 
 def to_know(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
-    """Rows of recording, monitors and what a reader of their verdicts must know; what several monitors say is one."""
+    """Rows of recording, monitors and notices for a reader of their verdicts; notices of several monitors are one."""
     monitors: dict[tuple[str, str], list[str]] = {}
     for one in judged:
         for name, diagnosis in one.diagnoses.items():

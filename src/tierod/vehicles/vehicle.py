@@ -1,4 +1,4 @@
-"""A vehicle as tierod knows it: parameters in SI units, each with its spread and its source."""
+"""A vehicle in tierod: parameters in SI units, each with its spread and its source."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def catalogue() -> dict[str, Any]:
 
 
 def _size_in(content: Mapping[str, Any]) -> str:
-    """The size of a fault as its file says it; "" where it has none that can be changed by itself."""
+    """The size of a fault from its file; "" where it has none that can be changed by itself."""
     behaviour = content.get("behaviour")
     inner = behaviour if isinstance(behaviour, Mapping) else {}
     return str(content.get("size", inner.get("to", inner.get("size", ""))))

@@ -69,7 +69,7 @@ class ChosenScenario(Given):
 
 
 class JobShape(BaseModel):
-    """A job: waiting, running, done, failed or cancelled; `share` is done, `text` says what, `found` is its result."""
+    """A job: waiting, running, done, failed or cancelled; `share` is done, `text` in words, `found` is its result."""
 
     id: str
     kind: str

@@ -1,4 +1,4 @@
-"""A process that waits for one job, works on it within its limits, and says how far it is."""
+"""A process that waits for one job, works on it within its limits, and reports its progress."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class Clock:
 
 
 def is_time(name: str) -> bool:
-    """Whether a column's title says that it holds the time."""
+    """Whether a column's title is one of a time."""
     words = [word for word in re.split(r"[^a-z]+", name.lower()) if word]
     return _is_called_time(name) or bool({"time", "timestamp"} & set(words))
 

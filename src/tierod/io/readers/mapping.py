@@ -171,7 +171,7 @@ def _find(source: str, columns: dict[str, Column]) -> Column | None:
 
 
 def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tuple[dict[str, Signal], dict[str, str]]:
-    """The signal of every column that has one, and by signal what to say where several columns could be it."""
+    """The signal of every column that has one, and by signal a warning where several columns could be it."""
     candidates: dict[str, list[Column]] = {}
     for column in columns:
         found = _meant(column)

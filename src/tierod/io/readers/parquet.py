@@ -214,7 +214,7 @@ def _source(
 
 
 def _refuse_large(path: Path, file: pq.ParquetFile, needed: Sequence[str]) -> None:
-    """Stop where the columns unfold to too much, as the file says itself before anything is unpacked."""
+    """Stop where the columns unfold to too much, by the file's own metadata, before anything is unpacked."""
     about = file.metadata
     places = [place for place in range(about.num_columns) if about.schema.column(place).path in needed]
     allowance = Allowance(path, path.stat().st_size)

@@ -57,7 +57,7 @@ class ReducedColumn:
 
 @dataclass(frozen=True, eq=False)
 class ColumnAnalysis:
-    """All that the parameters of a column say before it moves.
+    """All results from the parameters of a column before it moves.
 
     Args:
         system: linear, without friction

@@ -89,7 +89,7 @@ class Cusum:
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         value = number(sample)
         use = counts(value, enabled)
         up, down = state
@@ -157,7 +157,7 @@ class GeometricAverage:
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         value = number(sample)
         average = state.average + self.weight * where(counts(value, enabled), value - state.average, 0.0)
         alarm = where(watched(average, self.sides) >= self.threshold, 1.0, 0.0)
@@ -209,7 +209,7 @@ class HeldThreshold:
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         value = number(sample)
         use = counts(value, enabled)
         more = minimum(state.held + 1.0, float(self.hold))

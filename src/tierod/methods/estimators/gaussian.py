@@ -38,7 +38,7 @@ COVARIANCE_UPDATES = ("schmidt", "printed")
 
 
 class Prediction(NamedTuple):
-    """The belief before the measurements of a sample.
+    """The prior estimate of a sample, before its measurements.
 
     Args:
         mean, covariance: predicted, flat and packed
@@ -116,7 +116,7 @@ class GaussianFilter(ABC):
         return estimate_class(self.model, self.full_covariance)
 
     def init(self) -> Belief:
-        """The belief before the first sample."""
+        """The prior before the first sample."""
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
         return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
 
@@ -159,7 +159,7 @@ class GaussianFilter(ABC):
 
     @abstractmethod
     def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
-        """The belief one sample on."""
+        """The estimate one sample on."""
 
     @abstractmethod
     def _correct(

@@ -154,7 +154,7 @@ class InTurn(NamedTuple):
 
 
 def correct_in_turn(covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) -> InTurn:
-    """`correct`, with what each measurement says beyond those before it: the factors of the joint likelihood."""
+    """`correct`, with each measurement's innovation beyond those before it: the factors of the joint likelihood."""
     shift: Vector = [0.0] * order(covariance)
     nis: Scalar = 0.0
     count: Scalar = 0.0

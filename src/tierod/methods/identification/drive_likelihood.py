@@ -61,7 +61,7 @@ class DriveLikelihood:
     Output = DriveScore
 
     def init(self) -> Belief:
-        """The belief before the drive."""
+        """The prior before the drive."""
         return self.filter.init()
 
     def step(self, state: Belief, sample: DriveSample) -> tuple[Belief, DriveScore]:

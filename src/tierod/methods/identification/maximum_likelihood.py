@@ -274,7 +274,7 @@ class MaximumLikelihood:
         return float(-0.5 * now.gradient @ self._step(place, now, moving, 0.0)) < self.NEAR
 
     def _step(self, place: np.ndarray, now: Likelihood, moving: Sequence[int], damping: float) -> np.ndarray:
-        """A damped step of Fisher scoring; noises that are nil already and want to fall further stay."""
+        """A damped step of Fisher scoring; noises that are zero already and would fall further stay."""
         least = np.concatenate([np.full(self._count, -np.inf), self._least])[list(moving)]
         kept = np.flatnonzero((place[list(moving)] > least + 1e-9) | (now.gradient < 0.0))
         information = now.information[np.ix_(kept, kept)]

@@ -140,7 +140,7 @@ class Innovations:
         return sample_class(self.model, ())
 
     def init(self) -> Belief:
-        """The belief that the first sample corrects."""
+        """The prior that the first sample corrects."""
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
         return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
 

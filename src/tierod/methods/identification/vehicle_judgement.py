@@ -106,7 +106,7 @@ def _bound(partners: Sequence[tuple[float, str]]) -> str:
 
 
 class Contradiction(NamedTuple):
-    """A parameter of which the file says one thing and the drives another one.
+    """A parameter whose value in the file contradicts the drives.
 
     Args:
         name: of the parameter

@@ -53,7 +53,7 @@ class Changes:
 
 
 def clip_for(wrong_share: float) -> float:
-    """Clip at which a drive says no more than the ratio of a right drive's density to that of a wrong one, [2.5 to 4].
+    """Clip at which a drive's innovation is as likely by a wrong drive as by a change, [2.5 to 4].
 
     Args:
         wrong_share: of drives with errors `WRONG` times as large; 1 % gives 3.5

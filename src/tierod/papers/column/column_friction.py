@@ -1,4 +1,4 @@
-"""Friction at the motor of a steering column: its torque, and its level, by a Kalman filter that knows Dahl's law."""
+"""Friction at the motor of a steering column: its torque, and its level, by a Kalman filter with Dahl's law."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ class Drive:
 
 
 def calibration_drives(vehicle: int = 1, swing: bool = True) -> tuple[Drive, tuple[Drive, ...]]:
-    """Five healthy minutes for parameters, and an hour for thresholds, on rounds drawn at random.
+    """Five fault-free minutes for parameters, and an hour for thresholds, on rounds drawn at random.
 
     Args:
         vehicle: number of the demonstrator

@@ -163,7 +163,7 @@ class CalibrationSet(NamedTuple):
 
 
 def calibration_set(number: int, quick: bool, drives: int = QUICK_DRIVES) -> CalibrationSet:
-    """Five healthy minutes of a vehicle and an hour; 80 seconds and a few drives of ten minutes if quick.
+    """Five fault-free minutes of a vehicle and an hour; 80 seconds and a few drives of ten minutes if quick.
 
     Args:
         number: of the vehicle

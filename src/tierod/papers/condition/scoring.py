@@ -31,7 +31,7 @@ UNNAMED, AMBIGUOUS, NEVER = "none", "ambiguous", "never shows"
 
 
 class StrictScore(NamedTuple):
-    """Score of a fault, observable as soon as a likelihood-ratio test with true parameters sees it.
+    """Score of a fault, observable as soon as a likelihood-ratio test with true parameters detects it.
 
     Args:
         outcome, accuracy_excused, delay_shown: as of `FaultScore`

@@ -24,7 +24,7 @@ from tierod.papers.condition.scoring import (
 
 
 class Strict(NamedTuple):
-    """Figures of the faults that a likelihood-ratio test with true parameters sees.
+    """Figures of the faults that a likelihood-ratio test with true parameters detects.
 
     Args:
         missed: never declared

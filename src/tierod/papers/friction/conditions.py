@@ -49,7 +49,7 @@ class Found:
     estimates: dict[tuple[str, float], np.ndarray]
 
     def deviations(self, name: str) -> tuple[float, float]:
-        """Standard deviation of a reading, healthy and PWM 25 % [N*m]."""
+        """Standard deviation of a reading, fault-free and PWM 25 % [N*m]."""
         healthy, faulty = (deviation(self.estimates[name, level]) for level in LEVELS)
         return healthy, faulty
 

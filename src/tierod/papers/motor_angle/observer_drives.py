@@ -31,7 +31,7 @@ NOISE = tuple(NOISES[name] for name in MotorAngleObserver.Sample._fields)
 
 @dataclass(frozen=True)
 class ObserverDrive:
-    """A drive as an observer sees it, and the truth.
+    """A drive by the inputs of an observer, and the truth.
 
     Args:
         samples: of `MotorAngleObserver.Sample`, (n, 5), at `RATE`

@@ -55,7 +55,7 @@ WRONG = {
 
 
 class Course(NamedTuple):
-    """One drive to be measured: of the motor, of the bench, what the file says, whether it is fast."""
+    """One drive to be measured: of the motor, of the bench, values in the file, whether it is fast."""
 
     ratio: float
     seed: int

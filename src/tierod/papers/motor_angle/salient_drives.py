@@ -1,4 +1,4 @@
-"""Benches with salient motors, loads that step within one sample, and the monitor with what a file says of them."""
+"""Benches with salient motors, loads that step within one sample, and the monitor with a file's values of them."""
 
 from __future__ import annotations
 

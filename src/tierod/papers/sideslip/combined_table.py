@@ -36,7 +36,7 @@ UNFOLLOWED = "nothing followed"
 
 @dataclass(frozen=True)
 class Case:
-    """A drive and a belief, with the claim that is made of it.
+    """A drive and assumptions of the estimator, with the claim that is made of it.
 
     Args:
         course: name of the drive

@@ -101,7 +101,7 @@ ROLLING = 0.5
 
 
 class Body(NamedTuple):
-    """Signals of body and wheels before sensors, and what no sensor sees (`truth_`)."""
+    """Signals of body and wheels before sensors, and quantities without a sensor (`truth_`)."""
 
     yaw_rate: Annotated[Scalar, "rad/s"]
     lateral_acceleration: Annotated[Scalar, "m/s**2"]

@@ -16,7 +16,7 @@ from tierod.proving_ground.parts import Road, Wheels, Wind
 
 
 class Planar(Protocol):
-    """The motion of a chassis, as far as the air feels it."""
+    """Motion of a chassis that determines the air forces."""
 
     @property
     def speed(self) -> Scalar:

@@ -70,7 +70,7 @@ class Pedals:
     def press(
         self, foot: Foot, speed: Scalar, wanted_speed: Scalar, planned: Scalar, step: Scalar
     ) -> tuple[Foot, Scalar]:
-        """Once a step: the foot afterwards, and the acceleration [m/s**2] that it asks of the car.
+        """Once a step: the foot afterwards, and the acceleration [m/s**2] that it commands.
 
         Args:
             foot: before

@@ -108,7 +108,7 @@ class Reach:
 
     @cached_property
     def outputs(self) -> dict[str, str | None]:
-        """Unit of every channel of the car, None where nothing says."""
+        """Unit of every channel of the car, None where none is given."""
         declared = declared_units(trace(self._plant).output_tree)
         return {
             name: SIGNALS[name].unit if name in SIGNALS else declared.get(name) for name in channel_names(self._plant)

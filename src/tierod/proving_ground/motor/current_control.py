@@ -1,4 +1,4 @@
-"""Field-oriented control of the current in a permanent-magnet motor, as its control unit sees the motor."""
+"""Field-oriented control of the current in a permanent-magnet motor, by its control unit's model of the motor."""
 
 from __future__ import annotations
 

@@ -212,7 +212,7 @@ def _plant(name: str, own: Plant, document: Document) -> Plant:
 
 
 def _course(given: object, document: Document) -> tuple[AnyCourse, int | None]:
-    """The course, and its own seed where the table says one."""
+    """The course, and its own seed where the table has one."""
     table = {"name": given} if isinstance(given, str) else given
     if not isinstance(table, Mapping):
         raise document.error(("course",), "'course' has to be the name of a course, or a table")

@@ -55,7 +55,7 @@ class DemonstratorMotion(NamedTuple):
 
 
 class DemonstratorSignals(NamedTuple):
-    """Signals before sensors, and what no sensor sees; the steering-wheel angle is that of the column.
+    """Signals before sensors, and quantities without a sensor; the steering-wheel angle is that of the column.
 
     The drive torques are those that have acted over the step before. Friction is that of `SteeringSignals`.
     """

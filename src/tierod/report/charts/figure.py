@@ -154,7 +154,7 @@ def strip(trace: Trace, per_second: float, factor: float, label: str, axis_name:
 
 
 def level_colour(name: str) -> str:
-    """The colour of a reference level, from what its name says."""
+    """The colour of a reference level, by its name."""
     for word, colour in (("fault", RED), ("rising", AMBER), ("nominal", GREEN), ("learnt", GREEN)):
         if word in name.lower():
             return colour

@@ -131,7 +131,7 @@ class DriverIntervention:
         request: float
 
     class Output(NamedTuple):
-        """Whether control may act, whether a driver has just been found (1.0 or 0.0), and the sum that says so."""
+        """Whether control may act, whether a driver has just been found (1.0 or 0.0), and the sum that decides it."""
 
         allowed: Annotated[float, ""]
         found: Annotated[float, ""]

@@ -42,7 +42,7 @@ ActuatorFlags: Any = named_tuple("ActuatorFlags", [(each.name, Annotated[float, 
 
 
 class Repaired(NamedTuple):
-    """The sensors as reconfigured, what the filters say, the torque as it is sensed, and r19."""
+    """The sensors as reconfigured, the filters' estimates, the torque as it is sensed, and r19."""
 
     measured: Measured
     motion: Motion

@@ -140,7 +140,7 @@ class RuleDiagnosis:
 
 
 def _fit(rule: SymptomRule, ratios: dict[str, Scalar]) -> tuple[Scalar, Scalar]:
-    """Whether all is as a rule asks, and the weighted share that is."""
+    """Whether all conditions of a rule hold, and the weighted share that does."""
     asked: list[tuple[str, Scalar]] = []
     for name in rule.abnormal:
         asked.append((name, absolute(ratios[name]) >= 1.0))

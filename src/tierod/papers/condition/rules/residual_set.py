@@ -27,7 +27,7 @@ from tierod.papers.condition.rules.steering_signals import Smooth, SteeringSigna
 
 @dataclass(frozen=True)
 class ResidualSet:
-    """r1 to r19 at every sample, each with a flag that says whether it is there.
+    """r1 to r19 at every sample, each with a flag for its presence.
 
     Args:
         car: the vehicle
@@ -73,7 +73,7 @@ class ResidualSet:
         there: Measured
 
     class Output(NamedTuple):
-        """Residuals, whether each is there, what the filters say, the readings after the hold, and the excitation."""
+        """Residuals, whether each is there, the filters' estimates, the readings after the hold, and the excitation."""
 
         residuals: SensorResiduals
         there: SensorFlags
