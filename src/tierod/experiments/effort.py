@@ -29,7 +29,7 @@ class Effort:
     """Effort that is put into a study, and what makes its drives.
 
     Args:
-        quick: a few minutes of driving only: shows that everything works, its figures say little
+        quick: a few minutes of driving only: a check that everything works, its figures are no evidence
         processes: worker processes; one per core if None
         thorough: hours of driving more, where a study counts what is rare
         results: results of drives that are kept from run to run; None keeps nothing

@@ -48,7 +48,7 @@ def judge(
     Args:
         recording: measured channels, and the truth in channels prefixed `truth_`
         monitor: and its variant
-        belief: parameters that the monitor assumes of the car
+        belief: parameters of the car that the monitor assumes
         baseline: what was learnt of this car before
         fault: when it acts; None in a fault-free drive
         settling: enabled time from the start of a fault until estimates count as those of the fault [s]

@@ -22,7 +22,7 @@ class Judge:
     Args:
         label: as the campaign calls it
         monitor, variant: by name
-        belief: parameters that it assumes of the car
+        belief: parameters of the car that it assumes
         learns: whether it judges against the baseline from the first fault-free drive of the same car
     """
 

@@ -115,7 +115,7 @@ class Place:
             sync: whether it is on the disk, and not only on its way, when this returns
 
         Raises:
-            OutputError: it cannot be written; the message says why and what to do
+            OutputError: it cannot be written; the message states cause and remedy
         """
         try:
             if self.local:

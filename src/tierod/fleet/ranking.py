@@ -54,7 +54,7 @@ class Reason:
         text: one sentence
         inspect: what to look at
         trends: series that it rests on, with the place of the car in it; None where it rests on verdicts
-        rows: of the findings that say so
+        rows: of the findings behind it
         weight: of reasons of one urgency, the largest first
     """
 

@@ -56,7 +56,7 @@ class FleetReport:
         judged: of them, with a verdict
         outcomes: of recordings: outcome -> how many
         ledger: outcomes with their reasons, the most frequent first; judged ones without remark are not among them
-        remarks: what a reader must know
+        remarks: notices for a reader
         created: when, as text
         command: what the user typed
     """

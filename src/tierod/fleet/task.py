@@ -59,7 +59,7 @@ class Task:
     Args:
         job: what is asked
         found: the recording
-        assigned: its vehicle; None where the recording has to be opened to know it
+        assigned: its vehicle; None where only the opened recording names it
         fleet: how it is known then
     """
 

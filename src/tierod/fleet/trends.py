@@ -218,7 +218,7 @@ def _change(drives: Drives, prior: Prior, known: Learnt, design: Design, cars: i
 def _refine(change: _Change, car: int, drives: Drives, known: Learnt) -> None:
     """Beginning and size of a car's change, anew from all its drives, in place.
 
-    The search that counts every look bounds what a drive may say, and forgets old beginnings. Once a change is found,
+    The search that counts every look bounds a drive's evidence, and drops old beginnings. Once a change is found,
     all drives that fit their neighbours count in full.
     """
     one = drives.of(slice(car, car + 1))

@@ -1,7 +1,7 @@
 """Drives at estimate level: what a monitor would have estimated, drawn from its measured errors.
 
 A year of a thousand cars is 52 000 drives; where a study needs ten thousand vehicle-years, drives are not driven.
-Their estimates are drawn from how far the monitor was off on virtual drives that were, and every table says so.
+Their estimates are drawn from the monitor's errors on virtual drives, and every table states it.
 """
 
 from __future__ import annotations

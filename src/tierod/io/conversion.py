@@ -52,7 +52,7 @@ def convert(
 
     Args:
         paths: of the recordings
-        output: whose ending says the format
+        output: whose ending selects the format
         dbc: databases of a CAN log
         channel_map: which makes canonical signals of columns; without one, columns keep their names and units
         canonical: whether signals that are known by name take their canonical name and SI unit without a map too

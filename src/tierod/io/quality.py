@@ -227,7 +227,7 @@ def _range_remark(name: str, unit: str, least: float, most: float, assumed: bool
     if low <= least and most <= high:
         return []
     first, last, lower, upper = (in_words(value, unit, 4) for value in (least, most, low, high))
-    # A unit that the file or the map says is not guessed again.
+    # A unit given by the file or the map is not guessed again.
     advice = "check sensor, unit and factor"
     if assumed:
         in_degrees = unit.startswith("rad") and math.radians(max(-least, most)) <= max(-low, high)

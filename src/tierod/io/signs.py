@@ -22,7 +22,7 @@ class SignLimits:
     Args:
         rate: of the comparison [Hz]
         smoothing: time [s] that is averaged first: below 1 Hz a car follows its wheel without delay, above it shakes
-        slowest: speed [m/s] below which lateral acceleration and steering say little about the turn
+        slowest: speed [m/s] below which lateral acceleration and steering hold little information on the turn
         correlation: magnitude from which a pair agrees or contradicts
         seconds: of driving that must be common to a pair
         yaw_rate: spread of the smoothed yaw rate [rad/s] below which there were no turns; five times its noise

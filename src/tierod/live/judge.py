@@ -66,7 +66,7 @@ class Shown:
         reason: why it does not run; "" where it does
         values: newest of every estimate, by name
         units: of them
-        enabled: share of the last stretch in which it learnt; NaN where it does not say
+        enabled: share of the last stretch in which it learnt; NaN where it does not report it
         history: past values of every estimate
         ticking: whether status and values are those of the last tick; else of the last piece
     """
@@ -116,7 +116,7 @@ class Judge:
     Raises:
         ParameterError: there is no such monitor
 
-    `needs` are the channels that it reads; `broken` says that it cannot go on, for the `reason`.
+    `needs` are the channels that it reads; `broken` is whether it cannot go on, for the `reason`.
     """
 
     def __init__(self, name: str, plan: Plan):

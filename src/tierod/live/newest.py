@@ -40,7 +40,7 @@ class Newest:
         """Set the signals that are taken from the frames; what came before stays.
 
         Args:
-            known: what the databases say of the frames
+            known: description of the frames by the databases
             buses: name of a bus by its number in `known`
             picks: how canonical signals are made from columns; one whose columns are of several messages is left out
             kept: signals of which the past is kept

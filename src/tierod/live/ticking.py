@@ -52,7 +52,7 @@ class Ticker:
         run: that has begun, with a session that runs a block
         newest: values of the signals
 
-    `live` says whether its state follows on that of the pieces, `status` is the running verdict and since when, and
+    `live` is whether its state follows on that of the pieces, `status` is the running verdict and since when, and
     `changed` whether that is new; `corrected` counts pieces that differed.
     """
 

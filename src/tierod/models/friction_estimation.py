@@ -31,7 +31,7 @@ class FrictionParameters:
         steering_wheel_inertia, steering_wheel_damping: parts of J_eq and B_eq above the torsion bar
         torsion_bar_stiffness: [N m/rad]; infinite for a rigid bar, as the model of the paper has it
 
-    The model of the paper knows no bar; estimators that do look at `below_bar`.
+    The model of the paper has no bar; estimators with one use `below_bar`.
     """
 
     mass: Annotated[float, "kg"]

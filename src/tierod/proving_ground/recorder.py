@@ -179,9 +179,9 @@ class Readings:
         """The measured channels, with the faults of recorded signals.
 
         Args:
-            truths: what every sensor saw at its instants
+            truths: true signal of every sensor at its instants
             faulty: (channel, time stamps, readings) to both with the faults of recorded signals
-            described: units that the plant says
+            described: units that the plant gives
         """
         result = {}
         for name, sensor in self.sensors.items():
@@ -199,7 +199,7 @@ def true_channels(
     Args:
         truths: by channel, those of the measured ones left aside
         measured: names of the measured channels
-        described: units that the plant says
+        described: units that the plant gives
     """
     grids: dict[int, np.ndarray] = {}
     return {

@@ -206,7 +206,7 @@ class _Run:
         self.samples = np.empty((self.longest, len(self.index)))
         self.outputs = {name: columns[0] for name, columns in channel_names(self.block).items()}
         self.limits = [(self.outputs[name], limit) for name, limit in LIMITS.items() if name in self.outputs]
-        # A unit of another tool may know the speed of its wheels alone.
+        # A unit of another tool may have the speed of its wheels alone.
         self.speed = self.outputs.get("truth_speed", self.outputs.get("vehicle_speed", 0))
         self.car, self.reason = car, ""
         self.advance: Callable[[np.ndarray, np.ndarray, np.ndarray, int], int | None]

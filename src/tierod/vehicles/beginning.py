@@ -101,7 +101,7 @@ def text_of(
         name: of the car
         kind: its class
         parameters: in the order in which they are written
-        channel_map: name of the file beside it that says how to read its recordings; None without one
+        channel_map: name of the file beside it for reading its recordings; None without one
         like: name of the similar car; None without one
         counts: whether its torques are raw counts, so that those of another car say nothing
         database: name of the CAN database of its bus; None without one

@@ -103,7 +103,7 @@ def page(app: FastAPI) -> None:
 def _early(request: Request) -> str:
     """Requests that the view begins with, for the browser to send while it still reads the modules.
 
-    They follow from the address alone, so that the page says nothing about what is served.
+    They follow from the address alone, so that the page reveals nothing about what is served.
     """
     wanted = ["/api/site"]
     file = request.query_params.get("file", "")

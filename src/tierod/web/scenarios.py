@@ -82,7 +82,7 @@ def drive(given: Mapping[str, Any], progress: Callable[[float], None]) -> tuple[
         outcome = whole.run(progress)
     except ParameterError as error:
         source.unlink()
-        # Whoever chose in the page sees no file and no lines.
+        # A choice in the page has no file and no lines to name.
         plain = re.sub(rf"{re.escape(str(source))}, (line \d+: )?", "", str(error)).replace(str(source), "the scenario")
         raise ParameterError(_as_chosen(plain, given.get("faults", ()))) from None
     path = source.with_suffix(".parquet")

@@ -34,7 +34,7 @@ class Entry:
 
     Args:
         source: names of the columns, which are summed
-        unit: of sign * factor * source + offset; None where it is that of the columns, and the file says it
+        unit: of sign * factor * source + offset; None where it is that of the columns, and the file states it
         sign: 1 or -1
         factor: multiplies the source
         offset: added after sign and factor, in `unit`
@@ -56,8 +56,8 @@ class TimeEntry:
     """Column of a table that is its time.
 
     Args:
-        column: its name; the first whose title says so where None
-        unit: of the time columns; what their titles say where None
+        column: its name; the first with such a title where None
+        unit: of the time columns; that of their titles where None
     """
 
     column: str | None = None

@@ -27,7 +27,7 @@ class Pick:
         entry: sign, factor and offset
         scale: from the unit of the columns
         notes: what was guessed
-        assumed: the file says no unit, and the canonical one was taken
+        assumed: the file has no unit, and the canonical one was taken
     """
 
     name: str
@@ -118,7 +118,7 @@ def _fits(channel_map: ChannelMap, columns: dict[str, Column]) -> bool:
 
 def _wanted(names: tuple[str, ...], columns: dict[str, Column]) -> set[str]:
     for name in names:
-        # A monitor asks for the truth of a simulation by name; recordings of cars have none.
+        # A monitor reads the truth of a simulation by name; recordings of cars have none.
         if name not in columns and name not in SIGNALS and not name.startswith(TRUTH):
             raise InputError(
                 f"'{name}' is neither a signal nor a column of the file{nearest(name, [*SIGNALS, *columns])}"

@@ -44,7 +44,7 @@ def open_parquet(path: Path, time: TimeEntry = GUESSED) -> Source:
 
     Args:
         path: of the file
-        time: which column is the time, as a user says; not looked at in a file that tierod wrote
+        time: column of the time, as a user gives it; not looked at in a file that tierod wrote
 
     Raises:
         InputError: the file is damaged, or holds no time column

@@ -19,7 +19,7 @@ class RunLengthLine:
 
     Args:
         start, slope: ln(values between false alarms) = start + slope * growth of the threshold
-        observed: healthy values that it was counted on
+        observed: fault-free values that it was counted on
     """
 
     start: float

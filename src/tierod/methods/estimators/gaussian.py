@@ -42,7 +42,7 @@ class Prediction(NamedTuple):
 
     Args:
         mean, covariance: predicted, flat and packed
-        points: what the kind of filter wants to carry to its correction
+        points: values that the kind of filter carries to its correction
     """
 
     mean: Vector
@@ -132,7 +132,7 @@ class GaussianFilter(ABC):
         """One sample on: predict with its inputs, correct with its measurements.
 
         Args:
-            state: belief after the sample before
+            state: estimate after the sample before
             sample: `input`, `measured` and, with maskable states, `enabled`
             process_noise, input_noise, measurement_noise: variances of this one sample, where they depend on it; they
                 replace those of the tuning, None entries in the same places

@@ -72,7 +72,7 @@ class ImmFilter:
         initial_probabilities: of the models
 
     A sample is that of a `KalmanFilter`. The estimate has its fields, of the mixture (`nis` weighed by the models'
-    probabilities), and `probabilities`. Missing outputs correct nothing and say nothing about the models, a missing
+    probabilities), and `probabilities`. Missing outputs correct nothing and leave the model probabilities, a missing
     input holds all means.
 
     Validity: as `KalmanFilter`; models that last many samples.

@@ -1,6 +1,6 @@
 """The steps of every Kalman-type estimator, on tuples of scalars: predict, correct, consider, hold.
 
-They know models only as Jacobians and residuals, so monitors with structure of their own can use them directly.
+They take models only as Jacobians and residuals, so monitors with structure of their own can use them directly.
 """
 
 from __future__ import annotations

@@ -163,7 +163,7 @@ class Found:
 
     Args:
         name: as in a vehicle file
-        before, before_deviation: of the vehicle file; the value is NaN, and the deviation None, where it says none
+        before, before_deviation: of the vehicle file; the value is NaN, and the deviation None, where it has none
         value, deviation: found
         low, high: ends of the 95 % interval
         method: "instruments" or "likelihood"

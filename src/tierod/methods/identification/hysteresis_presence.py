@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.physics.friction import dahl_update
 
-_SMALLEST = 1e-6  # of a singular value over the largest: below, two columns say the same
+_SMALLEST = 1e-6  # of a singular value over the largest: below, two columns are dependent
 
 
 SMALLEST_SHARE = 0.1

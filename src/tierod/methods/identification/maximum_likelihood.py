@@ -58,7 +58,7 @@ class End(NamedTuple):
 class MaximumLikelihood:
     """Parameters of a discrete model, and the noise of its inputs and outputs, from experiments.
 
-    Noise of an input (an unrecorded torque) drives the model; a simulation alone does not know it and drifts
+    Noise of an input (an unrecorded torque) drives the model; a simulation alone lacks it and drifts
     away, which least squares of simulated against measured output take for wrong parameters. Where the input is exact
     its noise is found to be nil, and the estimate becomes that of least squares (`OutputError`).
 

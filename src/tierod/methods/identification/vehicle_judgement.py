@@ -139,7 +139,7 @@ def contradictions(posterior: Posterior, priors: Sequence[Prior], names: Sequenc
 
     Args:
         posterior: with little known before of these parameters
-        priors: what the file says
+        priors: from the file
         names: of the parameters
     """
     values, deviations, before = posterior.values, posterior.deviations, {each.name: each for each in priors}

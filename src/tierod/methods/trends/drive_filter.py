@@ -21,7 +21,7 @@ class TrendNoise:
     Args:
         level_walk: random walk of the level [unit/sqrt(d)]: what wear, grease and settling move without a direction
         slope_walk: random walk of the slope [unit/d/sqrt(d)]: how fast an ageing may set in or end
-        scatter: standard deviation from drive to drive that no drive knows of itself [unit]: road, tyres, load
+        scatter: standard deviation from drive to drive that no drive's deviation holds [unit]: road, tyres, load
         scale: true error of a drive over the deviation that it states [-]
         clip: innovation, in its own deviations, beyond which a drive counts no more than at it [-]; 2.5 loses 1 % of
             the evidence of Gaussian drives, and bounds that of a drive that is wrong altogether

@@ -171,8 +171,8 @@ class HandsDesign(NamedTuple):
     """Measured design for both changes.
 
     Args:
-        to_on: evidence that it takes to say "on", from data without hands
-        to_off: evidence that it takes to say "off", from data with hands
+        to_on: evidence required for "on", from data without hands
+        to_off: evidence required for "off", from data with hands
     """
 
     to_on: RatioDesign

@@ -92,7 +92,7 @@ class DriveScore(NamedTuple):
         wrong_share: share of the time with faults in which a fault-free element is declared
         false_alarms: declarations that begin while nothing, or something else, is at fault, those within a fault aside
         healthy_hours: without fault
-        flagged_share: share of the healthy time in which anything at all is declared
+        flagged_share: share of the fault-free time in which anything at all is declared
         named: what was declared at most samples at which a fault shows and all have shown for a while
     """
 

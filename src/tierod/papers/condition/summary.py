@@ -29,8 +29,8 @@ class Strict(NamedTuple):
     Args:
         missed: never declared
         not_testable: not even seen by that test
-        worst: least accuracy without the samples at which that test sees nothing
-        delays: from the first sample at which that test sees them, of those found, ascending
+        worst: least accuracy without the samples at which that test detects nothing
+        delays: from the first sample at which that test detects them, of those found, ascending
     """
 
     missed: int
@@ -59,7 +59,7 @@ class Summary(NamedTuple):
         false_alarms: outside faults
         healthy_hours: without fault
         bound: upper 95 % bound of the rate of false alarms
-        strict: the same faults, observable as soon as a likelihood-ratio test with true parameters sees them
+        strict: the same faults, observable as soon as a likelihood-ratio test with true parameters detects them
     """
 
     drives: int

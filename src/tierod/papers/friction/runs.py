@@ -49,7 +49,7 @@ def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress, first
     """Every drive once, with all estimators that any part needs.
 
     Args:
-        parts: what each part of the study wants
+        parts: drives that each part of the study needs
         effort: what makes the drives
         progress: called with the share of the driving done and what is driven
         first: seed from which the numbers of the drives count

@@ -215,7 +215,7 @@ def estimator(belief: Belief = right, readings: str = WITH, tuning: CombinedTuni
     """The combined estimator for the virtual car.
 
     Args:
-        belief: what it takes the car for
+        belief: assumed parameters of the car
         readings: name in `READINGS`
         tuning: the default one where None
     """

@@ -40,7 +40,7 @@ class Case:
 
     Args:
         course: name of the drive
-        belief: what the estimator takes the car for
+        belief: parameters of the car that the estimator assumes
         goal: root mean square error at most, with all signals [deg]; None where none was set
         claim: name after the group
     """

@@ -97,8 +97,8 @@ class Observed(NamedTuple):
     Args:
         reaction: of the chassis
         steering: signals of the steering
-        view: what the driver sees
-        demand: what the course asks for
+        view: inputs of the driver
+        demand: of the course
     """
 
     reaction: Reaction
@@ -151,7 +151,7 @@ class Car:
     def ports(self) -> tuple[str, ...]:
         """Names of the signals that control units read, and of the actuators, where faults can act.
 
-        An actuator without a port of its own gives what its control unit asks for. What a control unit has passed
+        An actuator without a port of its own gives what its control unit commands. What a control unit has passed
         through the port of an actuator itself, before a drive of its own, does not pass it again.
         """
         return self.steering.actuators

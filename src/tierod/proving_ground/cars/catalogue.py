@@ -73,7 +73,7 @@ class VirtualCar:
     """A car of the virtual proving ground.
 
     Args:
-        file: what its file says
+        file: content of its file
         document: the file
         block: the car itself
     """
@@ -100,7 +100,7 @@ class VirtualCar:
     def varied(self, choice: Choice, document: Document, location: tuple[str | int, ...] = ()) -> Plant:
         """The car with other tyres, parts and parameters, as a block.
 
-        What the car's file says about a part that is replaced holds for the new one as far as it has the same
+        Values in the car's file for a part that is replaced apply to the new one as far as it has the same
         parameters.
 
         Args:

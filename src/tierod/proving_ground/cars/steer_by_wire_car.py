@@ -23,7 +23,7 @@ class Steered(NamedTuple):
 class SteerByWireCar(Car):
     """Chassis, steer-by-wire steering, driver, and the control of road wheels and feel.
 
-    The angle control knows the damping of the steering (Yih, Ryu, Gerdes give it that much) and learns the rest.
+    The angle control has the damping of the steering (Yih, Ryu, Gerdes give it that much) and learns the rest.
 
     Args:
         steering_ratio: wanted turn of the road wheels per turn of the steering wheel, where the gain is one

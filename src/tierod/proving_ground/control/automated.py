@@ -74,7 +74,7 @@ class AutomatedDriver:
     """Pure pursuit with the path's curvature ahead, an angle control for two steering motors, and a speed control.
 
     Localisation (offset and course against the path) is exact; speed, yaw rate and steering-wheel angle are what
-    sensors say. The driver knows the car by numbers of its own.
+    sensors say. The driver assumes numbers of its own for the car.
 
     Args:
         mass, wheelbase, understeer_gradient, steering_ratio: assumed; the ratio is road wheel per steering wheel

@@ -123,7 +123,7 @@ class HumanDriver:
 
     The arms are a spring and damper that pull the wheel towards an angle the muscles have reached; the muscles follow
     the wanted angle with a lag of second order, critically damped. After Pick and Cole, Vehicle System Dynamics 46
-    (2008). The person knows a car by four numbers of their own, which need not be those of the car.
+    (2008). The person assumes four numbers of their own for a car, which need not be those of the car.
 
     Args:
         mass: assumed, of the car

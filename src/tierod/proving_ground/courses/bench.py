@@ -26,7 +26,7 @@ class BenchTorque(Described):
         amplitude: of the motor's torque at its shaft
         settle: at rest before the test
         time: of the whole
-        wheel: locked, free, or held by hands without stiffness, of which a motor alone knows nothing
+        wheel: locked, free, or held by hands without stiffness, which a motor alone ignores
         gear_torque: constant, on the output of the gear, as from a road; of a column alone
     """
 

@@ -54,7 +54,7 @@ class Course(Protocol):
         Args:
             time: instants [s]
             distance, speed: of the car along the path, as foreseen for these instants [m], [m/s]
-            ahead: how much earlier the driver wants to know the curvature [s]
+            ahead: time by which the driver reads the curvature earlier [s]
         """
 
 

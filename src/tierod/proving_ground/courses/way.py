@@ -21,7 +21,7 @@ class Way:
 
     Args:
         curvature: positive to the left [1/m]
-        speed: limit where no bend or stop asks for less [m/s]
+        speed: limit where no bend or stop requires less [m/s]
         lateral_acceleration: limit in bends [m/s**2]
         slopes: "road.bank_angle", "road.grade_angle" where the road is not level [rad]
         stops: (distance [m], duration [s]) of every halt, in order

@@ -51,7 +51,7 @@ class Target(NamedTuple):
     Args:
         role: SIGNAL, LOOP, ACTUATOR, PARAMETER or SURROUNDING
         name: channel, port, dotted path of a parameter, or input of the car
-        unit: of its values; None where nothing says
+        unit: of its values; None where none is given
         usual: value without fault, of a parameter; None where it is known in the run only
         limits: of a parameter, or of what is around the car
     """

@@ -158,7 +158,7 @@ class Schedule:
 
         Args:
             time: of the steps [s]
-            usual: gives what the course says about an input of the car, shape of `time`; needed where a fault changes
+            usual: gives the course's value of an input of the car, shape of `time`; needed where a fault changes
                 what is around the car
 
         Returns:

@@ -74,7 +74,7 @@ class ForeignCar:
         path: of the unit
         wiring: how it is connected, as text
         driver: whose hands and feet
-        assist: unit that asks for the motor's torque; None where the vehicle brings its own
+        assist: unit that commands the motor's torque; None where the vehicle brings its own
         start: how a run begins
         step_time: between two exchanges
     """

@@ -78,7 +78,7 @@ class ScenarioFile:
         car: a name, or a table
         course: a name, or a table of `name` (or `kind`) and what differs
         seconds: duration; the course's own where absent
-        seed: of all chance; that of the course too, where the course says none
+        seed: of all chance; that of the course too, where the course has none
         sensors: those of a production car where absent
         scatter: none where absent
         faults: a table each; none where absent

@@ -20,7 +20,7 @@ class Analysis:
         summary: paragraphs: what it comes to
         items: headings, tables and charts, one after the other; the terminal shows the tables
         document: the same as data, SI units, for JSON
-        remarks: what a reader must know
+        remarks: notices for a reader
         fits: whether the recording, where there is one, fits the model
     """
 

@@ -77,7 +77,7 @@ class Measured:
         rate: at which the signals were compared [Hz]
         responses: measured, by output
         model: complex gain of the linear column at the same frequencies, by output
-        remarks: what a reader must know
+        remarks: notices for a reader
         differences: between both, by output
     """
 

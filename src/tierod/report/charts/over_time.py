@@ -224,7 +224,7 @@ def verdict_marks(
     """Lines and labels at which the change began that led to the verdict, and at which it was decided; where known.
 
     Args:
-        diagnosis: whose first finding says when
+        diagnosis: whose first finding gives the time
         per_second: what the axis counts a second as
         top: upper end of the labels, as a share of the chart
     """

@@ -102,7 +102,7 @@ class DriverIntervention:
 
     Args:
         cusum: stopping rule on the size of the torque, `design`
-        restless: the same above the quiet torque: at its alarm the hands are not still, which noise alone never says
+        restless: the same above the quiet torque: at its alarm the hands are not still, which noise alone never causes
         quiet: how long the hands must be still
         inertia_uncertainty: of the steering wheel's inertia, whose torque is forgiven besides
         unseen_torque: that stands for a missing one; the torque that must be found
