@@ -178,7 +178,7 @@ def _overview() -> str:
 
 
 def summary(verb: str) -> str:
-    """What a verb does, in a line."""
+    """One-line description of a verb."""
     return (_module(verb).__doc__ or "").strip().splitlines()[0].rstrip(".")
 
 

@@ -118,7 +118,7 @@ def diagnose(
 
 @dataclass(frozen=True)
 class _Reading:
-    """How the recordings are read and judged: as which cars, by which files, which stretch, with their spread."""
+    """Choice of how the recordings are read and judged: as which cars, by which files, which stretch, which spread."""
 
     cars: Sequence[Vehicle]
     dbc: list[Path] | None

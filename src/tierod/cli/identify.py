@@ -93,7 +93,7 @@ def _same_file(subject: str, car: Vehicle, output: Path | None, in_place: bool) 
 
 
 def _target(car: Vehicle, output: Path | None, in_place: bool) -> Path | None:
-    """Where the vehicle file goes."""
+    """Path that the vehicle file is written to."""
     from tierod.core.errors import OutputError
     from tierod.vehicles.vehicle import SHIPPED
 

@@ -167,7 +167,7 @@ def _can_run(ready: Readiness, verdict: str) -> str:
 
 
 def _say_which_vehicle(car: Vehicle | None) -> None:
-    """What the list of monitors rests on."""
+    """Print the vehicle that the list of monitors rests on."""
     if car is None:
         text = "no vehicle is named, so that a typical car stands for it; --vehicle looks at the parameters of yours"
     else:

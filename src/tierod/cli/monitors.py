@@ -39,7 +39,7 @@ def monitors(
 
 
 def _for_vehicle(name: str | None, vehicle: str, json: bool) -> None:
-    """What every variant lacks with a vehicle."""
+    """Print the needs of every variant that a vehicle does not meet."""
     from tierod.monitors.needs import lacking
     from tierod.monitors.registry import MONITORS
     from tierod.vehicles import load
@@ -157,7 +157,7 @@ def _show(monitor: Monitor) -> None:
 
 
 def _other_needs(monitor: Monitor) -> Iterable[str]:
-    """What variants need in place of the monitor's signals; a diagnosis takes them where those are missing."""
+    """Signals that variants need in place of the monitor's own; a diagnosis takes them where those are missing."""
     for each in monitor.variants.values():
         needed = monitor.needing(each).required
         if others := [name for name in needed if name not in monitor.required]:

@@ -73,7 +73,7 @@ def replay(
 
 
 def _print(played: Played, as_json: bool) -> None:
-    """What was played and what went wrong on purpose."""
+    """Print the replayed drive and the disturbances put into it on purpose."""
     import dataclasses
 
     from tierod.cli.terminal import output, print_json

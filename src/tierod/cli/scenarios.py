@@ -49,7 +49,7 @@ def _names() -> dict[str, tuple[str, ...]]:
 
 
 def _kind_of(name: str, wanted: tuple[str, ...]) -> str:
-    """What a name means; a path is a file of the first kind wanted."""
+    """Kind of file that a name refers to; a path is a file of the first kind wanted."""
     from pathlib import Path
 
     from tierod.core.errors import ParameterError, nearest

@@ -100,7 +100,7 @@ OFF_PATH = 10.0
 
 
 def _astray(outcome: Outcome) -> str:
-    """What it most often means that a driver has lost a car that a unit computes; "" where he has not."""
+    """Most frequent cause where a driver has lost a car that a unit computes; "" where he has not."""
     import numpy as np
 
     offset = outcome.recording.channels.get("truth_lateral_offset")
@@ -118,7 +118,7 @@ STANDING = 0.5
 
 
 def _standing(scenario: Scenario, outcome: Outcome) -> str:
-    """What it most often means that a unit's car does not drive where its course does; "" where it drives."""
+    """Most frequent cause where a unit's car does not drive where its course does; "" where it does."""
     import numpy as np
 
     speeds = [

@@ -45,7 +45,7 @@ def study(
 
 
 def _results_folder() -> Path | None:
-    """Where drives of studies are kept, so that a study that was ended goes on where it was."""
+    """Folder that keeps drives of studies, so that a study that was ended goes on where it was."""
     from tierod.core.graph.compiler import cache_folder
 
     try:
@@ -148,7 +148,7 @@ def _print(claims: Sequence[Claim]) -> None:
 
 
 def _cells(claim: Claim) -> dict[str, str]:
-    """What stands of a claim in the tables, by the name of the column."""
+    """Cells of a claim in the tables, by the name of the column."""
     from tierod.core.shown import written
     from tierod.report.display import number
 

@@ -1,4 +1,4 @@
-"""What commands share: consoles that print control characters as escapes, JSON, progress, pages of analyses."""
+"""Common parts of commands: consoles that print control characters as escapes, JSON, progress, pages of analyses."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def refuse_to_overwrite(
 
 
 def origin() -> Origin:
-    """How what the running command makes came about: when, by which version, by which command."""
+    """Origin of the running command's output: when, by which version, by which command."""
     import shlex
     import sys
 

@@ -1,1 +1,1 @@
-"""What everything speaks: blocks and their graph, fields, units, signals, recordings, findings, errors, files."""
+"""Foundations of all packages: blocks and their graph, fields, units, signals, recordings, findings, errors, files."""

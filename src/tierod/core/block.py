@@ -1,4 +1,4 @@
-"""What a block is: anything causal with memory, written once in ordinary operators.
+"""Blocks: anything causal with memory, written once in ordinary operators.
 
 A block is a frozen dataclass. Its float fields are its tuning and become inputs of the traced graph, so that many
 calibrations share one compiled kernel; its other fields (counts, names, flags) are its structure.
@@ -25,7 +25,7 @@ from typing import (
     runtime_checkable,
 )
 
-from typing_extensions import TypeVar  # knows defaults: a bare `Block` is a block of anything
+from typing_extensions import TypeVar  # supports defaults: a bare `Block` is a block of anything
 
 Scalar: TypeAlias = float
 """A number inside a block: a float, and while the block is traced the symbol that stands for it."""
@@ -49,7 +49,7 @@ class Block(Protocol[State, Given, Output]):
     Its three types are those of the state, of one sample (the class `Sample`) and of the output.
 
     `step` may take further arguments with defaults (`enabled` of the detectors): they are for composition inside
-    another block; what drives a whole block (scan, stream, batch, generated C) feeds Sample and nothing else.
+    another block; drivers of a whole block (scan, stream, batch, generated C) feed Sample and nothing else.
     """
 
     @property
@@ -118,7 +118,7 @@ def skeleton(annotation: object) -> Tree:
 
 
 def units(annotation: object) -> list[str]:
-    """The unit of every leaf that a NamedTuple class declares (`Annotated[float, "rad"]`), "" where none is said."""
+    """The unit of every leaf that a NamedTuple class declares (`Annotated[float, "rad"]`), "" where there is none."""
     if get_origin(annotation) is Annotated:
         inner, *notes = get_args(annotation)
         below = units(inner)
@@ -182,7 +182,7 @@ def _with_tuning(block: object, values: Iterator[object]) -> Any:
 
 
 def structure(block: object) -> object:
-    """What of a block decides the shape of its graph: types and every field that is not a float.
+    """Parts of a block that decide the shape of its graph: types and every field that is not a float.
 
     Types stand for themselves, not for their names: a class written anew under an old name is another one. Values come
     with their type, since True equals 1. A whole number in a field of floats is a float.

@@ -77,13 +77,13 @@ def between(low: float, high: float) -> Goal:
 
 
 def exactly(value: float) -> Goal:
-    """This and nothing else: for what is counted."""
+    """This and nothing else: for counted figures."""
     return Goal(value, value)
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim, held against a measurement; whether it is met follows from figure and goal and is never said.
+    """One claim beside its measurement; whether it is met follows from figure and goal and is stored nowhere.
 
     Args:
         id: words joined by hyphens, after the name of a group and a point: "paper.separation"
@@ -91,10 +91,10 @@ class Claim:
         source: who claims it, and where
         printed: the figure there, a number in the unit or words where it is a range; None where none is given
         measured: our figure in the unit; None where it cannot be measured here, NaN where that was tried in vain
-        goal: what the figure should be; None of a figure of description, which claims nothing
+        goal: range of the figure that meets the claim; None for a descriptive figure
         unit: of all three, in the notation of pint
-        note: what one has to know to read the figure
-        derived: what follows from the equations of the source, which prints no such figure, in the unit; None where
+        note: remark for reading the figure
+        derived: figure by the equations of the source, which prints none, in the unit; None where
             nothing was derived
     """
 
@@ -124,7 +124,7 @@ class Claim:
 
     @property
     def figure(self) -> float | None:
-        """What was measured; None where it is not finite."""
+        """Measured figure; None where it is not finite."""
         return None if self.measured is None or not math.isfinite(self.measured) else float(self.measured)
 
     @property

@@ -1,4 +1,4 @@
-"""What a study shows beside its claims: headings, tables and charts, as plain data that the report draws."""
+"""Contents of a study beside its claims: headings, tables and charts, as plain data that the report draws."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class Heading:
 
 @dataclass(frozen=True)
 class Table:
-    """Some figures with a sentence on what they are.
+    """Some figures with a sentence on their meaning.
 
     Args:
         title: a sentence without full stop, with the unit
         header: names of the columns
         rows: cells as text; the first one names the row
-        note: how to read it
+        note: hint for reading it
     """
 
     title: str
@@ -113,7 +113,7 @@ class Cells:
     """A table of shares as colours, alone in its panel: which row goes with which column.
 
     Args:
-        name: of what the shares are
+        name: of the quantity that is shared out
         down, across: names of rows and columns
         shares: 0 to 1, (rows, columns); NaN leaves a cell empty
     """
@@ -134,7 +134,7 @@ class Panel:
     Args:
         title: above it
         x_title, y_title: of the axes, with unit
-        marks: what is drawn; a name that two panels share has the same colour in both
+        marks: the drawn series; a name that two panels share has the same colour in both
         levels: dashed lines across at named heights
         uprights: dashed lines up at named places
         logarithmic: whether the vertical axis is
@@ -165,8 +165,8 @@ class Chart:
     Args:
         name: identifies it in the page: words joined by hyphens
         title: a few words
-        caption: how to read it
-        alternative: what it shows, for those who do not see it
+        caption: hint for reading it
+        alternative: its content as text, for those who do not see it
         panels: from top to bottom
     """
 

@@ -72,7 +72,7 @@ class Decimator:
     Args:
         name: of the signal
         unit: in the notation of pint
-        bins: how many bins there are at the least once they are full; at the most twice as many
+        bins: least number of bins once they are full; at the most twice as many
         reserved: whether memory for all of them is taken at once, so that a program that runs for long keeps its size
     """
 
@@ -91,7 +91,7 @@ class Decimator:
         Args:
             time: [s], shape (n,), rising
             values: shape (n,); NaN where missing
-            places: what another signal's decimator gave for the same times
+            places: places by another signal's decimator for the same times
 
         Returns:
             where the samples lie, for the next signal with the same times; None without samples
@@ -134,7 +134,7 @@ class Decimator:
         self._count[touched] += np.bincount(index, minlength=width)
 
     def trace(self) -> Trace:
-        """What was collected; NaN where a bin saw no sample."""
+        """Collected trace; NaN where a bin holds no sample."""
         used = slice(self._size)
         count = self._count[used]
         seen = count > 0

@@ -8,7 +8,7 @@
     ├── OutputError       a result cannot be written
     └── MissingExtra      an optional library is not installed
 
-Each message says what was given, what was expected, and what to do.
+Each message states the given value, the expected one, and the remedy.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class TraceError(TierodError):
 
 
 class CompileError(TierodError):
-    """Generated code did not compile, or the compiler that was asked for is absent."""
+    """Generated code did not compile, or the requested compiler is absent."""
 
 
 class KernelWarning(UserWarning):
@@ -46,7 +46,7 @@ class KernelWarning(UserWarning):
 
 
 class PluginWarning(UserWarning):
-    """What an installed package adds to tierod cannot be used, and is left out."""
+    """An extension by an installed package cannot be used, and is left out."""
 
 
 class OutputError(TierodError):
@@ -68,8 +68,8 @@ def nearest(name: str, known: Iterable[str], count: int = 3) -> str:
 
     Args:
         name: the name as given
-        known: every name that would have been right
-        count: how many to suggest at the most
+        known: every valid name
+        count: largest number of suggestions
 
     Returns:
         for example ``"; did you mean 'yaw_rate'?"``, or the list of known names where none is near

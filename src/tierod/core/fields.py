@@ -51,7 +51,7 @@ class Meaning(NamedTuple):
 
     Args:
         hint: the type without its notes
-        unit: in the notation of pint; None where the annotation says none
+        unit: in the notation of pint; None where the annotation has none
         limits: the values that make sense; None where any does
     """
 
@@ -102,7 +102,7 @@ def members(means: Meaning) -> tuple[Meaning, ...]:
 
 @cache
 def below(annotation: object, above: Meaning) -> Meaning:
-    """What the annotation of a part means, with the notes of the whole where it has none."""
+    """Meaning of the annotation of a part, with the notes of the whole where it has none."""
     own = meaning(annotation)
     return Meaning(own.hint, above.unit if own.unit is None else own.unit, own.limits or above.limits)
 
@@ -124,13 +124,13 @@ def _numbers(value: object, means: Meaning, path: str) -> Iterator[tuple[str, Nu
 
 @cache
 def _meanings(kind: type) -> list[tuple[str, Meaning]]:
-    """What the annotation of every field of a dataclass means."""
+    """Meanings of the annotations of all fields of a dataclass."""
     known = hints(kind)
     return [(each.name, meaning(known[each.name])) for each in dataclasses.fields(kind)]
 
 
 def _parts(value: object, means: Meaning) -> list[tuple[str, Any, Meaning]]:
-    """(name, value, meaning) of what a value is made of; none for a plain one."""
+    """(name, value, meaning) of the parts of a value; none for a plain one."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return [(name, getattr(value, name), means) for name, means in _meanings(type(value))]
     if isinstance(value, Mapping):
@@ -174,7 +174,7 @@ def _with(instance: Any, values: Mapping[str, object]) -> Any:
 
 
 def check_ranges(instance: object) -> None:
-    """Hold the numbers of a dataclass against the ranges in its annotations; what is nested looks after itself.
+    """Compare the numbers of a dataclass with the ranges in its annotations; nested dataclasses do so themselves.
 
     Raises:
         ParameterError: a number that is out of its range

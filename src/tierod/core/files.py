@@ -39,11 +39,11 @@ def replacing(path: str | Path, sweeps: bool = True) -> Iterator[Path]:
 
     Args:
         path: the target; its folder must exist
-        sweeps: whether what killed processes left beside it is removed; a store of thousands of files does that once
+        sweeps: whether leftovers of killed processes are removed; a store of thousands of files does that once
             itself, since a look takes 2 ms there
 
     Raises:
-        OutputError: the file cannot be written; the message says why and what to do
+        OutputError: the file cannot be written; the message states cause and remedy
     """
     target = _final(expanded(path))
     temporary: Path | None = None
@@ -73,7 +73,7 @@ def write_text(path: str | Path, text: str, sweeps: bool = True) -> Path:
         sweeps: as of `replacing`
 
     Raises:
-        OutputError: the file cannot be written; the message says why and what to do
+        OutputError: the file cannot be written; the message states cause and remedy
     """
     with replacing(path, sweeps) as temporary:
         # Half characters, as in names of files in no Unicode, are in no UTF-8.
@@ -124,7 +124,7 @@ def holding(path: str | Path) -> Iterator[Path]:
 
 
 def _final(target: Path) -> Path:
-    """Where a link leads: the file is replaced there, and the link stays; devices and pipes are never replaced."""
+    """Target of a link: the file is replaced there, and the link stays; devices and pipes are never replaced."""
     target = target.resolve() if target.is_symlink() else target
     if target.exists() and not target.is_file() and not target.is_dir():
         raise OutputError(f"{target} cannot be written: it is a device or a pipe; name a file")
@@ -141,7 +141,7 @@ def _beside(target: Path) -> Path:
 
 
 def temporary_name(stem: str, suffix: str) -> re.Pattern[str]:
-    """What names of temporary files of `replacing` look like.
+    """Pattern of the names of temporary files of `replacing`.
 
     Args:
         stem: of the target's name, as a regular expression
@@ -155,7 +155,7 @@ def sweep(target: Path, age: float = ABANDONED) -> None:
 
     Args:
         target: as it is written with `replacing`
-        age: of what is left, at least [s]
+        age: of the files left behind, at least [s]
     """
     left = temporary_name(re.escape(target.stem[:100]), target.suffix)
     now = time.time()

@@ -14,7 +14,7 @@ ESTIMATED, CONSISTENT, INCONSISTENT = "estimated", "consistent", "inconsistent"
 
 
 class Status(StrEnum):
-    """The state of what is monitored, or why it could not be judged."""
+    """State of a monitored element, or the reason why it could not be judged."""
 
     HEALTHY = "healthy"
     RISING = "rising"
@@ -39,11 +39,11 @@ class Estimate:
     """A number that was estimated, with its uncertainty.
 
     Args:
-        quantity: what it is, in words, with the place ("friction torque at the steering wheel axis")
+        quantity: its name in words, with the place ("friction torque at the steering wheel axis")
         value: in the unit
         standard_deviation: one sigma in the unit
         unit: in the notation of pint; "count" where the recording was not calibrated
-        reference: what it is judged against, by name: nominal, learnt level, threshold
+        reference: values that it is compared with, by name: nominal, learnt level, threshold
     """
 
     quantity: str
@@ -55,11 +55,11 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Defect:
-    """What is wrong with an input signal.
+    """Defect of an input signal.
 
     Args:
         names: of the signal; several where they cannot be separated
-        sentence: what was found, beginning with the names
+        sentence: the defect, beginning with the names
     """
 
     names: tuple[str, ...]
@@ -75,11 +75,11 @@ class Finding:
         status: healthy, a fault, or why no judgement was possible
         headline: one sentence for the first line of a report
         since: time [s] in the recording at which the change to this status began; None where it holds throughout
-        estimate: what was estimated; None where nothing could be
+        estimate: the estimated quantity; None where nothing could be estimated
         evidence: named figures (enabled seconds, enabled share, excitation, NIS, ...), with unit in the name
-        cause: why the status is what it is
-        action: what to do
-        warnings: what a reader of the verdict must know (wrong sign suspected, torque in raw counts, ...)
+        cause: reason for the status
+        action: the remedy
+        warnings: notices for a reader of the verdict (wrong sign suspected, torque in raw counts, ...)
         decided_by: names of the decisions that raised the alarm; empty without one
         confirmed: of a monitor that estimates, whether a reference or redundant signals were there to contradict it:
             what would be healthy is then "consistent", and "estimated" without; None for a monitor that judges
@@ -111,7 +111,7 @@ class Finding:
         return self.word or str(self.status)
 
     def screen(self) -> Screen:
-        """What is shown of the finding in a terminal or a notebook."""
+        """Display of the finding in a terminal or a notebook."""
         estimate = self.estimate
         lines = (
             self.headline,
@@ -142,7 +142,7 @@ class Episode:
         start: [s] in the recording
         end: [s], None where it lasts to the end
         magnitude: of the fault; None where it has none, or it is not identifiable
-        candidates: others that explain what was seen as well; empty where it is this one alone
+        candidates: other elements that explain the readings as well; empty where there are none
     """
 
     kind: str
@@ -162,7 +162,7 @@ class Element:
         status: fault or suspect where it has an episode, else healthy, or why it could not be judged
         cause: why it could not be judged, or was judged for a part of the time only
         episodes: in which it was at fault, in the order of time
-        substitute: what replaces it while it is at fault, with the error that was measured for that; empty where
+        substitute: its replacement while it is faulty, with the error measured for that; empty where
             nothing does
         trouble_code: that stands for it; empty where none does
     """
@@ -212,7 +212,7 @@ class ChannelQuality:
 
 @dataclass(frozen=True)
 class Curve:
-    """What the design of a stopping rule trades, for a chart.
+    """Trade-off in the design of a stopping rule, for a chart.
 
     Args:
         along, up: (n,) each
@@ -236,10 +236,10 @@ class Decided:
     Args:
         name, distance, rule, false_alarms, source: in words
         statistic: trace that the rule compares; "" where there is none
-        levels: thresholds in the unit of that trace, or of what is looked at once
+        levels: thresholds in the unit of that trace, or of the value that one look tests
         curve: of its design; None without one
         below: whether the rule acts below its levels; else it acts above positive ones and below negative ones
-        reached: what came furthest over the recording, or the value that one look saw; None where neither is known
+        reached: furthest value over the recording, or the value that one look tested; None where neither is known
         passed: time [s] at which a level was first passed; None where none was, or where one looks once
     """
 
@@ -258,7 +258,7 @@ class Decided:
 
 @dataclass(frozen=True)
 class ParameterEffect:
-    """How far a parameter of the vehicle, uncertain as it is, moves a result.
+    """Effect on a result of a parameter of the vehicle, uncertain as it is.
 
     Args:
         name: of the parameter
@@ -288,7 +288,7 @@ class Diagnosis:
         histograms: by name, (edges, counts) pairs per stretch of the drive
         loops: hysteresis views: name -> (angle [rad], torque) pairs, decimated
         consistency: NIS and NEES figures by name
-        remarks: how to read a part of the report, by its name ("consistency"); what became of the files of "baseline"
+        remarks: hints for parts of the report, by name ("consistency"); outcome for the files of "baseline"
             and "fault memory", where they were named
         quality: one per channel used
         parameters: rows (name, value, unit, standard deviation, source)
@@ -315,7 +315,7 @@ class Diagnosis:
     created: str = ""
 
     def screen(self) -> Screen:
-        """What is shown of the diagnosis in a terminal or a notebook."""
+        """Display of the diagnosis in a terminal or a notebook."""
         about = f" of {self.recording['path']}" if self.recording.get("path") else ""
         lines = [line for each in self.findings for line in (each.screen().title, *each.screen().lines)]
         rows = [(each.name, each.role, str(each.status), each.cause) for each in self.elements]
@@ -334,7 +334,7 @@ class Diagnosis:
         """The diagnosis with a remark added.
 
         Args:
-            name: of what it is about ("baseline")
+            name: of its subject ("baseline")
             remark: a sentence
         """
         return replace(self, remarks={**self.remarks, name: remark})

@@ -30,7 +30,7 @@ KEY = "tierod"
 
 
 class Column(NamedTuple):
-    """A column of a table with its time stamps: what a channel is made of."""
+    """A column of a table with its time stamps, from which a channel is made."""
 
     name: str
     time: np.ndarray
@@ -80,7 +80,7 @@ def from_arrow(data: object, time: str = TIME, units: Mapping[str, str] | None =
     Args:
         data: the table; a null is no sample, NaN is a missing one
         time: name of the column of time stamps [s]
-        units: by name, where the table does not say them
+        units: by name, where the table has none
 
     Raises:
         InputError: it has no such interface, no such column, or a column that holds no numbers

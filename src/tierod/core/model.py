@@ -1,7 +1,7 @@
-"""What a model is: equations without memory.
+"""Models: equations without memory.
 
 A model is a class without state of its own: `State`, `Input`, `Output` are NamedTuples, `Parameters` a frozen
-dataclass, and its two functions are pure: `output(x, u, p)` gives what is measured; `derivative(x, u, p)` of a
+dataclass, and its two functions are pure: `output(x, u, p)` gives the measurements; `derivative(x, u, p)` of a
 continuous model gives the derivative of the state, `transition(x, u, p)` of a discrete one the state one sample on.
 Noise belongs to the estimator that uses the model, not to the model. `tests/contract/test_models.py` holds every model
 of the package to this.
@@ -18,7 +18,7 @@ Model: TypeAlias = Any
 
 
 def require_discrete(model: Model) -> None:
-    """Refuse what is not a discrete model.
+    """Refuse an object that is no discrete model.
 
     Raises:
         ParameterError: equations are missing, or continuous
@@ -35,7 +35,7 @@ def require_discrete(model: Model) -> None:
 
 
 def require_continuous(model: Model) -> None:
-    """Refuse what is not a continuous model.
+    """Refuse an object that is no continuous model.
 
     Raises:
         ParameterError: it has no derivative

@@ -6,7 +6,7 @@ An installed package adds to tierod by an entry point:
     wheel-imbalance = "my_package.monitor:MONITOR"
 
 Installed packages are searched only where a name is not one of tierod's own, or where a list is asked for: reading
-their metadata takes some 10 ms, and importing what reads it 50 ms more.
+their metadata takes some 10 ms, and importing its reader 50 ms more.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ OWN_PACKAGE = "tierod"
 
 
 class Registry(Mapping[str, T], Generic[T]):
-    """Everything of one kind by name; what is not used is not imported.
+    """Everything of one kind by name; unused plug-ins are not imported.
 
     Iterating gives tierod's own names, then those of plug-ins that can be used; a `PluginWarning` names the others.
 
     Args:
         group: of the entry points ("tierod.monitors")
-        kind: what one of them is called in messages ("monitor")
+        kind: name of one of them in messages ("monitor")
         own: by name, where tierod's own are defined: "module:attribute"
         obstacle: why a loaded object cannot be used, as a half-sentence ("has no variant"); "" where it can
     """
@@ -136,7 +136,7 @@ class Registry(Mapping[str, T], Generic[T]):
         return loaded
 
     def _converted(self, name: str, value: Any) -> Any:
-        """What is kept of a plug-in's object."""
+        """Object of a plug-in as the registry keeps it."""
         return value
 
     def _shadowed(self, name: str, points: list[EntryPoint]) -> str:

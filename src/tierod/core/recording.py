@@ -41,7 +41,7 @@ class Channel:
         values: shape (n,); NaN where a sample is missing
         unit: in the notation of pint; "" for a number, "count" for a raw count
         source: where it came from: message and signal, column or group
-        note: what was done to it (sign, offset, guess of a unit)
+        note: changes made to it (sign, offset, guess of a unit)
     """
 
     name: str
@@ -68,7 +68,7 @@ def checked(channel: Channel, put: Order | None = None) -> Channel:
 
     Args:
         channel: as recorded
-        put: what makes its time stamps usable, where that is known from another channel with the same stamps
+        put: order in which its time stamps are usable, where known from another channel with the same stamps
 
     Raises:
         InputError: time and values differ in length, or the time stamps cannot be used (see tierod.core.timestamps)
@@ -112,7 +112,7 @@ class Aligned:
 
 @dataclass(frozen=True)
 class Recording:
-    """Channels by name, and what is known of the recording as a whole.
+    """Channels by name, and metadata of the recording as a whole.
 
     Args:
         channels: by name
@@ -146,7 +146,7 @@ class Recording:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader of results must know: guessed units, repaired time stamps, lost parts of the file."""
+        """Warnings for a reader of results: guessed units, repaired time stamps, lost parts of the file."""
         return tuple(self.metadata.get("warnings", ()))
 
     def warned(self, *warnings: str) -> Recording:
@@ -165,7 +165,7 @@ class Recording:
         )
 
     def screen(self) -> Screen:
-        """What is shown of the recording in a terminal or a notebook."""
+        """Display of the recording in a terminal or a notebook."""
         channels = list(self.channels.values())
         lengths = [float(each.time[-1] - each.time[0]) for each in channels if len(each.time)]
         span = f", {max(lengths):.6g} s" if lengths else ""
@@ -209,7 +209,7 @@ class Recording:
         Args:
             table: a column of time stamps and one of numbers for every channel; a null is no sample
             time: name of the time column [s]
-            units: by channel, where the table does not say them; names and units are those of `tierod.core.signals`
+            units: by channel, where the table has none; names and units are those of `tierod.core.signals`
 
         Raises:
             InputError: it has no such column, or a column that holds no numbers
@@ -231,7 +231,7 @@ class Recording:
 
         Args:
             frame: of numbers; NaN is a missing sample
-            units: by channel; what `to_pandas` left where not given
+            units: by channel; those that `to_pandas` left where not given
             sparse: whether NaN is no sample at all, as where channels of different rates were joined
         """
         return cls({})._with(frames.from_pandas(frame, units, sparse))
@@ -278,7 +278,7 @@ class Recording:
         return replace(self, channels={**self.channels, **{channel.name: channel for channel in again}})
 
     def require_grid(self, rate: float, first: float, count: int) -> None:
-        """See that a grid is not much longer than what was recorded, before memory is taken for it.
+        """Check that a grid is not much longer than the recording, before memory is taken for it.
 
         Args:
             rate: samples per second of the grid [Hz]
@@ -350,7 +350,7 @@ def _extremes(values: np.ndarray) -> tuple[str, str]:
 
 
 class _Places(NamedTuple):
-    """Where the times of a grid lie among time stamps: the sample before, its age [s], and whether it is held, (n,)."""
+    """Places of a grid's times among time stamps: the sample before, its age [s], and whether it is held, (n,)."""
 
     before: np.ndarray
     known: np.ndarray

@@ -15,7 +15,7 @@ WIDEST = 60
 
 @dataclass(frozen=True)
 class Screen:
-    """What is shown of an object.
+    """Display of an object.
 
     Args:
         title: one line

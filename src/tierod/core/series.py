@@ -40,7 +40,7 @@ class Stride:
         self._seen = 0
 
     def over(self, count: int) -> slice:
-        """Which of the samples of the next piece are taken.
+        """Slice of the samples to take from the next piece.
 
         Args:
             count: samples of the piece

@@ -21,9 +21,9 @@ class Signal:
         name: in words, as used in every public signature
         unit: SI, in the notation of pint ("rad/s", "N*m", "m/s**2"); "" for a number without unit
         meaning: one sentence
-        positive: what a positive value means
-        plausible: the range that a healthy road vehicle can reach, in the unit
-        aliases: names seen in recordings, matched without regard to case and punctuation
+        positive: meaning of a positive value
+        plausible: the range that a fault-free road vehicle can reach, in the unit
+        aliases: names found in recordings, matched without regard to case and punctuation
         group: heading under which the nomenclature lists it
     """
 
@@ -298,7 +298,7 @@ def match(source: str, unit: str = "", qualified: bool = False) -> Signal | None
 
     Args:
         source: as found in the file; of "EPS.DriverTorque" the part after the last separator is tried too
-        unit: as the file writes it; "" where it says none
+        unit: as the file writes it; "" where it has none
         qualified: whether the source is the last part of a longer name already
     """
     found = _known(source, unit, qualified)
@@ -316,7 +316,7 @@ def _known(source: str, unit: str, qualified: bool) -> Signal | None:
 
 
 def _fits(unit: str, found: Signal) -> bool:
-    """Whether a unit is written and measures what the signal is."""
+    """Whether a unit is written and fits the quantity of the signal."""
     try:
         return bool(unit.strip()) and unit != COUNT and bool(scale(unit, found.unit))
     except InputError:

@@ -1,4 +1,4 @@
-"""What a monitor states about one thing, in one form from its block to page, JSON, fault memory and generated C."""
+"""Statement of a monitor about one thing, in one form from its block to page, JSON, fault memory and generated C."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ def code_of(status: Status) -> float:
 
 
 class Statement(NamedTuple):
-    """What a monitor states about one sensor, actuator or quantity at one sample.
+    """Statement of a monitor about one sensor, actuator or quantity at one sample.
 
     Args:
         status: code in `STATUSES`
-        since: time from the start of the run at which what the status rests on began; negative where it holds
+        since: time from the start of the run at which the grounds of the status began; negative where it holds
             throughout or is not known
         kind: number of the kind of fault in the monitor's catalogue of kinds; 0 where there is none, or it is not
             identifiable
         magnitude: of the fault, or the estimate itself where the monitor estimates one quantity, in the unit that the
             monitor declares for the kind; 0 where there is none, since no block may hold a NaN constant
         deviation: standard deviation of the magnitude, in its unit; 0 where there is none
-        evidence: what the decision compares, over its threshold: 1 decides
+        evidence: statistic of the decision over its threshold: 1 decides
     """
 
     status: Annotated[Scalar, ""]

@@ -1,4 +1,4 @@
-"""Time stamps as recorders write them, and what is done about their faults.
+"""Time stamps as recorders write them, and the repair of their faults.
 
 Dropped, with a note: samples whose stamp is not a finite number; infinite values become missing (NaN).
 Sorted, with a note: stamps that fall back by no more than `LATE`, since loggers deliver their buffers out of order.
@@ -24,13 +24,13 @@ CALENDAR = 1.0e8
 
 @dataclass(frozen=True)
 class Order:
-    """What makes time stamps usable.
+    """Order of samples in which their time stamps are usable.
 
     Args:
         time: [s], finite, not decreasing, shape (n,)
         index: the samples to take, in order; None where all are taken as they are
-        notes: what was repaired
-        behind: how late the latest of those came that were put in order [s]
+        notes: of the repairs
+        behind: largest delay of those that were put in order [s]
     """
 
     time: np.ndarray
@@ -44,7 +44,7 @@ class Order:
 
 
 class Repairs:
-    """What is wrong with the stamps of one clock, counted stretch by stretch, and refused where it cannot be mended.
+    """Defects of the stamps of one clock, counted stretch by stretch, and refused where they cannot be repaired.
 
     Args:
         what: whose time it is, for the messages
@@ -65,7 +65,7 @@ class Repairs:
         return self._newest
 
     def arrived(self, time: np.ndarray) -> np.ndarray | None:
-        """Which of the next stamps are numbers; None where all are.
+        """Mask of the next stamps that are numbers; None where all are.
 
         Args:
             time: [s], as recorded, shape (n,)
@@ -113,7 +113,7 @@ class Repairs:
         self._settled += len(time)
 
     def refuse_unusable(self) -> None:
-        """Stop after the last stretch where the clock says nothing.
+        """Stop after the last stretch in which the clock has no valid stamp.
 
         Raises:
             InputError: no stamp is a number, or the clock stands still throughout
@@ -128,7 +128,7 @@ class Repairs:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was repaired so far."""
+        """Repairs so far."""
         stands = f"(the clock stands at {self._stands_at:.6g} s for {self._longest} samples)"
         found = (
             (self._without, "samples without a time stamp left out"),
@@ -180,7 +180,7 @@ def infinite_note(count: int) -> str:
 
 
 def paced(time: np.ndarray, period: float, patience: float = 1.0) -> np.ndarray:
-    """When samples were sent that were delivered in bursts.
+    """Sending times of samples that were delivered in bursts.
 
     A sample is never delivered before it was sent, and sent one period after its predecessor: so the delay of each is
     what it came later than the promptest delivery within the next `patience` seconds. Lost samples stay gaps.

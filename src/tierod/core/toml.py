@@ -40,7 +40,7 @@ def build(
         document: where it stands
         location: of the table in the document
         base: an instance that gives the fields which the table leaves out, in place of the defaults of the class
-        signal: unit that stands for `SIGNAL_UNIT` in annotations; None where no signal is known
+        signal: unit that stands for `SIGNAL_UNIT` in annotations; None where there is no signal
 
     Raises:
         ParameterError: an unknown or missing key, a wrong type, unit or value, with file, line and nearest name
@@ -62,7 +62,7 @@ def override(
         changes: value by dotted path, `{"steering.friction.level": "8 N*m"}`, or nested tables
         document: where the changes stand, if in a file
         location: of their table in the document
-        what: how to call the instance in a message; the name of its class where it is empty
+        what: name of the instance in a message; that of its class where it is empty
 
     Raises:
         ParameterError: a wrong path, with the nearest right ones; a wrong value as of `build`

@@ -1,6 +1,6 @@
-"""Units at the edge: what files write becomes SI once, on reading.
+"""Units at the edge: values of files become SI once, on reading.
 
-The notations of vehicle recordings are in a table, so that reading SI data costs no unit library; pint knows the rest.
+The notations of vehicle recordings are in a table, so that reading SI data costs no unit library; pint has the rest.
 """
 
 from __future__ import annotations
@@ -192,7 +192,7 @@ def known(text: str) -> bool:
 
 
 def scale(given: str, wanted: str) -> Scale:
-    """What turns a value in the unit `given` into the unit `wanted`.
+    """Scale that converts a value in the unit `given` into the unit `wanted`.
 
     Args:
         given: as found in a file, in any notation
@@ -262,7 +262,7 @@ _SYMBOLS = {
 
 @lru_cache(maxsize=512)
 def dimensions(text: str) -> Dimensions:
-    """What a unit without an offset is made of.
+    """Dimensions of a unit without an offset.
 
     Args:
         text: in any notation; "" for a number without unit
@@ -301,7 +301,7 @@ def split_name(name: str) -> tuple[str, str]:
 
 
 def split_suffix(name: str) -> tuple[str, str]:
-    """The name and the unit that its ending says: "speed_m_s" is speed in m/s; ("...", "") where it says none."""
+    """The name and the unit of its ending: "speed_m_s" is speed in m/s; ("...", "") where there is none."""
     lowered = name.lower()
     for suffix, unit in _SUFFIXES.items():
         if lowered.endswith(suffix) and len(lowered) > len(suffix):

@@ -50,9 +50,9 @@ def read_bytes(
 
     Args:
         path: of the file
-        what: it should be, with its article, for messages
+        what: kind of file that it should be, with its article, for messages
         error: raised where it cannot be read
-        cure: what to do where it cannot be read; to check path and permissions where not given
+        cure: remedy where it cannot be read; to check path and permissions where not given
         most: longest content [bytes]
 
     Raises:
@@ -61,7 +61,7 @@ def read_bytes(
     path = expanded(path)
     cure = cure or "check the path and its permissions"
     try:
-        # What is no regular file may block when it is opened, or act: it is looked at before.
+        # Anything but a regular file may block when it is opened, or act: it is checked before.
         refusal = _irregular(os.stat(path).st_mode)
         content = b"" if refusal else _content(path, most)
     except (OSError, ValueError) as problem:  # ValueError: a path with a zero byte
@@ -107,7 +107,7 @@ def toml(text: str, where: str | Path, error: type[TierodError] = InputError, cu
         text: as a user wrote it
         where: it stands, for messages
         error: raised where it is none
-        cure: what to do where it is no TOML; to correct it where not given
+        cure: remedy where it is no TOML; to correct it where not given
 
     Raises:
         TierodError: of the class `error`: it is not TOML, or nested too deeply
@@ -165,7 +165,7 @@ _TOO_LONG = "has more than 64 bits; give a number with a decimal point"
 
 
 def _irregular(mode: int) -> str:
-    """What a path leads to where that is no regular file, as half a sentence; else ""."""
+    """Target of a path where that is no regular file, as half a sentence; else ""."""
     if stat.S_ISREG(mode):
         return ""
     return next((words for test, words in _KINDS if test(mode)), "it is no regular file")
@@ -188,13 +188,13 @@ def _too_deep(document: object) -> bool:
 
 
 def _too_long(document: object) -> str | None:
-    """Where a whole number stands that does not fit into 64 bits, and perhaps into no float; None where all do."""
+    """Place of a whole number that does not fit into 64 bits, and perhaps into no float; None where all do."""
     numbers = (pair for level in _levels(document) for pair in level if isinstance(pair[1], int))
     return next((name[:80] for name, number in numbers if number.bit_length() > 64), None)
 
 
 def _levels(document: object) -> Iterator[list[tuple[str, Any]]]:
-    """(dotted key, value) of all that a document holds, level by level; what is in a list has the key of the list."""
+    """(dotted key, value) of all entries of a document, level by level; an entry of a list has the key of the list."""
     level = [("", document)]
     while level:
         yield level
@@ -202,7 +202,7 @@ def _levels(document: object) -> Iterator[list[tuple[str, Any]]]:
 
 
 def _entries(name: str, value: object) -> list[tuple[str, object]]:
-    """(dotted key, value) of what a table or a list of that key holds."""
+    """(dotted key, value) of the entries of a table or a list of that key."""
     if isinstance(value, dict):
         return [(f"{name}.{key}".lstrip("."), each) for key, each in value.items()]
     return [(name, each) for each in value] if isinstance(value, list) else []

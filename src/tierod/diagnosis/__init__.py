@@ -1,1 +1,1 @@
-"""What becomes of findings: trouble codes, the memory of faults, and what a workshop reads from it."""
+"""Handling of findings: trouble codes, the memory of faults, and its readout for a workshop."""

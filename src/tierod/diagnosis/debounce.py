@@ -56,7 +56,7 @@ class DebounceCounter:
                 raise ParameterError(f"{name} is {value}; expected more than 0 and at most 255 steps per result")
 
     def init(self) -> State:
-        """Nothing known."""
+        """State before the first sample."""
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
@@ -102,7 +102,7 @@ class DebounceCounters:
         return _numbered("verdict", len(self.counters))
 
     def init(self) -> tuple[DebounceCounter.State, ...]:
-        """Nothing known."""
+        """State before the first sample."""
         return tuple(counter.init() for counter in self.counters)
 
     def step(

@@ -1,4 +1,4 @@
-"""What a fault memory keeps of one trouble code."""
+"""Entry of a fault memory for one trouble code."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class FreezeFrame:
 
 @dataclass(frozen=True)
 class Entry:
-    """What is known of one trouble code.
+    """Entry of one trouble code.
 
     Args:
         status: its status byte
@@ -120,7 +120,7 @@ def _is_whole(value: object) -> bool:
 
 
 def _is_finite(value: object) -> bool:
-    """Whether it is a number that a float holds: JSON knows neither a largest number nor, in Python, NaN."""
+    """Whether it is a number that a float holds: JSON has neither a largest number nor, in Python, NaN."""
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
@@ -163,7 +163,7 @@ def failed(entry: Entry, code: TroubleCode) -> Entry:
 
 
 def displaced(entry: Entry) -> Entry:
-    """The entry after it made room for another: no longer kept, but what its test says now still stands."""
+    """The entry after it made room for another: no longer kept, but the present result of its test still stands."""
     gone = CodeStatus.PENDING | CodeStatus.CONFIRMED | CodeStatus.WARNING_REQUESTED
     return Entry(status=entry.status & ~gone, counter=entry.counter, verdict=entry.verdict)
 
@@ -223,7 +223,7 @@ class Window:
         self.values = {name: values[first:] for name, values in self.values.items()}
 
     def frame(self, cycle: int, date: str, instant: float) -> FreezeFrame:
-        """What is held of the signals around an instant [s], thinned out so that the instant stays."""
+        """Freeze frame of the signals around an instant [s], thinned out so that the instant stays."""
         begin = int(np.searchsorted(self.time, instant - BEFORE))
         end = int(np.searchsorted(self.time, instant + AFTER, "right"))
         centre = max(int(np.searchsorted(self.time, instant + 1e-9)) - 1, begin)

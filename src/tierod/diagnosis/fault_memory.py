@@ -218,7 +218,7 @@ class FaultMemory:
 
     @property
     def reaction(self) -> str:
-        """The strongest reaction that a confirmed code whose test fails now asks for."""
+        """The strongest reaction of the confirmed codes whose tests fail now."""
         wanted = CodeStatus.CONFIRMED | CodeStatus.TEST_FAILED
         asked = [
             REACTIONS.index(self.codes.codes[name].reaction)

@@ -6,7 +6,7 @@ from enum import IntFlag
 
 
 class CodeStatus(IntFlag):
-    """What is known of a trouble code, one bit each.
+    """Status bits of a trouble code.
 
     Source: ISO 14229-1:2020, annex D.2, DTC status bits.
     """

@@ -81,7 +81,7 @@ def _told_aside(path: Path, raw: bytes) -> str:
 
 
 def _checked(raw: bytes, codes: TroubleCodes) -> Kept:
-    """What a file holds; ValueError says in words what is wrong, as the end of a sentence."""
+    """Content of a checked file; ValueError names the defect in words, as the end of a sentence."""
     try:
         document = json_document(raw)
     except ValueError:

@@ -1,4 +1,4 @@
-"""What can stand in for a sensor: a graph from every signal to the signals that its substitutes are made of."""
+"""Substitutes of sensors: a graph from every signal to the signals that its substitutes are made of."""
 
 from __future__ import annotations
 

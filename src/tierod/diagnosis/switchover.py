@@ -128,7 +128,7 @@ class Switchover:
         return SupplyState(supplied.value, spread, source, bump), supplied
 
     def _bump(self, before: SupplyState, own: Scalar, value: Scalar, source: Scalar) -> Scalar:
-        """What is added to the new source's own value, on its way to zero."""
+        """Bump added to the new source's own value, on its way to zero."""
         after_a_fault = both(before.source == SENSOR, negated(own))
         from_nothing = either(before.source == NOTHING, after_a_fault)
         begun = where(from_nothing, 0.0, before.value - value)

@@ -85,7 +85,7 @@ class TroubleCode:
 
     @property
     def debounce(self) -> DebounceCounter:
-        """Its counter."""
+        """Counter that debounces the trouble code."""
         return DebounceCounter(float(self.increment), float(self.decrement), self.jump)
 
     @property

@@ -24,7 +24,7 @@ EXTENDED = {1: "occurrences", 2: "counter", 3: "failed_cycles", 4: "passed_cycle
 
 
 def answer(memory: FaultMemory, request: bytes) -> bytes:
-    """What an ECU with this memory answers to a request.
+    """Answer of an ECU with this memory to a request.
 
     Args:
         memory: read by 0x19 with the sub-functions 01, 02, 04, 06 and 0A, cleared by 0x14

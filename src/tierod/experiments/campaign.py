@@ -30,7 +30,7 @@ class Campaign:
     """A campaign, ready to run.
 
     Args:
-        file, document: what the file says
+        file, document: the file and its content
         plan: all cells and monitors
         gates: limits on figures
     """

@@ -193,7 +193,7 @@ class _Watch:
 
     @property
     def workers(self) -> int:
-        """How many there were at the last look."""
+        """Number of workers at the last look."""
         if time.monotonic() - self._looked > LOOK:
             self.look()
         return self._count
@@ -222,12 +222,12 @@ class _Watch:
 
 
 def _about() -> dict[str, str]:
-    """Which tierod this process has."""
+    """Version of tierod in this process."""
     return {"version": __version__, "code": ground_code() + tower_code()}
 
 
 def _stranger(answer: Any, ours: Mapping[str, str]) -> str:
-    """What is wrong with the tierod of a worker, as a half-sentence; "" where nothing is."""
+    """Difference of a worker's tierod from ours, as a half-sentence; "" where there is none."""
     if isinstance(answer, Mapping):
         if answer.get("version") != ours["version"]:
             return f"there is tierod {answer.get('version')}"

@@ -165,7 +165,7 @@ def _verdict_of(row: Row) -> tuple[str, str]:
 
 
 def _right(pairs: Sequence[Pair]) -> dict[str, Any]:
-    """How many verdicts were right in one campaign alone; McNemar's test is the sign test of these."""
+    """Number of right verdicts in one campaign alone; McNemar's test is the sign test of these."""
     flags = [(_verdict_of(pair.first)[1] in RIGHT, _verdict_of(pair.second)[1] in RIGHT) for pair in pairs]
     test = paired([float(second) - float(first) for first, second in flags])
     return {

@@ -125,7 +125,7 @@ class CampaignFile:
 
 
 def label(value: object) -> str:
-    """What a level with this value is called."""
+    """Label of a level with this value."""
     if isinstance(value, bool):
         return "true" if value else "false"
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,4 +1,4 @@
-"""How much work a study may take, and the drives it asks for: each a cell that is driven once and kept."""
+"""Effort of a study, and its requested drives: each a cell that is driven once and kept."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ BOUNDS = Bounds(bytes=2 * 1024**3, count=65536)
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is put into a study, and what makes its drives.
+    """Effort that is put into a study, and what makes its drives.
 
     Args:
-        quick: a few minutes of driving only: shows that everything works, its figures say little
+        quick: a few minutes of driving only: a check that everything works, its figures are no evidence
         processes: worker processes; one per core if None
         thorough: hours of driving more, where a study counts what is rare
         results: results of drives that are kept from run to run; None keeps nothing
@@ -47,7 +47,7 @@ class Effort:
 
     @property
     def workers(self) -> int:
-        """How many processes work at a time."""
+        """Number of processes that work at a time."""
         return self.processes or os.cpu_count() or 1
 
     @contextmanager

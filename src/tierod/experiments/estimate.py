@@ -1,4 +1,4 @@
-"""How long a campaign will take and how much it will keep, before it is run."""
+"""Estimated time that a campaign will take, and data that it will keep, before it is run."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ START = 3.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a run of the campaign will cost.
+    """Estimated cost of a run of the campaign.
 
     Args:
         cells: of the matrix

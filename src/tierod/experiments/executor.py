@@ -134,7 +134,7 @@ class Executor:
             self._stop(set(self.busy))  # their results are not needed any more
 
     def _answer(self, connection: Connection) -> tuple[int, Any] | None:
-        """(number of the task, what became of it); None where a process only says that it has started."""
+        """(number of the task, its outcome); None where a process only reports that it has started."""
         try:
             result = connection.recv()
         except (EOFError, OSError):
@@ -207,7 +207,7 @@ def _one_thread() -> Iterator[None]:
 
 
 def _serve(connection: Connection, _imported: Work) -> None:
-    """What a worker does: one task after the other, until the parent closes its end or is gone."""
+    """Run the loop of a worker: one task after the other, until the parent closes its end or is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the parent decides
     threading.Thread(target=_end_with_parent, daemon=True).start()
     warnings.simplefilter("ignore", KernelWarning)  # the parent, which compiles first, has said it

@@ -114,7 +114,7 @@ def quantile(values: Sequence[float] | np.ndarray, share: float) -> float:
 
 @dataclass(frozen=True)
 class Paired:
-    """What differences of pairs say.
+    """Statistics of paired differences.
 
     Args:
         count: of pairs in which both values exist

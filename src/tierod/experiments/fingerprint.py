@@ -1,4 +1,4 @@
-"""What decides a result, as one number: data by their content, code by its text."""
+"""Digests of all that decides a result: data by their content, code by its text."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class Gate:
 
 @dataclass(frozen=True)
 class Passed:
-    """What became of a gate.
+    """Result of a gate.
 
     Args:
         gate: the gate

@@ -1,4 +1,4 @@
-"""When a running verdict alarmed, and what one monitor made of one drive."""
+"""Alarm times of a running verdict, and the judgement of one drive by one monitor."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ JUDGEMENTS = (Status.HEALTHY, Status.RISING, Status.SUSPECT, Status.FAULT)
 
 
 class Window(NamedTuple):
-    """When a fault acts."""
+    """Time in which a fault acts."""
 
     start: Annotated[float, "s"]
     end: Annotated[float, "s"]
@@ -35,7 +35,7 @@ def during(course: Sequence[StatusChange], time: np.ndarray, statuses: Sequence[
 
 
 def alarms_of(course: Sequence[StatusChange], statuses: Sequence[Status]) -> list[Window]:
-    """When the running verdict was one of the statuses without a break."""
+    """Times in which the running verdict was one of the statuses without a break."""
     runs: list[Window] = []
     for change, after in itertools.zip_longest(course, course[1:]):
         if change.status not in statuses:
@@ -49,14 +49,14 @@ def alarms_of(course: Sequence[StatusChange], statuses: Sequence[Status]) -> lis
 
 
 def first_after(alarms: Sequence[Window], start: float, end: float) -> float:
-    """When the first alarm began within a time; infinite where none did, or one stood already."""
+    """Time at which the first alarm began within a time; infinite where none did, or one stood already."""
     if any(alarm.start < start <= alarm.end for alarm in alarms):
         return math.inf
     return min((alarm.start for alarm in alarms if start <= alarm.start <= end), default=math.inf)
 
 
 def outcome(alarms: Sequence[Window], first: float, fault: Window | None, judged: bool) -> str:
-    """What became of a drive, see `tierod.experiments.judged.Judged`.
+    """Outcome of a drive, see `tierod.experiments.judged.Judged`.
 
     Args:
         alarms: all of the drive
@@ -87,7 +87,7 @@ def enabled_until(alarm: float, start: float, time: np.ndarray, clock: np.ndarra
 
 @dataclass(frozen=True)
 class Judged:
-    """What a monitor made of one drive; every figure of a campaign is made from these.
+    """Judgement of one drive by a monitor; every figure of a campaign is made from these.
 
     Args:
         status: of the final finding
@@ -152,7 +152,7 @@ def _plain(value: object) -> Any:
 
 
 def from_plain(content: Mapping[str, Any]) -> Judged:
-    """What `plain` wrote.
+    """Judgement read back from what `plain` wrote.
 
     Raises:
         KeyError, TypeError, ValueError: something else

@@ -48,7 +48,7 @@ def judge(
     Args:
         recording: measured channels, and the truth in channels prefixed `truth_`
         monitor: and its variant
-        belief: parameters that the monitor assumes of the car
+        belief: parameters of the car that the monitor assumes
         baseline: what was learnt of this car before
         fault: when it acts; None in a fault-free drive
         settling: enabled time from the start of a fault until estimates count as those of the fault [s]
@@ -70,7 +70,7 @@ def judge(
 
 
 class _Seen(NamedTuple):
-    """What a monitor showed over the drive: time, and traces by name, (n,) each."""
+    """Outputs of a monitor over the drive: time, and traces by name, (n,) each."""
 
     time: np.ndarray
     traces: dict[str, np.ndarray]
@@ -151,7 +151,7 @@ def _judged(
 
 
 def _final(finding: Finding, seen: _Seen) -> dict[str, Any]:
-    """What was said in the end."""
+    """Final statement of a finding."""
     known, ratio = finding.estimate, seen.traces.get("ratio_to_baseline")
     return {
         "status": str(finding.status),
@@ -167,7 +167,7 @@ def _final(finding: Finding, seen: _Seen) -> dict[str, Any]:
 def _times(
     course: Sequence[StatusChange], fault: Window | None, time: np.ndarray, clock: np.ndarray, judged_at_all: bool
 ) -> dict[str, Any]:
-    """When alarms began: before the fault, and from its start on."""
+    """Times at which alarms began: before the fault, and from its start on."""
     start, end = fault or Window(math.inf, math.inf)
     alarms = alarms_of(course, ALARMS)
     first, worst = (first_after(alarms_of(course, wanted), start, end) for wanted in (ALARMS, ALARMS[1:]))
@@ -182,7 +182,7 @@ def _times(
 
 
 class _Estimates:
-    """What was estimated where the monitor judged, and the truth at the same instants."""
+    """Estimates where the monitor judged, and the truth at the same instants."""
 
     def __init__(self, recording: Recording, seen: _Seen, judging: np.ndarray):
         name = next((n for n in seen.traces if n + DEVIATION in seen.traces), None)

@@ -1,4 +1,4 @@
-"""What a campaign has to do: its drives and verdicts, each with the key of all that decides it, and what is there."""
+"""Plan of a campaign: its drives and verdicts, each with the key of all that decides it, and the results at hand."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Judge:
     Args:
         label: as the campaign calls it
         monitor, variant: by name
-        belief: parameters that it assumes of the car
+        belief: parameters of the car that it assumes
         learns: whether it judges against the baseline from the first fault-free drive of the same car
     """
 

@@ -15,7 +15,7 @@ from tierod.proving_ground.replay import Replay
 
 
 class Agreement(NamedTuple):
-    """How far a chassis is from a reference.
+    """Distance of a chassis from a reference.
 
     Args:
         yaw_rate, lateral_acceleration: root mean square of the difference over that of the reference [-]

@@ -37,7 +37,7 @@ def courses(
 
 
 def steady_turn(chassis: Body, speed: float, steer: float, seconds: float = 8.0) -> ChassisResponse:
-    """What a chassis does after some seconds at a speed [m/s] with its road wheels at an angle [rad]."""
+    """Response of a chassis after some seconds at a speed [m/s] with its road wheels at an angle [rad]."""
     inputs = courses(np.full(round(seconds / STEP), steer), speed)
     return scan(Replay(chassis, start_speed=speed), inputs).at(-1)
 

@@ -76,7 +76,7 @@ class Proposed:
 
 @dataclass(frozen=True)
 class PlantProposal:
-    """What belongs to what.
+    """Proposed assignment of a unit's variables to signals.
 
     Args:
         unit: that takes the place of a plant
@@ -146,7 +146,7 @@ def plant_document(path: str | Path) -> tuple[Document, list[str]]:
 
 
 def propose_plant(unit: Unit) -> PlantProposal:
-    """What belongs to what, by names and units.
+    """Proposed assignment of a unit's variables to signals, by names and units.
 
     Args:
         unit: as it describes itself
@@ -193,7 +193,7 @@ def _outputs(unit: Unit) -> Iterator[tuple[Proposed, bool]]:
 
 
 def _given(each: Variable) -> Proposed | None:
-    """What an input is given; None where nothing was found."""
+    """Proposal for an input; None where nothing was found."""
     known = offered()
     if not each.is_number:
         return None

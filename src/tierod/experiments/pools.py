@@ -164,7 +164,7 @@ def confusion(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
 
 
 class Box(NamedTuple):
-    """How the estimates of one state are spread, at 5, 25, 50, 75 and 95 per cent."""
+    """Spread of the estimates of one state, at 5, 25, 50, 75 and 95 per cent."""
 
     state: str
     truth: float

@@ -18,7 +18,7 @@ FAULT, SIZE, SEED = "fault", "size", "seed"
 
 @dataclass(frozen=True)
 class Row:
-    """What one monitor made of one drive.
+    """Result of one monitor on one drive.
 
     Args:
         place: axis -> level

@@ -21,7 +21,7 @@ TASTE = 0.5
 
 
 class Progress(NamedTuple):
-    """How far a campaign is.
+    """Progress of a campaign.
 
     Args:
         done: cells that are finished, those of earlier runs included

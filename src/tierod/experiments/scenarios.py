@@ -24,7 +24,7 @@ def toml_text(content: Mapping[str, object]) -> str:
     """A TOML document, one line per key of the top level; tables stand in line.
 
     Raises:
-        TypeError: a value that TOML does not know
+        TypeError: a value that TOML does not have
     """
     return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in content.items())
 

@@ -1,4 +1,4 @@
-"""What came of a campaign: rows, figures of every group, gates, and one document of all that."""
+"""Summary of a campaign: rows, figures of every group, gates, and one document of all that."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def write_table(rows: Sequence[Row], path: Path) -> None:
 
 
 def read_table(path: Path) -> list[Row]:
-    """The rows of a table; their drives hold what the table knows.
+    """The rows of a table; their drives hold the columns of the table.
 
     Raises:
         InputError: there is no such table, or it is not one of a campaign

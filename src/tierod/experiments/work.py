@@ -1,4 +1,4 @@
-"""What a worker does with one cell: drive it, keep the drive, and let every monitor judge it."""
+"""Work of a worker on one cell: drive it, keep the drive, and let every monitor judge it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DRIVEN, DIVERGED, FAILED = "driven", "diverged", "failed"
 
 @dataclass(frozen=True)
 class Lesson:
-    """What a monitor may judge against.
+    """Baseline that a monitor may judge against.
 
     Args:
         level: baseline from another drive; None where the monitor learns for itself
@@ -146,7 +146,7 @@ def failed(cell: Cell, reason: str, lasting: bool) -> dict[str, Any]:
 
 
 def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | None) -> dict[str, Any]:
-    """The record of a verdict; one that cannot be made says why."""
+    """The record of a verdict; one that cannot be made gives the reason."""
     record: dict[str, Any] = {"monitor": verdict.judge.label, "drive": task.cell.key, "judged": None, "baseline": None}
     if verdict.lesson.refusal:
         return record | {"reason": verdict.lesson.refusal, "lasting": verdict.lesson.lasting}
@@ -166,7 +166,7 @@ def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | 
 
 
 def provenance(scenario: Scenario) -> dict[str, Any]:
-    """Where a drive comes from: the scenario whole, tierod's version, and the machine."""
+    """Provenance of a drive: the scenario whole, tierod's version, and the machine."""
     return {"scenario": _plain(scenario.provenance), **_machine()}
 
 

@@ -20,7 +20,7 @@ from tierod.export.members import Member, elements, identifier, members
 
 
 class _OfBank(Interface):
-    """What lanes and judge have in common."""
+    """Common part of the interfaces of lanes and judge."""
 
     @property
     def bank(self) -> BankGraph:
@@ -30,7 +30,7 @@ class _OfBank(Interface):
 
 
 class LaneInterface(_OfBank):
-    """What the C of one lane reaches: its own state, outputs and parameters, and those that all lanes share."""
+    """Interface of the C of one lane: its own state, outputs and parameters, and those that all lanes share."""
 
     @property
     def graph(self) -> Graph:
@@ -84,7 +84,7 @@ class LaneInterface(_OfBank):
 
     @cached_property
     def feedback(self) -> tuple[Member, ...]:
-        """What the judge gives to every lane with the next sample."""
+        """Members of the judge's feedback to every lane with the next sample."""
         return members(self.bank.feedback)
 
     @cached_property
@@ -125,22 +125,22 @@ class LaneInterface(_OfBank):
         return identifier(self.bank.sample[position]).upper()
 
     def known(self, positions: Sequence[int]) -> tuple[Described, ...]:
-        """What is known of parameters of a lane."""
+        """Descriptions of parameters of a lane."""
         return tuple(self.subject.tuning[k] for k in positions)
 
     @cached_property
     def known_state(self) -> tuple[Described, ...]:
-        """What is known of the states of a lane."""
+        """Descriptions of the states of a lane."""
         return tuple(described(self.subject.block.lanes[0].init()))
 
     @cached_property
     def known_output(self) -> tuple[Described, ...]:
-        """What is known of the outputs of a lane."""
+        """Descriptions of the outputs of a lane."""
         return tuple(described(self.graph.output_tree))
 
 
 class BankInterface(_OfBank):
-    """What the C of a bank looks like from outside, and what its judge reaches."""
+    """Interface of the C of a bank from outside, and of its judge."""
 
     @cached_property
     def lane(self) -> LaneInterface:
@@ -172,7 +172,7 @@ class BankInterface(_OfBank):
 
     @cached_property
     def known_feedback(self) -> tuple[Described, ...]:
-        """What is known of the judge's feedback."""
+        """Descriptions of the judge's feedback."""
         return tuple(described(self.subject.block.judge.feedback()))
 
     @property

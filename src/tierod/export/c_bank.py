@@ -129,7 +129,7 @@ def _arguments(face: BankInterface, letters: str, writes: str = "") -> dict[str,
 
 
 def _prepare(face: BankInterface) -> str:
-    """What depends on the parameters alone: of all lanes alike, of every lane, of the judge."""
+    """Code that depends on the parameters alone: of all lanes alike, of every lane, of the judge."""
     lane, prefix = face.lane, face.prefix
     alike, own = lane.slots
     lanes = constants(lane, alike, "prepare_lanes", _arguments(face, "pc", "c"), True)

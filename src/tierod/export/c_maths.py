@@ -63,7 +63,7 @@ def _renamed(spelling: Spelling, text: str) -> str:
 
 
 def _fast(spelling: Spelling) -> str:
-    """C that asks whether the target multiplies and adds in one instruction: newlib leaves the standard's macro out."""
+    """C that tests whether the target fuses multiplication and addition: newlib leaves the standard's macro out."""
     name = "FP_FAST_FMA" if spelling.precision == "double" else "FP_FAST_FMAF"
     return f"defined {name} || defined __{name}"
 

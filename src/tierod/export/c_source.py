@@ -36,7 +36,7 @@ def _identity(face: Interface) -> str:
 
 
 def prepare(face: Interface, name: str = "prepare", static: bool = False) -> str:
-    """What depends on the parameters alone."""
+    """Code that depends on the parameters alone."""
     arguments = {"p": declared(face, "p"), "c": declared(face, "c", writes=True)}
     return constants(face, range(len(face.program.carried())), name, arguments, static)
 

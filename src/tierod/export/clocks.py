@@ -27,7 +27,7 @@ class Clock(NamedTuple):
 
 
 class Added(NamedTuple):
-    """What a value adds to a state.
+    """Increment of a state by a value.
 
     Args:
         step: number of the value that is added
@@ -75,7 +75,7 @@ def is_own(program: Program, index: int, position: int) -> bool:
 
 
 def added(program: Program, index: int, position: int) -> Added | None:
-    """What a value adds to a state; None where it does something else."""
+    """Increment of a state by a value; None where the value does something else."""
     operation = program.operations[index]
     if operation.name != "add":
         return None

@@ -189,7 +189,7 @@ class CutPrinter(BranchingPrinter):
         return Places(refused, refused, refused, refused, self.reach.carried)
 
     def notes(self) -> dict[int, str]:
-        """What a value is, by its number."""
+        """Meanings of values, by their numbers."""
         found: dict[int, str] = {}
         for target, value in sorted(self.program.outputs.items()):
             if target in self.reach.notes and target[0] != NEXT_STATE:
@@ -249,7 +249,7 @@ class CutPrinter(BranchingPrinter):
         return super().statement(index, named, places, notes, indent).replace("const int v", "const bool v", 1)
 
     def _picked(self, index: int, named: dict[int, str], indent: str) -> str:
-        """A value by its number, with brackets where checkers of C ask for them."""
+        """A value by its number, with brackets where checkers of C require them."""
         number, *values = self.program.operations[index].arguments
         given, last = self._real(number, named), len(values) - 1
         lines = (
@@ -270,7 +270,7 @@ class CutPrinter(BranchingPrinter):
         return self.spelling.number(float(operation.constant)) if operation.name == "constant" else None
 
     def expression(self, operation: Operation, named: dict[int, str]) -> str:
-        """An operation as C writes it, with brackets where checkers of C ask for them."""
+        """An operation as C writes it, with brackets where checkers of C require them."""
         name, arguments = operation.name, operation.arguments
         if name in COMPARE:
             return f"({super().expression(operation, named)})"

@@ -17,7 +17,7 @@ _ENTRY = re.compile(r"^    (\w+(?:, \w+)*): (.*)$")
 
 
 class Described(NamedTuple):
-    """What is known of a number.
+    """Description of a number.
 
     Args:
         path: dotted
@@ -95,7 +95,7 @@ def _fields(tree: Any) -> list[str] | None:
 
 @cache
 def _texts(kind: Hashable) -> dict[str, str]:
-    """What the docstring of a class states about its fields, under "Args:"."""
+    """Descriptions of the fields of a class, from "Args:" in its docstring."""
     _, found, rest = inspect.cleandoc(kind.__doc__ or "").partition("Args:\n")
     texts: dict[str, str] = {}
     names: list[str] = []

@@ -1,4 +1,4 @@
-"""What a state gains by tuning alone is added to its small change first, so that single precision does not lose it.
+"""Sums in which a state's gain by tuning alone meets its small change first, so that single precision keeps both.
 
 The variance of a Kalman filter becomes `(variance - gain) + growth`. In single precision either of both may be less
 than half of the last bit of the variance, so that each is rounded away, always to the same side: friction was 0.004 N m

@@ -27,7 +27,7 @@ class Options:
 
     Args:
         precision: of all numbers
-        validity: whether a mask says which inputs are valid, in place of NaN
+        validity: whether a mask marks the valid inputs, in place of NaN
         libm: whether functions such as the sine come from the C library, in place of the kernels' own
         fused: whether a product with a sum is always rounded once, also where the target has no instruction for it
     """
@@ -40,7 +40,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Interface:
-    """What the C of a subject looks like from outside.
+    """Interface of the C of a subject, seen from outside.
 
     Args:
         subject: that is exported

@@ -123,7 +123,7 @@ def _stored(targets: Sequence[Target], longest: int) -> list[Segment]:
 
 
 def _remembered(program: Program, values: Iterable[int]) -> list[Target]:
-    """Where the states and delay lines among some values are overwritten."""
+    """Places where the states and delay lines among some values are overwritten."""
     inputs = (program.operations[value] for value in values)
     written = {STATE: NEXT_STATE, RING: PUSH}
     return [

@@ -1,4 +1,4 @@
-"""How C spells numbers, types and functions in one precision, with the prefix of one monitor."""
+"""Spelling of numbers, types and functions in C, in one precision, with the prefix of one monitor."""
 
 from __future__ import annotations
 

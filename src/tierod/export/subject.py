@@ -1,4 +1,4 @@
-"""What is exported: a monitor as a block for one vehicle, and what is known of its inputs, outputs and parameters."""
+"""Subject of an export: a monitor as a block for one vehicle, with its inputs, outputs and parameters described."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def cohorted(series: Series, level: np.ndarray, deviation: np.ndarray, known: Le
 
 @dataclass(frozen=True)
 class Expected:
-    """What a new car may expect.
+    """Expected value of a new car.
 
     Args:
         value, standard_deviation: of its fault-free level [unit]

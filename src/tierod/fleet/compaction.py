@@ -132,7 +132,7 @@ def _read(place: Place, key: str, fresh: Mapping[str, bytes]) -> pa.Table:
 
 
 def _joined(table: pa.Table, rows: Sequence[Mapping[str, Any]]) -> pa.Table:
-    """Findings with what the fleet file says: rows of the ledger, one for each finding."""
+    """Findings with the columns of the fleet file: rows of the ledger, one for each finding."""
     import pyarrow as pa
 
     for name in schema.OF_FLEET:

@@ -1,4 +1,4 @@
-"""Which cars a fleet's findings judged at all: a car without a verdict is not one without a fault."""
+"""Coverage of a fleet's cars by its findings: a car without a verdict is not one without a fault."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@
     parameters = "car-17.toml"
     cohort = {batch = "B7"}
 
-The first entry of `recordings` that fits a recording holds. What `[vehicles.NAME]` says of a vehicle goes before it.
+The first entry of `recordings` that fits a recording holds. Entries of `[vehicles.NAME]` take precedence for a vehicle.
 """
 
 from __future__ import annotations
@@ -84,12 +84,12 @@ class Entry:
 
 @dataclass(frozen=True)
 class Single:
-    """What is known of one vehicle.
+    """Description of one vehicle.
 
     Args:
         parameters: vehicle file or shipped name; that of the entry where empty
         cohort: labels, beside those of the entry
-        mileage: where neither the entry nor the recording knows it [m]
+        mileage: where neither the entry nor the recording has it [m]
     """
 
     parameters: str = ""
@@ -106,7 +106,7 @@ class Assigned:
         parameters: path of its vehicle file, or a shipped name; "" for the one that the recording names
         cohort: labels
         mileage: [m]; None where it is not known
-        start: of the recording, where its name says so; seconds since 1970, UTC
+        start: of the recording, where its name holds it; seconds since 1970, UTC
     """
 
     vehicle: str

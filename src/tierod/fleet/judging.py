@@ -31,12 +31,12 @@ EDGE: Annotated[float, "s"] = 0.5
 
 
 class TooShort(InputError):
-    """A recording that no monitor can say anything about."""
+    """A recording that no monitor can judge."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """How recordings are judged.
+    """Settings by which recordings are judged.
 
     Args:
         monitors: that judge
@@ -62,7 +62,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What became of a recording.
+    """Judgement of a recording.
 
     Args:
         rows: of the findings
@@ -137,7 +137,7 @@ def chunk(asked: Asked) -> float:
 
 
 def _date(metadata: Mapping[str, object], start: float | None) -> float | None:
-    """When the recording began, seconds since 1970; None where nothing says so."""
+    """Time at which the recording began, seconds since 1970; None where nothing states it."""
     origin = metadata.get("origin")
     if isinstance(origin, float | int) and origin > CALENDAR:
         return float(origin)
@@ -225,6 +225,6 @@ def _finite(value: float | None) -> float | None:
 
 
 def worst(statuses: Sequence[str]) -> str:
-    """The status that counts of several: a fault before what could not be judged, that before healthy."""
+    """The status that counts of several: a fault before what could not be judged, that before fault-free."""
     order = {0: 2, 1: 0, 2: 1}
     return min(statuses, key=lambda each: order[Status(each).exit_code])

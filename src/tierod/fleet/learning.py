@@ -1,4 +1,4 @@
-"""What a fleet says about its cars and drives before one of them is looked at: noise, prior, and how to look."""
+"""Statistics of a fleet before any one car or drive is judged: noise, prior, and how to look."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ YEAR = 365.0
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
-    """What was learnt of one quantity.
+    """Statistics of one quantity over the fleet.
 
     Args:
         noise: of cars that may age, for levels and trends

@@ -35,7 +35,7 @@ GROUP = 4096
 
 
 def path_of(key: str) -> str:
-    """Where the levels of a result lie in the results folder."""
+    """Path of the levels of a result in the results folder."""
     return f"levels/{key[:2]}/{key}.parquet"
 
 

@@ -1,4 +1,4 @@
-"""Where recordings and results lie: folders of this machine, or whatever fsspec reaches (s3://bucket/results).
+"""Places of recordings and results: folders of this machine, or whatever fsspec reaches (s3://bucket/results).
 
 A file of a `Place` is whole or not there: written beside its name and renamed, or put as one object.
 """
@@ -115,7 +115,7 @@ class Place:
             sync: whether it is on the disk, and not only on its way, when this returns
 
         Raises:
-            OutputError: it cannot be written; the message says why and what to do
+            OutputError: it cannot be written; the message states cause and remedy
         """
         try:
             if self.local:
@@ -141,7 +141,7 @@ class Place:
 
 @contextmanager
 def answering(address: str) -> Iterator[None]:
-    """Say in one sentence that a storage does not answer.
+    """Report in one sentence that a storage does not answer.
 
     Args:
         address: that is asked
@@ -172,7 +172,7 @@ def place_of(root: str | Path) -> Place:
 
 
 def protocol_of(address: str) -> str:
-    """What stands before "://"; `LOCAL` where nothing does."""
+    """Protocol of an address, the part before "://"; `LOCAL` where there is none."""
     protocol, mark, _ = address.partition("://")
     return protocol if mark else LOCAL
 

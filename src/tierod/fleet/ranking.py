@@ -1,4 +1,4 @@
-"""Which car to call in first: worst first, each with its reasons and what to inspect."""
+"""Ranking of the cars to call in: worst first, each with its reasons and what to inspect."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Reason:
         text: one sentence
         inspect: what to look at
         trends: series that it rests on, with the place of the car in it; None where it rests on verdicts
-        rows: of the findings that say so
+        rows: of the findings behind it
         weight: of reasons of one urgency, the largest first
     """
 
@@ -162,7 +162,7 @@ def _near_text(trends: Trends, car: int) -> str:
 
 
 def _telling(trends: Trends, car: int, changed: bool) -> np.ndarray:
-    """Rows of the drives that say so: the last ones since the change, the newest first."""
+    """Rows of the drives that show it: the last ones since the change, the newest first."""
     rows, day = trends.series.row[car], trends.series.drives.day[car]
     there = rows >= 0
     since = there & (day > trends.began[car]) if changed else there

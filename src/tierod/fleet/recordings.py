@@ -1,4 +1,4 @@
-"""Which recordings there are: folders, wildcard patterns and single files, here or in a storage elsewhere."""
+"""Recordings at hand: folders, wildcard patterns and single files, here or in a storage elsewhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of a fleet, as one object; page and JSON are made from it alone."""
+"""Report on a fleet, as one object; page and JSON are made from it alone."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class LedgerRow:
-    """What became of some recordings.
+    """Row of the ledger: an outcome and its recordings.
 
     Args:
         outcome, reason: the same for all of them
@@ -44,7 +44,7 @@ class LedgerRow:
 
 @dataclass(frozen=True, eq=False)
 class FleetReport:
-    """What is known of a fleet.
+    """Report on a fleet.
 
     Args:
         name: of the results, for people
@@ -56,7 +56,7 @@ class FleetReport:
         judged: of them, with a verdict
         outcomes: of recordings: outcome -> how many
         ledger: outcomes with their reasons, the most frequent first; judged ones without remark are not among them
-        remarks: what a reader must know
+        remarks: notices for a reader
         created: when, as text
         command: what the user typed
     """
@@ -76,7 +76,7 @@ class FleetReport:
 
 
 def report(results: str | Path, design: Design | None = None, command: str = "") -> FleetReport:
-    """What the results of a fleet come to.
+    """Report on the results of a fleet.
 
     Args:
         results: the folder that `tierod fleet -o` wrote, or its address
@@ -92,7 +92,7 @@ def report(results: str | Path, design: Design | None = None, command: str = "")
 
 
 def worked_out(findings: pa.Table, ledger: pa.Table, design: Design, name: str = "", command: str = "") -> FleetReport:
-    """What findings and ledger of a fleet come to.
+    """Report on findings and ledger of a fleet.
 
     Args:
         findings, ledger: see `tierod.fleet.schema`

@@ -1,4 +1,4 @@
-"""What the page of a fleet shows, as headings, tables and charts that the report draws."""
+"""Contents of the page of a fleet, as headings, tables and charts that the report draws."""
 
 from __future__ import annotations
 

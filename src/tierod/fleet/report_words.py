@@ -11,7 +11,7 @@ from tierod.report.display import INTERVAL, number, share
 
 
 def odds(logarithm: float) -> str:
-    """Odds as people say them, from their natural logarithm: "12 to 1", "1 to 40"."""
+    """Odds in words, from their natural logarithm: "12 to 1", "1 to 40"."""
     size = abs(logarithm)
     text = f"{math.exp(size):.2g}" if size < math.log(1e4) else f"10^{size / math.log(10.0):.0f}"
     text = f"{float(text):g}" if "^" not in text else text
@@ -52,7 +52,7 @@ def cohort(trends: Trends, car: int) -> str:
 
 
 def since(trends: Trends, car: int) -> str:
-    """When the change began, as an interval."""
+    """Onset of the change, as an interval."""
     return f"{date(trends.began[car])} ({date(trends.earliest[car])} to {date(trends.latest[car])})"
 
 

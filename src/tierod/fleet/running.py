@@ -33,7 +33,7 @@ COMPACTED = 5000
 
 
 class Progress(NamedTuple):
-    """How far a run is.
+    """Progress of a run.
 
     Args:
         done: recordings that are finished, those of earlier runs included
@@ -52,7 +52,7 @@ class Progress(NamedTuple):
 
 @dataclass(frozen=True)
 class Summary:
-    """What a run came to.
+    """Summary of a run.
 
     Args:
         results: folder of the results
@@ -158,7 +158,7 @@ def run(
 
 @dataclass
 class _Plan:
-    """What is to be done."""
+    """Work to be done in a run."""
 
     tasks: list[Task] = field(default_factory=list)
     jobs: list[str] = field(default_factory=list)
@@ -261,7 +261,7 @@ def _held(place: Place) -> Iterator[None]:
 
 
 def document(summary: Summary) -> str:
-    """What a run came to, as JSON."""
+    """Summary of a run, as JSON."""
     reasons: dict[str, list[str]] = {}
     for name in summary.recordings:
         row = summary.rows[name]

@@ -108,7 +108,7 @@ def ledger() -> pa.Schema:
     outcome                 judged, skipped or failed
     reason                  why it was skipped or failed, or "" for one that was judged
     lasting                 whether the same would come out again; what is not lasting is tried again by the next run
-    remarks                 what a reader of the result must know: an overlap in time, monitors that did not run and why
+    remarks                 notices for a reader of the result: an overlap in time, monitors that did not run and why
     start, duration_s       as in the findings; null where not known
     findings                number of rows in the findings
     moments                 mean and standard deviation of every signal that was read and varies (SI): equal ones in two
@@ -117,7 +117,7 @@ def ledger() -> pa.Schema:
     memory_bytes            largest resident memory of the process that judged it [bytes]
     key                     of the result
     job                     digest of what was asked of it (vehicle, monitors, code, tuning): with name, bytes and
-                            modified it says whether a row still holds
+                            modified it shows whether a row still holds
     time                    when this row was written, UTC
     version                 of tierod
     """

@@ -27,7 +27,7 @@ LEAST_DRIVES = 2
 
 
 class Watched(NamedTuple):
-    """What a series is of.
+    """Subject of a series.
 
     Args:
         monitor, judged: who judged, and the thing; "" for what the monitor watches as a whole

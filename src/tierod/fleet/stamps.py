@@ -1,4 +1,4 @@
-"""What decides a result beside the recording, as digests: code, and vehicle with the files that it names."""
+"""Digests of all that decides a result beside the recording: code, and vehicle with the files that it names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where every car stands by its last verdicts: what keeps coming back counts, one odd drive does not."""
+"""Standing of every car by its last verdicts: what keeps coming back counts, one odd drive does not."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ def _recordings(table: pa.Table) -> Iterator[tuple[dict[str, Any], pa.Table]]:
 
 
 def _about(part: pa.Table) -> dict[str, Any]:
-    """What the first row says of a recording."""
+    """Facts about a recording, from its first row."""
     known = {name: part[name] for name in (RECORDING, VEHICLE, START, MILEAGE) if name in part.column_names}
     found = {name: values[0].as_py() for name, values in known.items() if len(part)}
     if found.get(START) is not None:

@@ -1,4 +1,4 @@
-"""What a worker does with one recording: look for its result, else judge it and put the result into the folder."""
+"""Task of a worker on one recording: look for its result, else judge it and put the result into the folder."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ FUTURE = 86400.0
 
 @dataclass(frozen=True)
 class Job:
-    """What is asked of every recording of a run.
+    """Settings that every recording of a run is judged with.
 
     Args:
         results: the folder of the results
@@ -59,7 +59,7 @@ class Task:
     Args:
         job: what is asked
         found: the recording
-        assigned: its vehicle; None where the recording has to be opened to know it
+        assigned: its vehicle; None where only the opened recording names it
         fleet: how it is known then
     """
 
@@ -71,7 +71,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Done:
-    """What became of a recording.
+    """Outcome of a recording.
 
     Args:
         row: of the ledger
@@ -206,7 +206,7 @@ def _loaded(parameters: str) -> Vehicle:
 
 
 def _judged(job: Job, path: Path, assigned: Assigned, row: dict[str, Any]) -> bytes:
-    """The findings, as they are kept or made now; what the ledger says of them goes into the row."""
+    """The findings, as they are kept or made now; the ledger's facts about them go into the row."""
     from tierod.monitors.harness.named_vehicle import vehicle_named_in
 
     car = _loaded(assigned.parameters or vehicle_named_in(path))
@@ -243,7 +243,7 @@ def _reasons(refused: Mapping[str, str]) -> str:
 
 
 def _about(found: Judgement) -> dict[str, Any]:
-    """What the ledger says of a result."""
+    """Facts about a result, for the ledger."""
     return {
         "start": found.start,
         "duration_s": found.duration,
@@ -254,7 +254,7 @@ def _about(found: Judgement) -> dict[str, Any]:
 
 
 def part_of(key: str) -> str:
-    """Where a result lies in the results folder."""
+    """Path of a result in the results folder."""
     return f"parts/{key[:2]}/{key}.arrow"
 
 
@@ -272,7 +272,7 @@ def _stream(found: Judgement, recording: str, key: str, vehicle: str, about: Map
 
 
 def _kept(results: Place, key: str) -> tuple[dict[str, Any], bytes] | None:
-    """What the ledger says of a result that is there, and the result; None where there is no whole one."""
+    """Facts for the ledger about a result at hand, and the result; None where there is no whole one."""
     import pyarrow as pa
 
     try:

@@ -33,7 +33,7 @@ NEIGHBOURS, FAR = 2, 4.0
 
 @dataclass(frozen=True)
 class Design:
-    """How often the fleet may be wrong.
+    """Limits on false alarms over the fleet, and the change that is looked for.
 
     Args:
         vehicle_years: between false alarms of fault-free cars, at least [a]
@@ -50,7 +50,7 @@ class Design:
 
 @dataclass(frozen=True, eq=False)
 class Trends:
-    """What became of one quantity of a fleet, car by car.
+    """Trends of one quantity of a fleet, car by car.
 
     Args:
         series: drives
@@ -153,7 +153,7 @@ def trends(series: Series, design: Design) -> Trends:
 
 
 def _joined(drives: Drives, prior: Prior, work: Callable[[Drives, Prior], tuple[np.ndarray, ...]]) -> list[np.ndarray]:
-    """What some work gives for all cars, a few thousand at a time."""
+    """Results of some work for all cars, a few thousand at a time."""
     cars = len(drives.day)
     slices = [slice(first, first + CARS_AT_A_TIME) for first in range(0, cars, CARS_AT_A_TIME)]
     parts = [work(drives.of(each), prior.of(each)) for each in slices]
@@ -218,7 +218,7 @@ def _change(drives: Drives, prior: Prior, known: Learnt, design: Design, cars: i
 def _refine(change: _Change, car: int, drives: Drives, known: Learnt) -> None:
     """Beginning and size of a car's change, anew from all its drives, in place.
 
-    The search that counts every look bounds what a drive may say, and forgets old beginnings. Once a change is found,
+    The search that counts every look bounds a drive's evidence, and drops old beginnings. Once a change is found,
     all drives that fit their neighbours count in full.
     """
     one = drives.of(slice(car, car + 1))

@@ -1,4 +1,4 @@
-"""How the friction of a virtual car ages: steadily, at once, or after every winter."""
+"""Ageing of the friction of a virtual car: steadily, at once, or after every winter."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Drives at estimate level: what a monitor would have estimated, drawn from its measured errors.
 
 A year of a thousand cars is 52 000 drives; where a study needs ten thousand vehicle-years, drives are not driven.
-Their estimates are drawn from how far the monitor was off on virtual drives that were, and every table says so.
+Their estimates are drawn from the monitor's errors on virtual drives, and every table states it.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def series(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> Se
 
 
 def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> pa.Table:
-    """Estimates as the findings of a fleet, which `tierod fleet report` reads; the version says how they came about.
+    """Estimates as the findings of a fleet, which `tierod fleet report` reads; the version states how they came about.
 
     Args:
         cars: drives

@@ -107,7 +107,7 @@ def write_drives(
 
 
 def fleet_file(cars: VirtualCars) -> str:
-    """The file that says `tierod fleet` which recording is of which car and cohort."""
+    """The fleet file that assigns recordings to cars and cohorts for `tierod fleet`."""
     lines = ["[[recordings]]", f"pattern = '{PATTERN}'", f"parameters = {json.dumps(cars.file.vehicle)}", ""]
     for number, name in enumerate(cars.names):
         labels = ", ".join(f"{json.dumps(kind)} = {json.dumps(names[number])}" for kind, names in cars.labels.items())

@@ -1,1 +1,1 @@
-"""What comes in and goes out: readers and writers of every format, derived signals, quality, signs."""
+"""Input and output: readers and writers of every format, derived signals, quality, signs."""

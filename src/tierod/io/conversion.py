@@ -22,7 +22,7 @@ SLICE = 60.0
 
 @dataclass(frozen=True)
 class Converted:
-    """What was written.
+    """Facts about a written recording.
 
     Args:
         channels: how many
@@ -52,7 +52,7 @@ def convert(
 
     Args:
         paths: of the recordings
-        output: whose ending says the format
+        output: whose ending selects the format
         dbc: databases of a CAN log
         channel_map: which makes canonical signals of columns; without one, columns keep their names and units
         canonical: whether signals that are known by name take their canonical name and SI unit without a map too
@@ -102,7 +102,7 @@ class _Seen:
         self._notes: dict[str, str] = {}
 
     def repaired(self) -> tuple[str, ...]:
-        """What was done to samples of channels: each in a sentence with how many channels that are."""
+        """Repairs of samples of channels: each in a sentence with the number of channels."""
         counts = Counter(note for text in self._notes.values() for note in text.split("; ") if note)
         return tuple(f"{note} ({count} {'channel' if count == 1 else 'channels'})" for note, count in counts.items())
 

@@ -13,7 +13,7 @@ from tierod.physics.clarke_park import PhaseValues, clarke
 
 @dataclass(frozen=True)
 class Recipe:
-    """How a signal is made.
+    """Recipe of a signal.
 
     Args:
         name: of the signal
@@ -64,7 +64,7 @@ def _beside(first: Channel, other: Channel) -> np.ndarray:
 
 
 def of_phases(quantity: str, axis: str) -> Recipe:
-    """How a vector in the stator's axes is made of a phase quantity.
+    """Recipe of a vector in the stator's axes from a phase quantity.
 
     Args:
         quantity: "motor_current" or "motor_voltage"

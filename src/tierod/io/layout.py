@@ -1,4 +1,4 @@
-"""What files of tierod hold beside the numbers, written and read: clocks, units, sources, notes, metadata."""
+"""Layout of tierod's files beside the numbers, written and read: clocks, units, sources, notes, metadata."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _free(taken: set[str]) -> str:
 
 
 def description(recording: Recording, found: tuple[Group, ...]) -> dict[str, Any]:
-    """What stands beside the numbers: layout version, clocks, unit, source and note per channel, metadata."""
+    """Description beside the numbers: layout version, clocks, unit, source and note per channel, metadata."""
     origin = recording.metadata.get("origin", 0.0)
     metadata = {key: value for key, value in recording.metadata.items() if key not in ("origin", "format")}
     return {

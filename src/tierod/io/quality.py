@@ -18,7 +18,7 @@ from tierod.core.signals import SIGNALS
 
 @dataclass(frozen=True)
 class QualityLimits:
-    """When a channel deserves a remark.
+    """Limits beyond which a channel deserves a remark.
 
     Args:
         slow: rate [Hz] below which steering monitors cannot follow a driver (movements reach 3 Hz, six samples each)
@@ -70,7 +70,7 @@ def mean_rate(time: np.ndarray) -> float:
 
 
 class Pace(NamedTuple):
-    """What time stamps show by themselves.
+    """Sampling pace of a set of time stamps.
 
     Args:
         rate: from the median step [Hz]
@@ -160,7 +160,7 @@ def figure_remarks(
 
 
 def assumes_unit(note: str) -> bool:
-    """Whether a note says that the file gives no unit, so that the signal's unit was assumed."""
+    """Whether a note states that the file gives no unit, so that the signal's unit was assumed."""
     return "unit not given" in note
 
 
@@ -170,7 +170,7 @@ def follows_from_figures(remark: str) -> bool:
 
 
 def tells_of_implausible_values(remark: str) -> bool:
-    """Whether a remark says that the values leave the plausible range of their signal."""
+    """Whether a remark states that the values leave the plausible range of their signal."""
     return _PLAUSIBLE in remark
 
 
@@ -227,7 +227,7 @@ def _range_remark(name: str, unit: str, least: float, most: float, assumed: bool
     if low <= least and most <= high:
         return []
     first, last, lower, upper = (in_words(value, unit, 4) for value in (least, most, low, high))
-    # A unit that the file or the map says is not guessed again.
+    # A unit given by the file or the map is not guessed again.
     advice = "check sensor, unit and factor"
     if assumed:
         in_degrees = unit.startswith("rad") and math.radians(max(-least, most)) <= max(-low, high)

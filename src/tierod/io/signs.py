@@ -17,12 +17,12 @@ COMPARED = 3600.0
 
 @dataclass(frozen=True)
 class SignLimits:
-    """When a sign counts as wrong.
+    """Limits beyond which a sign counts as wrong.
 
     Args:
         rate: of the comparison [Hz]
         smoothing: time [s] that is averaged first: below 1 Hz a car follows its wheel without delay, above it shakes
-        slowest: speed [m/s] below which lateral acceleration and steering say little about the turn
+        slowest: speed [m/s] below which lateral acceleration and steering hold little information on the turn
         correlation: magnitude from which a pair agrees or contradicts
         seconds: of driving that must be common to a pair
         yaw_rate: spread of the smoothed yaw rate [rad/s] below which there were no turns; five times its noise
@@ -37,7 +37,7 @@ class SignLimits:
 
 
 def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tuple[str, ...]:
-    """Which signals turn the other way than the rest, seen from left and right turns.
+    """Warnings about signals that turn the other way than the rest, seen from left and right turns.
 
     Steering angle, yaw rate and lateral acceleration over speed must agree in sign, and so must driver and motor
     torque, and the steering rate and the change of the angle. With three signals the odd one is named; with two, both.
@@ -130,7 +130,7 @@ KMH = 3.6
 
 @dataclass(frozen=True)
 class TurnLimits:
-    """When the units count as contradicting each other.
+    """Limits beyond which the units count as contradicting each other.
 
     Args:
         rate: of the comparison [Hz]
@@ -150,7 +150,7 @@ class TurnLimits:
 
 
 def turn_warnings(recording: Recording, limits: TurnLimits | None = None) -> tuple[str, ...]:
-    """What to say where lateral acceleration is not about speed times yaw rate: one of them has a wrong unit."""
+    """Warnings where lateral acceleration is not about speed times yaw rate: one of them has a wrong unit."""
     limits = limits or TurnLimits()
     if not all(name in recording and len(recording[name].time) for name in NAMES):
         return ()

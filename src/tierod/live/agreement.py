@@ -50,7 +50,7 @@ def _difference(first: Message, second: Message) -> str:
 
 
 def layout(item: Signal) -> tuple[object, ...]:
-    """How a signal lies in its message, and what its bits mean."""
+    """Layout of a signal in its message, and the meaning of its bits."""
     return (
         item.start, item.length, item.byte_order, item.is_signed, item.is_float, float(item.scale), float(item.offset),
         item.unit or "", tuple(item.multiplexer_ids or ()),

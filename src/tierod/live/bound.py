@@ -92,7 +92,7 @@ def _selected(message: Message, item: Signal) -> Callable[[bytes], bool] | None:
 
 
 def _silent(message: Message, item: Signal) -> Callable[[float], bool] | None:
-    """Whether a raw value says that a J1939 sender has none; None where it cannot say so."""
+    """Whether a raw value marks that a J1939 sender has none; None where it cannot mark that."""
     if message.protocol != "j1939" or without_value(item, np.zeros(1, np.uint64)) is None:
         return None
 

@@ -41,7 +41,7 @@ Inbox = SimpleQueue[Frame | Notice]
 
 @dataclass(frozen=True)
 class Address:
-    """Where a bus is.
+    """Address of a bus.
 
     Args:
         interface: name of python-can
@@ -93,7 +93,7 @@ def open_bus(address: Address) -> can.BusABC:
 
 
 def _remedy(error: Exception) -> str:
-    """What to do about a bus that cannot be opened."""
+    """Remedy for a bus that cannot be opened."""
     text = str(error).lower()
     if getattr(error, "errno", None) == errno.EAFNOSUPPORT:
         return "the system of this computer has no CAN: load it (sudo modprobe can_raw), or use another interface"

@@ -61,7 +61,7 @@ class State:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """What a checkpoint holds.
+    """Content of a checkpoint.
 
     Args:
         vehicle: name of it

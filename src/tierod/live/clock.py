@@ -12,7 +12,7 @@ from tierod.live.frame import Frame
 
 @dataclass(frozen=True)
 class ClockTuning:
-    """What counts as a jump.
+    """Limits beyond which a difference is a jump of the clock.
 
     Args:
         back: a stamp that falls back by more is a jump; less is a frame out of order, which a log can sort

@@ -36,7 +36,7 @@ class Finished(NamedTuple):
 
 
 class Closing:
-    """What is written at the end of a drive: each part may fail, and the others are written.
+    """Writer of the files at the end of a drive: each part may fail, and the others are written.
 
     Args:
         plan: of the session
@@ -133,7 +133,7 @@ def _together(parts: Sequence[Results]) -> Results:
 
 
 def page(judges: Sequence[Judge], diagnoses: Mapping[str, Diagnosis], path: Path, vehicle: str) -> Judged:
-    """What the monitors found, as `tierod diagnose --monitor all` shows it.
+    """Findings of the monitors, as `tierod diagnose --monitor all` shows them.
 
     Args:
         judges: of the drive

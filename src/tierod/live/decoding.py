@@ -57,7 +57,7 @@ class Decoder:
 
     @property
     def heard(self) -> dict[str, object]:
-        """What came so far, as a checkpoint keeps it: frames by number of the bus and identifier, buses by name."""
+        """Frames received so far, as a checkpoint keeps them: by number of the bus and identifier, buses by name."""
         return {"counts": self._counts, "buses": self._buses}
 
     def resume(self, heard: Mapping[str, Any]) -> None:
@@ -72,7 +72,7 @@ class Decoder:
 
     @property
     def identifiers(self) -> tuple[int, ...]:
-        """What came on the buses, known or not."""
+        """Identifiers received on the buses, known or not."""
         return tuple(sorted({identifier for _, identifier in self._counts}))
 
     @property

@@ -193,7 +193,7 @@ class Drive:
         return f"no frame came for {SILENT:.0f} s; switch the ignition on, and check channel and bit rate"
 
     def once(self, key: str, text: str) -> None:
-        """Say a problem, once in a drive.
+        """Report a problem, once in a drive.
 
         Args:
             key: of the problem
@@ -229,7 +229,7 @@ class Drive:
             self._look()
 
     def _look(self) -> None:
-        """What follows on a piece that was judged."""
+        """Settle checkpoint, messages and ignition after a piece was judged."""
         if self._checkpoints is not None:
             self._checkpoints.settle(self.engine.judges)
         self._watching.missing(self.engine.missing, self.engine.clock.latest)
@@ -240,7 +240,7 @@ class Drive:
             self.close()
 
     def state(self) -> dict[str, Any]:
-        """What is shown of the drive now."""
+        """Displayed state of the drive now."""
         return shown_state(self.engine, self.health)
 
     def mark(self, text: str = "mark") -> None:

@@ -38,7 +38,7 @@ Say = Callable[[str, Mapping[str, Any]], None]
 
 @dataclass(frozen=True)
 class Pace:
-    """When what is done.
+    """Periods and waiting times of the live engine.
 
     Args:
         period: of judging by the piece; every piece costs a monitor some milliseconds
@@ -60,7 +60,7 @@ PACE = Pace()
 
 @dataclass
 class _Stream:
-    """What one monitor reads: its columns, the piece before, and samples that wait for the next step of its grid."""
+    """Input of one monitor: its columns, the piece before, and samples that wait for the next step of its grid."""
 
     names: tuple[str, ...]
     plan: Mapping_ | None = None
@@ -89,7 +89,7 @@ class Piece:
 
 @dataclass
 class Tally:
-    """What was counted over the drive."""
+    """Counts over the drive."""
 
     frames: int = 0
     too_late: int = 0
@@ -188,7 +188,7 @@ class Engine:
             self.settle(piece)
 
     def cut(self, rest: bool = False) -> Piece | None:
-        """What has come, as a piece to be judged; None where there is nothing.
+        """Piece of the samples received so far, to be judged; None where there are none.
 
         `work` judges it, in any thread; `settle` ends that, in the thread that takes frames, before the next is cut.
 
@@ -224,7 +224,7 @@ class Engine:
                 self._feed(judge, self._streams[judge.name], frames, piece)
 
     def settle(self, piece: Piece) -> None:
-        """A piece was judged: ticks go on from it, and what changed is said."""
+        """A piece was judged: ticks go on from it, and changes are reported."""
         if self.decoder.known is None:
             return
         picks = [pick for stream in self._streams.values() if stream.plan is not None for pick in stream.plan.picks]
@@ -293,7 +293,7 @@ class Engine:
         return tuple(name for name, age in self.ages.items() if age > self.pace.order + self.pace.oldest)
 
     def shown(self) -> list[Shown]:
-        """What is shown of every monitor."""
+        """Displayed states of all monitors."""
         return [judge.shown() for judge in self.judges]
 
     def delay(self, each: Shown) -> float:
@@ -314,7 +314,7 @@ class Engine:
                 self.say("verdict", content | ({"reason": each.reason} if each.reason else {}))
 
     def held(self) -> dict[str, Any]:
-        """What it holds of the drive beside the monitors, as a checkpoint keeps it; only when a piece was judged."""
+        """State of the drive beside the monitors, as a checkpoint keeps it; only when a piece was judged."""
         return {
             "clock": self.clock, "gaps": self.gaps, "tally": self.tally, "heard": self.decoder.heard,
             "waiting": packed(self._waiting), "ignition": self._ignition_on,
@@ -343,7 +343,7 @@ class Engine:
 
     @property
     def identity(self) -> str:
-        """What distinguishes this drive from all others: its first frame by the calendar."""
+        """Identity of this drive among all others: its first frame by the calendar."""
         return f"live {self.clock.origin:.0f} {self._first:.6f}"
 
     def again(self, frames: Sequence[Frame]) -> int:

@@ -1,4 +1,4 @@
-"""What goes into the MCAP log of a drive: samples as they are judged, and events in words."""
+"""Entries of the MCAP log of a drive: samples as they are judged, and events in words."""
 
 from __future__ import annotations
 

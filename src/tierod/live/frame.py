@@ -1,4 +1,4 @@
-"""A frame of a live bus, and what the receiver says beside frames."""
+"""A frame of a live bus, and the receiver's notices beside frames."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Frame(NamedTuple):
 
 
 class Notice(NamedTuple):
-    """What happened to a bus: "lost", "back", "error frame" or "ended".
+    """Event on a bus: "lost", "back", "error frame" or "ended".
 
     Args:
         bus: number of the bus, from 1

@@ -1,4 +1,4 @@
-"""How a live session itself does: ticks, how late they come, load of computer and buses, and what happened to buses."""
+"""Health of a live session itself: ticks, their lateness, load of computer and buses, and events of the buses."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SAID = (1, 10, 100, 1000)
 
 @dataclass
 class Health:
-    """How the session itself does: ticks, how late they came [s], the worst of late, notices by kind."""
+    """Health of the session itself: ticks, how late they came [s], the worst of late, notices by kind."""
 
     ticks: int = 0
     late: deque[float] = field(default_factory=lambda: deque(maxlen=3000))
@@ -37,7 +37,7 @@ class Health:
 
 
 def received(inbox: Inbox, health: Health, hub: Hub) -> list[Frame]:
-    """The frames that have come; notices of buses are counted and said.
+    """The frames that have come; notices of buses are counted and reported.
 
     Args:
         inbox: that receivers fill

@@ -16,7 +16,7 @@ WRITTEN = (0, 1, 2)
 
 
 class Interim:
-    """Makes one page at a time, and says when it is there or why it is not.
+    """Makes one page at a time, and reports when it is there or why it is not.
 
     Args:
         hub: takes what became of it
@@ -52,7 +52,7 @@ class Interim:
         self._hub.say("making", {"path": str(page), "text": f"a report of the drive so far is made: {page}"})
 
     def look(self, wait: bool = False) -> None:
-        """Say what became of a page that was being made.
+        """Report the outcome of a page that was being made.
 
         Args:
             wait: until it is there

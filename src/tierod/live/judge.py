@@ -40,7 +40,7 @@ BEHIND = 1.5e-6
 
 @dataclass(frozen=True)
 class Plan:
-    """How monitors are run.
+    """Plan by which monitors are run.
 
     Args:
         vehicle: that drives
@@ -57,7 +57,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Shown:
-    """What is shown of a monitor.
+    """Displayed state of a monitor.
 
     Args:
         monitor: its name
@@ -66,7 +66,7 @@ class Shown:
         reason: why it does not run; "" where it does
         values: newest of every estimate, by name
         units: of them
-        enabled: share of the last stretch in which it learnt; NaN where it does not say
+        enabled: share of the last stretch in which it learnt; NaN where it does not report it
         history: past values of every estimate
         ticking: whether status and values are those of the last tick; else of the last piece
     """
@@ -116,7 +116,7 @@ class Judge:
     Raises:
         ParameterError: there is no such monitor
 
-    `needs` are the channels that it reads; `broken` says that it cannot go on, for the `reason`.
+    `needs` are the channels that it reads; `broken` is whether it cannot go on, for the `reason`.
     """
 
     def __init__(self, name: str, plan: Plan):
@@ -139,7 +139,7 @@ class Judge:
             self.broken, self.reason = True, str(error)
 
     def add(self, piece: Recording) -> None:
-        """The next piece of the drive; a monitor that cannot take it says why, and the others go on."""
+        """The next piece of the drive; a monitor that cannot take it gives the reason, and the others go on."""
         if self.broken:
             return
         try:
@@ -196,7 +196,7 @@ class Judge:
         return self.held()
 
     def held(self) -> dict[str, object]:
-        """What it holds of the drive, as a checkpoint keeps it."""
+        """State of the judge over the drive, as a checkpoint keeps it."""
         parts = {"run": self.run, "newest": self._newest, "feed": self._feed}
         return parts | {"first": self._first, "reason": self.reason, "start": self._start}
 
@@ -214,7 +214,7 @@ class Judge:
 
     @property
     def calibration(self) -> object:
-        """What its session is opened for beside the vehicle: the baseline of earlier drives."""
+        """Calibration that its session is opened with beside the vehicle: the baseline of earlier drives."""
         return self._baseline()
 
     def _baseline(self) -> Baseline | None:
@@ -223,11 +223,11 @@ class Judge:
 
     @property
     def baseline_path(self) -> Path | None:
-        """Where its baseline is kept."""
+        """Path at which its baseline is kept."""
         return None if self.plan.baselines is None else self.plan.baselines / f"{self.name}.json"
 
     def shown(self) -> Shown:
-        """What is shown of it now."""
+        """Displayed state of its monitor now."""
         run = self.run  # another thread may set it
         if run is None or self.broken:
             return Shown(self.name, Status.NOT_AVAILABLE, 0.0, self.reason)
@@ -260,7 +260,7 @@ class Judge:
             self.run.session.memory = memory
 
     def cut(self, piece: Recording, until: float) -> float:
-        """Where a piece may end so that cutting it changes nothing: just behind the last step of the grid before.
+        """Time at which a cut of a piece changes nothing: just behind the last step of the grid before.
 
         Args:
             piece: what waits, from the first sample of the drive or the last cut on

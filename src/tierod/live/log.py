@@ -1,6 +1,6 @@
 """A log of CAN frames as MF4 that is whole at every moment: records are appended, and what counts them comes last.
 
-Until it is finished the file says that it is unfinished (`UnFinMF`): the length of its last block and the count of its
+Until it is finished the file is marked as unfinished (`UnFinMF`): the length of its last block and the count of its
 records are found from the length of the file. Source: ASAM MDF 4.1, "Unfinalized MDF", and the bus logging standard.
 """
 

@@ -95,7 +95,7 @@ class McapLog:
     def estimates(
         self, monitor: str, units: Mapping[str, str], time: np.ndarray, values: Mapping[str, np.ndarray]
     ) -> None:
-        """What a monitor estimated over a piece.
+        """Log the estimates of a monitor over a piece.
 
         Args:
             monitor: its name

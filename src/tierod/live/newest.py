@@ -37,10 +37,10 @@ class Newest:
         self._actions: dict[Key, list[tuple[int, Made, deque[tuple[float, float]] | None]]] = {}
 
     def wire(self, known: Described, buses: Mapping[int, str], picks: Iterable[Pick], kept: Sequence[str] = ()) -> None:
-        """Which signals are taken from which frames; what came before stays.
+        """Set the signals that are taken from the frames; what came before stays.
 
         Args:
-            known: what the databases say of the frames
+            known: description of the frames by the databases
             buses: name of a bus by its number in `known`
             picks: how canonical signals are made from columns; one whose columns are of several messages is left out
             kept: signals of which the past is kept

@@ -1,4 +1,4 @@
-"""Where the results of a live session go, and which name is free for each of its drives."""
+"""Paths of a live session's results, and the free name for each of its drives."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tierod.live.mcap_log import McapLog
 
 @dataclass(frozen=True)
 class Outputs:
-    """Where the results of a session go.
+    """Paths of a session's results.
 
     Args:
         log: MF4 file of all frames; the second drive gets "-2" behind its name
@@ -87,7 +87,7 @@ class Logs:
             self._mcap = None
 
     def _free(self, path: Path | None, drives: int, goes_on: bool) -> Path | None:
-        """Where this drive is logged: the next name that is free, since what is there may be all that a kill left."""
+        """Path of this drive's log: the next name that is free, since what is there may be all that a kill left."""
         number = drives
         while (found := numbered(path, number)) is not None and found.exists():
             number += 1
@@ -114,7 +114,7 @@ def numbered(path: Path | None, drives: int) -> Path | None:
 
 
 def guarded(hub: Hub, work: Callable[[], None]) -> None:
-    """Do some work, and say what is wrong where it fails.
+    """Do some work, and report the error where it fails.
 
     Args:
         hub: takes the sentence

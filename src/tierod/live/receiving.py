@@ -84,7 +84,7 @@ class ProcessReceiver:
 
 
 def receiver(number: int, address: Address, inbox: Inbox) -> Receiver | ProcessReceiver:
-    """What receives a bus: a process, or a thread where the bus lives in this process alone, or pipes cannot be passed.
+    """Receiver of a bus: a process, or a thread where the bus lives in this process alone, or pipes cannot be passed.
 
     Args:
         number, address, inbox: as of `Receiver`

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What goes wrong on the way, drawn by a seed.
+    """Disturbances of the transmission, drawn by a seed.
 
     Args:
         seed: of all draws
@@ -68,7 +68,7 @@ def frames_of_file(path: Path, database: Sequence[Message], channel_map: Channel
     Args:
         path: of the recording
         database: messages by which signals are encoded; not needed for a bus log
-        channel_map: which says what signal of the database a canonical signal is
+        channel_map: which assigns signals of the database to canonical signals
 
     Raises:
         InputError: the recording cannot be read, or has none of the signals of the databases

@@ -199,7 +199,7 @@ def _same(first: object, second: object) -> bool:
 
 
 def _same_or(opened: object, made: Any) -> Any:
-    """What was opened, where it holds the same; else what was made."""
+    """Opened object where it holds the same; else the made one."""
     alike = type(opened) is type(made) and len(opened) == len(made)  # type: ignore[arg-type]  # tuples both
     return opened if alike and all(map(_same, made, opened)) else made  # type: ignore[call-overload]  # a tuple
 

@@ -201,7 +201,7 @@ class Checkpoints:
                 self._say(judge.name, "the checkpoint is of another calibration; it begins anew")
 
     def collected(self, judges: Sequence[Judge]) -> dict[str, State]:
-        """What is kept of all monitors, when a piece was judged; some milliseconds each.
+        """States of all monitors to keep, when a piece was judged; some milliseconds each.
 
         Args:
             judges: of the drive
@@ -244,7 +244,7 @@ class Checkpoints:
         checkpoint.written(self._content(states, 0.0, None, ""), self.path)
 
     def _content(self, states: Mapping[str, State], clock: float, drive: Snapshot | None, log: str) -> Checkpoint:
-        """What is written; without what the drive holds it has ended."""
+        """Checkpoint to write; without a state of the drive it marks the end of the drive."""
         written = datetime.datetime.now(datetime.UTC).timestamp()
         own = checkpoint.of_vehicle(self._vehicle)
         ended = drive is None

@@ -1,4 +1,4 @@
-"""What is shown of a live session every second, as an event."""
+"""Displayed state of a live session, sent every second as an event."""
 
 from __future__ import annotations
 

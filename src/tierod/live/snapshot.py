@@ -1,4 +1,4 @@
-"""What the sessions of a drive hold, as numbers and names: the part of a checkpoint that no block keeps.
+"""State of the sessions of a drive, as numbers and names: the part of a checkpoint that no block keeps.
 
 A session collects over a drive in ordinary objects: arrays, counters, lists, small classes. They are walked from their
 roots and written as a tree of plain values beside the arrays; `restoring` puts them back into sessions that were opened
@@ -93,7 +93,7 @@ class Walk:
         return self._numbered(value, number)
 
     def _special(self, kind: type, value: object) -> Node:
-        """What is no container and no object with attributes; None where it is one."""
+        """Node of a value that is no container and no object with attributes; None where it is one."""
         if isinstance(value, Enum):
             return ["e", name_of(kind), value.name]
         if isinstance(value, KEPT):

@@ -49,7 +49,7 @@ def packages_of(judge: Judge) -> frozenset[str]:
 
 
 def state_of(judge: Judge, collected: bool = True) -> State | None:
-    """What is kept of a monitor; None where it does not run.
+    """State of a monitor to keep; None where it does not run.
 
     Args:
         judge: of the monitor

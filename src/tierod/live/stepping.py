@@ -78,7 +78,7 @@ class Ticks:
 
         Args:
             judges: all monitors
-            decoder: that knows the frames
+            decoder: of the frames
             picks: how the signals of all monitors are made
             frames: those of the piece and all that came since
         """

@@ -52,7 +52,7 @@ class Ticker:
         run: that has begun, with a session that runs a block
         newest: values of the signals
 
-    `live` says whether its state follows on that of the pieces, `status` is the running verdict and since when, and
+    `live` is whether its state follows on that of the pieces, `status` is the running verdict and since when, and
     `changed` whether that is new; `corrected` counts pieces that differed.
     """
 
@@ -198,7 +198,7 @@ class Ticker:
             self.status = self._session.course[-1]
 
     def values(self) -> dict[str, float]:
-        """What the block gave at the last tick, by the names of the report; without deviations, which pieces widen."""
+        """Outputs of the block at the last tick, by the names of the report; without deviations, which pieces widen."""
         if not self.live or self._stream is None or not self.steps:
             return {}
         outputs = self._stream.outputs

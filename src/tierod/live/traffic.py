@@ -1,4 +1,4 @@
-"""How busy a bus is: frames and bits of the last second, against its bit rate."""
+"""Load of a bus: frames and bits of the last second, against its bit rate."""
 
 from __future__ import annotations
 

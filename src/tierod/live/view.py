@@ -43,7 +43,7 @@ def sparkline(values: Sequence[float], width: int = 24) -> str:
 
 
 def picture(drive: Drive) -> Group:
-    """What the terminal shows now."""
+    """Current display in the terminal."""
     from rich.console import Group
     from rich.table import Table
     from rich.text import Text

@@ -1,4 +1,4 @@
-"""Problems of a drive, each said once, and signals that fall silent and come again, each time."""
+"""Problems of a drive, each reported once, and signals that fall silent and come again, each time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tierod.live.events import Hub
 
 
 class Watching:
-    """What was said of the drive.
+    """Messages about the drive that were sent.
 
     Args:
         hub: takes what is said
@@ -20,12 +20,12 @@ class Watching:
         self._missing: dict[str, None] = {}
 
     def begin(self) -> None:
-        """A drive begins: nothing was said of it."""
+        """A drive begins: nothing was reported yet."""
         self._said.clear()
         self._missing = {}
 
     def once(self, key: str, text: str) -> None:
-        """Say a problem, once in a drive.
+        """Report a problem, once in a drive.
 
         Args:
             key: of the problem
@@ -36,7 +36,7 @@ class Watching:
             self._hub.say("problem", {"text": text})
 
     def missing(self, names: Iterable[str], time: float) -> None:
-        """Say which signals do not come any more, and which come again.
+        """Report the signals that do not come any more, and those that come again.
 
         Args:
             names: of those that do not come now

@@ -1,4 +1,4 @@
-"""What acts on a small automated car in a state of `automated_vehicle`: tyres, drives, kingpins, tie rods."""
+"""Forces on a small automated car in a state of `automated_vehicle`: tyres, drives, kingpins, tie rods."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Torques(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """What acts in a state.
+    """Forces in a state.
 
     Args:
         front, rear: lateral, across the body [N]
@@ -72,7 +72,7 @@ def _turn_slip(x: AutomatedState, p: AutomatedParameters) -> tuple[Scalar, Scala
 
 
 def forces_of(x: AutomatedState, torques: Torques, p: AutomatedParameters) -> Forces:
-    """What acts in a state.
+    """Forces in a state.
 
     Args:
         x: state of `AutomatedVehicle`

@@ -1,4 +1,4 @@
-"""A small automated car as the model of `automated_vehicle` knows it."""
+"""Parameters of a small automated car in the model of `automated_vehicle`."""
 
 from __future__ import annotations
 

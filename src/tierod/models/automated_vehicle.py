@@ -66,7 +66,7 @@ class AutomatedVehicle:
         drive_right_suspected: Annotated[float, ""]
 
     class Output(NamedTuple):
-        """What the sensors measure."""
+        """Measurements of the sensors."""
 
         wheel_speed_rear_left: Annotated[float, "m/s"]
         wheel_speed_rear_right: Annotated[float, "m/s"]
@@ -137,7 +137,7 @@ class AutomatedVehicle:
 
     @staticmethod
     def output(x: State, u: Input, p: Parameters) -> Output:
-        """What is measured at the end of a step."""
+        """Measurements at the end of a step."""
         torques = _given(u[4:8], u[8:], x)
         forces = forces_of(x, torques, p)
         half_turn, difference = 0.5 * p.track_width * x.yaw_rate, p.wheel_speed_difference + x.wheel_speed_difference
@@ -160,7 +160,7 @@ class AutomatedVehicle:
 
     @staticmethod
     def forces(x: State, u: Input, p: Parameters) -> Forces:
-        """What acts at the end of a step."""
+        """Forces at the end of a step."""
         return forces_of(x, _given(u[4:8], u[8:], x), p)
 
 
@@ -194,7 +194,7 @@ def _steered(
 
 
 def turning_column(p: AutomatedVehicle.Parameters) -> DampedRotation:
-    """What rate and torque of the column make of its angle and rate after one sample.
+    """Transition of the column's angle and rate over one sample, from its rate and torque.
 
     Args:
         p: parameters of `AutomatedVehicle`

@@ -13,7 +13,7 @@ LEAST_ACROSS = 0.3
 
 
 class AxleLoad(NamedTuple):
-    """What loads an axle: vertical force [N], that force at rest [N], and force along the wheels [N]."""
+    """Loads of an axle: vertical force [N], that force at rest [N], and force along the wheels [N]."""
 
     vertical: Scalar
     static: Scalar

@@ -21,7 +21,7 @@ OFFSETS: Mapping[str, tuple[str, str]] = {
 
 
 class MotorTorque(NamedTuple):
-    """The torque that an observer knows of, at the motor's shaft."""
+    """The known torque at the motor's shaft."""
 
     motor_torque: Annotated[float, "N*m"]
 

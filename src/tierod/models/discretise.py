@@ -49,7 +49,7 @@ def discretise(model: Model, method: str, steps: int = 1) -> Model:
     Args:
         model: continuous model
         method: "euler", "midpoint" or "rk4" (order 1, 2, 4). Stable while the fastest eigenvalue times the step stays
-            within about 2 (euler, midpoint) or 2.8 (rk4) in size; a linear stiff model wants
+            within about 2 (euler, midpoint) or 2.8 (rk4) in size; a linear stiff model needs
             `tierod.models.linear.zero_order_hold`
         steps: of the method within one sample
 

@@ -31,7 +31,7 @@ class FrictionParameters:
         steering_wheel_inertia, steering_wheel_damping: parts of J_eq and B_eq above the torsion bar
         torsion_bar_stiffness: [N m/rad]; infinite for a rigid bar, as the model of the paper has it
 
-    The model of the paper knows no bar; estimators that do look at `below_bar`.
+    The model of the paper has no bar; estimators with one use `below_bar`.
     """
 
     mass: Annotated[float, "kg"]
@@ -50,7 +50,7 @@ class FrictionParameters:
 
     @property
     def below_bar(self) -> BelowBarParameters:
-        """What turns below the torsion bar."""
+        """Parameters of the parts below the torsion bar."""
         return BelowBarParameters(
             self.column_inertia,
             self.column_damping,

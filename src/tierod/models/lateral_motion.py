@@ -116,7 +116,7 @@ class LateralMotion:
 
     @classmethod
     def output(cls, x: Tree, u: Tree, p: Sampled) -> Measured | MeasuredByWire:
-        """What is measured."""
+        """Measurements."""
         seen = cls._seen(x, u)
         forces, car, unknown = cls._forces(seen, u, p), p.car, seen.unknown
         centre = cls._acceleration(seen, forces, p)
@@ -272,7 +272,7 @@ class LateralMotion:
 
 
 def _factor(logarithm: Scalar) -> Scalar:
-    """What a logarithmic unknown multiplies, held within a factor of seven."""
+    """Factor of a logarithmic unknown, held within a factor of seven."""
     return exp(limit(logarithm, -_MOST, _MOST))
 
 

@@ -1,4 +1,4 @@
-"""A car as the model of its lateral motion knows it, and what that model may not know."""
+"""Parameters of a car in the model of its lateral motion, and their uncertainty."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OF_STEERING = ("log_steering_friction", "log_trail")
 
 @dataclass(frozen=True)
 class LateralParameters:
-    """A car as the sideslip estimator knows it, named as in a vehicle file.
+    """Parameters of a car for the sideslip estimator, named as in a vehicle file.
 
     Args:
         mass, yaw_inertia: of the vehicle

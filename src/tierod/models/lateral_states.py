@@ -50,14 +50,14 @@ class DrivenByWire(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What an inertial unit measures."""
+    """Measurements of an inertial unit."""
 
     yaw_rate: Annotated[float, "rad/s"]
     lateral_acceleration: Annotated[float, "m/s**2"]
 
 
 class MeasuredByWire(NamedTuple):
-    """What an inertial unit and the sensor of the road wheels measure."""
+    """Measurements of an inertial unit and the sensor of the road wheels."""
 
     yaw_rate: Annotated[float, "rad/s"]
     lateral_acceleration: Annotated[float, "m/s**2"]

@@ -80,7 +80,7 @@ class RollingCar:
         """Nothing is known of what moves the car."""
 
     class Output(NamedTuple):
-        """What its sensors measure."""
+        """Measurements of its sensors."""
 
         wheel_speed_rear_left: Annotated[float, "m/s"]
         wheel_speed_rear_right: Annotated[float, "m/s"]
@@ -158,7 +158,7 @@ class RollingCar:
 
     @staticmethod
     def output(x: State, u: Input | tuple[()], p: Parameters) -> Output:
-        """What is measured."""
+        """Measurements of its sensors."""
         half_turn = 0.5 * p.track_width * (1.0 + x.track_width_error) * x.yaw_rate
         difference = p.wheel_speed_difference + x.wheel_speed_difference
         steer = road_wheel_angle(x, p) / p.steering_ratio

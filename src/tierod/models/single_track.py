@@ -30,7 +30,7 @@ class SingleTrack:
         vehicle_speed: Annotated[float, "m/s"]
 
     class Output(NamedTuple):
-        """What an inertial measurement unit at the centre of gravity measures."""
+        """Measurements of an inertial measurement unit at the centre of gravity."""
 
         yaw_rate: Annotated[float, "rad/s"]
         lateral_acceleration: Annotated[float, "m/s**2"]

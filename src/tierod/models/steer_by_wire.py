@@ -48,7 +48,7 @@ class SteerByWire:
 
     Validity: rigid between actuator and road wheels; constant power assist.
     Source: Yih, Ryu, Gerdes, eqs (1), (4) and (5). Friction is F_w tanh(rate / friction_rate), printed as
-    F_w sgn(rate), which chatters with an estimated rate and says nothing at rest.
+    F_w sgn(rate), which chatters with an estimated rate and is undefined at rest.
     """
 
     class State(NamedTuple):
@@ -64,7 +64,7 @@ class SteerByWire:
         self_aligning_torque: Annotated[float, "N*m"]
 
     class Output(NamedTuple):
-        """What the angle sensor measures."""
+        """Measurement of the angle sensor."""
 
         road_wheel_angle: Annotated[float, "rad"]
 

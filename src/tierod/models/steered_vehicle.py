@@ -45,7 +45,7 @@ class SteeredVehicle:
         vehicle_speed: Annotated[float, "m/s"]
 
     class Output(NamedTuple):
-        """What is measured, eq (15)."""
+        """Measurements, eq (15)."""
 
         yaw_rate: Annotated[float, "rad/s"]
         road_wheel_angle: Annotated[float, "rad"]

@@ -26,7 +26,7 @@ class ColumnInput(NamedTuple):
 
 
 class ColumnOutput(NamedTuple):
-    """What a column measures; `driver_torque` is the torque in the torsion bar, positive towards left."""
+    """Measurements of a column; `driver_torque` is the torque in the torsion bar, positive towards left."""
 
     steering_wheel_angle: Annotated[float, "rad"]
     motor_angle_mechanical: Annotated[float, "rad"]

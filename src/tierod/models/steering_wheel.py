@@ -44,13 +44,13 @@ class SteeringWheel:
         hand_torque: Annotated[float, "N*m"]
 
     class Input(NamedTuple):
-        """What the bar measures, positive towards left; and acceleration of the wheel, known from the past."""
+        """Measured torque of the bar, positive towards left; and acceleration of the wheel, known from the past."""
 
         driver_torque: Annotated[float, "N*m"]
         steering_wheel_acceleration: Annotated[float, "rad/s**2"]
 
     class Output(NamedTuple):
-        """What the angle sensor measures."""
+        """Measurement of the angle sensor."""
 
         steering_wheel_angle: Annotated[float, "rad"]
 

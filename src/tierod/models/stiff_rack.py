@@ -30,7 +30,7 @@ class StiffRack:
         tie_rod_force: Annotated[float, "N"]
 
     class Output(NamedTuple):
-        """What the sensor of the angle sees; the rack's position is a copy of it and no second measurement (eq 4)."""
+        """Measurement of the angle sensor; the rack's position is a copy of it and no second measurement (eq 4)."""
 
         steering_wheel_angle: Annotated[float, "rad"]
 

@@ -36,7 +36,7 @@ def diagnose(
     command: str = "",
     progress: Callable[[float], None] = lambda share: None,
 ) -> Diagnosis:
-    """What a monitor finds in a recording.
+    """Diagnosis of a recording by a monitor.
 
     Args:
         source: a recording, or the path of one; a file is read and judged piece by piece
@@ -46,14 +46,14 @@ def diagnose(
         variant: name of the variant, or a variant; the monitor's default where not given, if it has one
         dbc: path(s) of CAN databases; the vehicle's own where not given
         channel_map: path of a channel map; the vehicle's own where not given
-        baseline: what was learnt of this vehicle from earlier recordings. A path of a file that does not exist yet is
+        baseline: parameters of this vehicle learnt from earlier recordings. A path of a file that does not exist yet is
             written where the vehicle is healthy; an existing one is never changed, or a slow fault became part of it
         memory: path of a fault memory, which takes the recording as one operation cycle; written anew if there is none
         signals: path of a recording that takes what the monitor reads and estimates over time, at its own rate:
             states, what replaces a sensor; .parquet, .csv or .mf4
         spread: whether the spread of the vehicle's parameters is carried into bands and verdict, at up to four times
             the computing
-        command: what the user typed, for the report
+        command: as the user typed it, for the report
         progress: called with the share done, 0 to 1
 
     Raises:
@@ -91,7 +91,7 @@ def _write_signals(kept: OverTime, diagnosis: Diagnosis, monitor: str, path: str
 
 
 def _kept(run: Run, path: str | Path, known: Baseline | None, diagnosis: Diagnosis) -> str:
-    """What became of the file of the baseline, in a sentence; the first healthy recording writes it."""
+    """Outcome for the file of the baseline, in a sentence; the first fault-free recording writes it."""
     if known is not None:
         return f"judged against {path}, learnt {known.learnt or 'at a time unknown'}; the file stays as it is"
     if run.learnt is not None:

@@ -1,4 +1,4 @@
-"""What a recording holds, and which monitors could judge it."""
+"""Inspection of a recording, and the monitors that could judge it."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Readiness:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What a recording holds.
+    """Content of a recording.
 
     Args:
         recording: with the signals that can be derived
@@ -101,7 +101,7 @@ def inspect(
     channel_map: str | Path | ChannelMap | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Inspection:
-    """The channels of a recording with their quality, and for each monitor what it lacks.
+    """The channels of a recording with their quality, and for each monitor the missing requirements.
 
     Args:
         source: a recording, or the path of one
@@ -137,7 +137,7 @@ def _reasons(monitor: Monitor, car: Vehicle | None, whole: Recording) -> Mapping
     if monitor.condition:
         return without
     typically = refusals(monitor, _typical_car(whole), whole)
-    # Where no variant fits the typical car, that says nothing of the recording.
+    # Where no variant fits the typical car, that is no statement on the recording.
     said = not all(LACKING in reason for reason in typically.values())
     return {name: reason or (typically[name] if said else "") for name, reason in without.items()}
 

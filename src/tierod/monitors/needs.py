@@ -1,4 +1,4 @@
-"""Which parameters of a vehicle a monitor needs, which it can use, and which of them a car lacks.
+"""Parameters of a vehicle that a monitor needs, those that it can use, and those that a car lacks.
 
 They are found by opening every variant with every shipped vehicle and recording what it reads.
 """
@@ -22,12 +22,12 @@ from tierod.vehicles.vehicle import Parameters
 
 @dataclass
 class Reading:
-    """What a session reads of a vehicle.
+    """Parameters of a vehicle that a session reads.
 
     Args:
         needed: parameters without which it cannot be opened
         optional: parameters that it uses where the vehicle file gives them
-        unclear: parameters that it asks for without a default, but may do without
+        unclear: parameters that it requests without a default, but may do without
     """
 
     needed: set[str] = field(default_factory=set)
@@ -71,7 +71,7 @@ class _ReadVehicle(Vehicle):
         return super().parameters_for(wanted)
 
     def _asked(self, names: set[str]) -> None:
-        """Record names that are asked for without a default."""
+        """Record names that are requested without a default."""
         looked_for = names & self.reading.optional
         self.reading.unclear |= looked_for
         self.reading.needed |= names - looked_for
@@ -79,7 +79,7 @@ class _ReadVehicle(Vehicle):
 
 @functools.cache
 def readings(monitor: str) -> dict[str, dict[str, Reading]]:
-    """Variant -> shipped vehicle with which it opens -> what it reads.
+    """Variant -> shipped vehicle with which it opens -> parameters that it reads.
 
     Args:
         monitor: name
@@ -114,7 +114,7 @@ def _reading(variant: Variant, vehicle: Vehicle, rate: float) -> Reading:
 
 @dataclass(frozen=True)
 class Lacking:
-    """What a variant of a monitor lacks with a vehicle.
+    """Requirements that a variant of a monitor lacks with a vehicle.
 
     Args:
         obstacle: why the variant cannot run with this vehicle; "" where it can
@@ -130,7 +130,7 @@ class Lacking:
 
 
 def lacking(monitor: Monitor, variant: Variant, car: Vehicle) -> Lacking:
-    """What a variant lacks with a vehicle.
+    """Requirements that a variant lacks with a vehicle.
 
     Args:
         monitor: of the variant
@@ -157,7 +157,7 @@ def lacking(monitor: Monitor, variant: Variant, car: Vehicle) -> Lacking:
 
 
 def _unmapped(names: tuple[str, ...], car: Vehicle) -> tuple[str, ...] | None:
-    """The signals that the channel map of a car names neither itself nor what they are made of."""
+    """The signals for which the channel map of a car names neither a column nor the signals to make them from."""
     if car.channel_map is None:
         return None
     mapped = load_channel_map(car.channel_map).entries

@@ -33,7 +33,7 @@ def identify_own_car(
 
     Args:
         recordings: ordinary drives of one car, by name
-        vehicle: what is known before, see `identify_vehicle`
+        vehicle: prior knowledge, see `identify_vehicle`
         free: parameters of its motion that may change; all that drives may show, and the ratio of its motor's torque,
             where none is given
         progress: called with the share that is done

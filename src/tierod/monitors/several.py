@@ -32,7 +32,7 @@ class NotRun(NamedTuple):
 
 @dataclass(frozen=True)
 class Judged:
-    """What the monitors found in one recording.
+    """Findings of the monitors in one recording.
 
     Args:
         path: of the recording
@@ -60,7 +60,7 @@ def judge(
     command: str = "",
     progress: Callable[[float], None] = lambda share: None,
 ) -> Judged:
-    """What every monitor that can run finds in a recording.
+    """Findings in a recording of every monitor that can run.
 
     Args:
         path: of the recording
@@ -69,7 +69,7 @@ def judge(
         dbc, channel_map: as of `diagnose`
         start, stop: of the stretch that is judged, in the time of the recording [s]; all of it where not given
         spread: as of `diagnose`
-        command: what the user typed, for the report
+        command: as the user typed it, for the report
         progress: called with the share done, 0 to 1
 
     Raises:
@@ -125,7 +125,7 @@ def source_of(
 
 
 def require_readable(path: Path, car: Vehicle, dbc: Any, channel_map: Any) -> None:
-    """Raise what is wrong with the file itself, once and not for every monitor.
+    """Raise the errors of the file itself, once and not for every monitor.
 
     Raises:
         InputError: it cannot be read, or its channel map or database does not fit

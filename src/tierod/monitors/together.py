@@ -1,4 +1,4 @@
-"""Several monitors over one recording, which is read once: what fleets and services run."""
+"""Several monitors over one recording, which is read once, as fleets and services run them."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ class Chosen:
 
 
 def usual() -> tuple[Chosen, ...]:
-    """Every monitor that judges any recording without being asked for."""
+    """Every monitor that judges any recording without an explicit request."""
     return tuple(Chosen(name) for name, each in MONITORS.items() if each.default is not None and not each.condition)
 
 
 @dataclass(frozen=True)
 class Concluded:
-    """What a monitor found up to some time of a recording.
+    """Conclusion of a monitor up to some time of a recording.
 
     Args:
         diagnosis: as `diagnose` gives it
@@ -69,7 +69,7 @@ class Together:
         spread: whether the spread of the parameters is carried into bands and verdict
         signals_shown: whether the diagnoses hold the signals over time, beside what the monitors estimate
 
-    `refused` says of each monitor that does not run why; `span` is what was fed [s]; `metadata` is of the recording.
+    `refused` gives the reason for each monitor not run; `span` is the fed time [s]; `metadata` is of the recording.
     """
 
     def __init__(self, car: Vehicle, chosen: Sequence[Chosen], spread: bool = True, signals_shown: bool = True):
@@ -117,7 +117,7 @@ class Together:
                 self._runs[name].add(piece)
 
     def concluded(self, command: str = "") -> Iterator[tuple[str, Concluded]]:
-        """(monitor, what it found) up to now; a monitor that finds that it cannot judge is refused.
+        """(monitor, finding) up to now; a monitor that finds that it cannot judge is refused.
 
         Args:
             command: that asked for it, for the report
@@ -137,7 +137,7 @@ class Together:
 
 
 class _Refusing:
-    """A context in which a monitor may say that it cannot judge the recording."""
+    """A context in which a monitor may refuse to judge the recording."""
 
     def __init__(self, together: Together, name: str):
         self._together, self._name = together, name

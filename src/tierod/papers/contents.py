@@ -1,4 +1,4 @@
-"""What the five papers hold, and where each equation, table and figure is found in tierod."""
+"""Contents of the five papers, and where each equation, table and figure is found in tierod."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Contents:
 
 @cache
 def contents(package: str) -> Contents:
-    """What a paper holds.
+    """Contents of a paper.
 
     Args:
         package: one of `PAPERS`

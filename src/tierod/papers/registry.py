@@ -30,7 +30,7 @@ class Study:
 
 
 def _items(package: str) -> Callable[[Effort, Progress], Iterator[Item]]:
-    """What the study of a package below `tierod.papers` works out; it is imported when it is asked for."""
+    """Items of the study of a package below `tierod.papers`; it is imported when it is asked for."""
 
     def items(effort: Effort, progress: Progress) -> Iterator[Item]:
         worked_out: Iterator[Item] = import_module(f"tierod.papers.{package}.study").items(effort, progress)

@@ -29,7 +29,7 @@ def rolling_road_wheel_angle(yaw_rate: Scalar, rear_wheel_speed: Scalar, lever: 
 
     Validity: negligible slip of all wheels; an understeering vehicle steers more. Moving.
     Source: Li, Frey, Gauterin, eq (7), as atan(r L / (v + r lever)): the printed cotangents are singular straight on.
-    Each of its lines gives the angle of the bicycle, not that of the left or right wheel as its symbols say.
+    Each of its lines gives the angle of the bicycle, not that of the left or right wheel as its symbols suggest.
     """
     return arctan(_ratio(yaw_rate * wheelbase, rear_wheel_speed + yaw_rate * lever))
 

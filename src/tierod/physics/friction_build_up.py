@@ -1,6 +1,6 @@
-"""How dry friction builds up after a reversal, with its derivative for the length of the build-up.
+"""Build-up of dry friction after a reversal, with its derivative for the length of the build-up.
 
-Three members of Dahl's family in closed form, for estimators that do not know which law their steering follows. The gap
+Three members of Dahl's family in closed form, for estimators whose steering follows an unknown law. The gap
 u = 1 - h sgn(d theta) to the full level obeys du/da = -u^alpha over the travel a = |d theta| / angle.
 """
 

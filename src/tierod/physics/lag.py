@@ -24,7 +24,7 @@ class Lagged(NamedTuple):
 
 
 def lagged_ramp(before: Scalar, after: Scalar, output: Scalar, lag: Scalar, time: Scalar) -> Lagged:
-    """What a lag of the first order makes of a ramp, exact.
+    """Response of a lag of the first order to a ramp, exact.
 
     Args:
         before, after: input at the start and at the end of the sample
@@ -74,7 +74,7 @@ by next to nothing; it is a ten-thousandth of the rate, which no bearing keeps b
 
 
 class DampedRotation(NamedTuple):
-    """What rate and torque make of angle and rate after the time.
+    """Transition of angle and rate over the time, from rate and torque.
 
     Args:
         kept: rate per rate before [-]

@@ -1,4 +1,4 @@
-"""What accelerations move from wheel to wheel of the vertical load."""
+"""Vertical load that accelerations move from wheel to wheel."""
 
 from __future__ import annotations
 

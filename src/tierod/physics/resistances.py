@@ -1,4 +1,4 @@
-"""What resists a moving car: the air, rolling, and dry friction that holds what stands."""
+"""Resistances of a moving car: the air, rolling, and dry friction that holds it at rest."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ AIR_DENSITY = 1.2
 
 
 class AirForces(NamedTuple):
-    """What the air does to a car, in the directions of the body."""
+    """Forces of the air on a car, in the directions of the body."""
 
     longitudinal: Scalar
     lateral: Scalar

@@ -137,7 +137,7 @@ def _flat(tree: Tree) -> list[Scalar]:
 
 
 def steering_inverse(steering: Steering, motion: Motion, memory: Memory, step: Scalar) -> list[list[Scalar]]:
-    """What `rosenbrock` takes for a steering at the start of a step.
+    """Inverse that `rosenbrock` takes for a steering at the start of a step.
 
     All but dry friction is linearised at one point, of parameters alone: that part is worked out once. Friction is
     stiff while it sticks and not at all while it slides, so it comes as it is now: taken as stiff throughout, it would

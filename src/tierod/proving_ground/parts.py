@@ -49,7 +49,7 @@ class Wind(NamedTuple):
 
 
 class Demand(NamedTuple):
-    """What the course asks of whoever drives."""
+    """Demand of the course on the driver."""
 
     speed: Annotated[float, "m/s", NOT_NEGATIVE]
     acceleration: Annotated[float, "m/s**2"]
@@ -89,7 +89,7 @@ class Steer(NamedTuple):
 
 
 class Wheels(NamedTuple, Generic[Each]):
-    """One of a kind per wheel; a number where nothing else is said."""
+    """One of a kind per wheel; a number where nothing else is stated."""
 
     front_left: Each
     front_right: Each
@@ -98,14 +98,14 @@ class Wheels(NamedTuple, Generic[Each]):
 
 
 class Hand(NamedTuple):
-    """The steering wheel as the hands feel it."""
+    """The steering wheel as it acts on the hands."""
 
     angle: Scalar
     rate: Scalar
 
 
 class Loads(NamedTuple):
-    """What acts on a steering from outside, at one stage of the integration.
+    """External loads of a steering, at one stage of the integration.
 
     Args:
         kingpin_left, kingpin_right: torque of tyre and road about each kingpin, opposing a turn to the left [N*m]
@@ -125,7 +125,7 @@ class Loads(NamedTuple):
 
 
 class Reaction(NamedTuple):
-    """What a chassis feels and does at one instant; both chassis give all of it.
+    """Loads and motion of a chassis at one instant; both chassis give all of it.
 
     Args:
         speed, lateral_speed: of the centre of gravity along and across the body [m/s]
@@ -225,18 +225,18 @@ class Steering(Protocol):
         """A motion around which all but dry friction is linearised for the implicit part of the integration."""
 
     def sticking(self, motion: Motion, memory: Memory) -> Mapping[tuple[str, str], Scalar]:
-        """What dry friction, which holds like a spring while it sticks, adds to the Jacobian of that part.
+        """Entries of dry friction, which holds like a spring while it sticks, in the Jacobian of that part.
 
         Returns:
             by (dotted name of a rate, dotted name of an angle) in the motion: growth of the rate's derivative per angle
         """
 
     def signals(self, motion: Motion, memory: Memory, loads: Loads) -> Tree:
-        """NamedTuple of what can be seen at one instant: canonical names, and `truth_...` for what no sensor sees."""
+        """NamedTuple of the signals at one instant: canonical names, and `truth_...` for those without a sensor."""
 
 
 class Seen(NamedTuple):
-    """What a driver sees and feels at one instant.
+    """Inputs of a driver at one instant, seen and felt.
 
     Args:
         speed: [m/s]
@@ -264,7 +264,7 @@ class Seen(NamedTuple):
 
 
 class Intent(NamedTuple):
-    """What a driver has decided, until the next step.
+    """Decision of a driver, until the next step.
 
     Args:
         steering_wheel_angle: wanted [rad]
@@ -280,7 +280,7 @@ class Driver(Protocol):
 
     @property
     def anticipation(self) -> float:
-        """How far ahead in time the curvature is read [s]."""
+        """Time ahead at which the curvature is read [s]."""
 
     def init(self) -> Motion:
         """Muscles relaxed."""
@@ -305,7 +305,7 @@ def ports_type(names: tuple[str, ...]) -> type:
 
 
 def pass_through(port: Port, held: Scalar, value: Scalar) -> tuple[Scalar, Scalar]:
-    """What comes out of a port, as (value to hold from now on, output).
+    """Output of a port, as (value to hold from now on, output).
 
     Args:
         port: the fault, `NO_FAULT` for none

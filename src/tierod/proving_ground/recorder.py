@@ -1,4 +1,4 @@
-"""What a run leaves in a recording: sampled outputs of the plant as measured channels, and the truth beside them."""
+"""Recording of a run: sampled outputs of the plant as measured channels, and the truth beside them."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Recorder:
             self._sample(final=False)
 
     def truths(self) -> dict[str, np.ndarray]:
-        """What every channel saw, sampled at its instants, nothing where nothing was added; called once, at the end."""
+        """True signals of all channels at their instants, empty where nothing was added; called once, at the end."""
         if self.rows:
             self._sample(final=True)
         return {name: values[: self.reached[name]] for name, values in self.taken.items()}
@@ -112,7 +112,7 @@ def _interpolated(series: np.ndarray, place: np.ndarray) -> np.ndarray:
 
 
 def channel(name: str, time: np.ndarray, values: np.ndarray, described: Mapping[str, str]) -> Channel:
-    """A channel of the virtual car; units from the catalogue of signals, else as the plant says."""
+    """A channel of the virtual car; units from the catalogue of signals, else from the plant."""
     plain = name.removeprefix(TRUTH)
     unit = SIGNALS[plain].unit if plain in SIGNALS else described.get(plain, described.get(name, ""))
     return Channel(name, time, values, unit, "virtual car")
@@ -179,9 +179,9 @@ class Readings:
         """The measured channels, with the faults of recorded signals.
 
         Args:
-            truths: what every sensor saw at its instants
+            truths: true signal of every sensor at its instants
             faulty: (channel, time stamps, readings) to both with the faults of recorded signals
-            described: units that the plant says
+            described: units that the plant gives
         """
         result = {}
         for name, sensor in self.sensors.items():
@@ -199,7 +199,7 @@ def true_channels(
     Args:
         truths: by channel, those of the measured ones left aside
         measured: names of the measured channels
-        described: units that the plant says
+        described: units that the plant gives
     """
     grids: dict[int, np.ndarray] = {}
     return {

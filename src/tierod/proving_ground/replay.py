@@ -14,7 +14,7 @@ from tierod.proving_ground.powertrain import Powertrain
 
 
 class ChassisInput(NamedTuple):
-    """What a chassis is driven with at one instant."""
+    """Inputs of a chassis at one instant."""
 
     road_wheel_angle: Annotated[float, "rad"]
     road_wheel_rate: Annotated[float, "rad/s"]
@@ -24,7 +24,7 @@ class ChassisInput(NamedTuple):
 
 
 class ChassisResponse(NamedTuple):
-    """What the chassis did, at the instant of its sample."""
+    """Response of the chassis, at the instant of its sample."""
 
     speed: Annotated[Scalar, "m/s"]
     lateral_speed: Annotated[Scalar, "m/s"]

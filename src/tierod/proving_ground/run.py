@@ -44,7 +44,7 @@ class Foresight:
         self._foreseen = distance, speed
 
     def look(self, distance: float, speed: float, after: float) -> None:
-        """Where the car really is now.
+        """Set the true place of the car.
 
         Args:
             distance: along the path [m]
@@ -85,7 +85,7 @@ _SCATTER = 3
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run gave.
+    """Outcome of a run.
 
     Args:
         recording: measured channels, and the truth in channels prefixed `truth_`
@@ -206,7 +206,7 @@ class _Run:
         self.samples = np.empty((self.longest, len(self.index)))
         self.outputs = {name: columns[0] for name, columns in channel_names(self.block).items()}
         self.limits = [(self.outputs[name], limit) for name, limit in LIMITS.items() if name in self.outputs]
-        # A unit of another tool may know the speed of its wheels alone.
+        # A unit of another tool may have the speed of its wheels alone.
         self.speed = self.outputs.get("truth_speed", self.outputs.get("vehicle_speed", 0))
         self.car, self.reason = car, ""
         self.advance: Callable[[np.ndarray, np.ndarray, np.ndarray, int], int | None]
@@ -281,7 +281,7 @@ class _Run:
         return self.index[name]
 
     def _good(self, outputs: np.ndarray) -> int:
-        """How many rows are within the limits and finite; what a state has lost stays lost until the last row."""
+        """Number of rows within the limits and finite; what a state has lost stays lost until the last row."""
         good = np.ones(len(outputs), bool)
         for column, limit in self.limits:
             good &= np.abs(outputs[:, column]) < limit
@@ -291,7 +291,7 @@ class _Run:
 
 
 def usual_inputs(car: Plant) -> dict[str, float]:
-    """What every input of a car is where neither course nor fault sets it.
+    """Values of every input of a car where neither course nor fault sets it.
 
     Args:
         car: a plant block of `tierod.proving_ground.cars`
@@ -301,7 +301,7 @@ def usual_inputs(car: Plant) -> dict[str, float]:
 
 
 def _usual(name: str, own: Mapping[str, float]) -> float:
-    """What an input is where neither course nor fault says anything."""
+    """Value of an input where neither course nor fault sets it."""
     if name.startswith("parameters."):
         return own[name.removeprefix("parameters.")]
     one = name in FACTORS or (name.startswith("ports.") and name.endswith(".gain"))

@@ -114,7 +114,7 @@ _TRIES = 1000
 
 @dataclass(frozen=True)
 class Spread:
-    """How one parameter, or several together, differ from drive to drive.
+    """Spread of one parameter, or of several together, from drive to drive.
 
     Args:
         deviation: standard deviation: of the logarithm where log-normal, else in the unit of the parameter
@@ -132,7 +132,7 @@ class Spread:
 
 @dataclass(frozen=True)
 class Scatter(UsualScatter):
-    """What differs from drive to drive: the usual, and any parameter of the car or its sensors.
+    """Scatter from drive to drive: the usual, and any parameter of the car or its sensors.
 
     Args:
         parameters: by dotted path of any float field of the car ("chassis.mass"), or of its sensors

@@ -1,4 +1,4 @@
-"""What a diagnosis looks like to people and to programs: one HTML page, one JSON document, one table in the terminal.
+"""Presentation of a diagnosis to people and to programs: one HTML page, one JSON document, one table in the terminal.
 
 All three are made from a `tierod.core.findings.Diagnosis` alone. Names in it decide where a series is drawn:
 

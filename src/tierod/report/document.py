@@ -53,7 +53,7 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
 
 
 def plain(value: object) -> Any:
-    """The value in what JSON knows: dictionaries, lists, text, finite numbers, null."""
+    """The value in JSON's types: dictionaries, lists, text, finite numbers, null."""
     if isinstance(value, dict):
         return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray):

@@ -1,4 +1,4 @@
-"""What the words of a page mean: signals, parameters and terms, each explained once at its end and linked to there."""
+"""Glossary of a page: signals, parameters and terms, each explained once at its end and linked to there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all pages share: templates, style, the charting library, packed series, and text made fit for them."""
+"""Common parts of all pages: templates, style, the charting library, packed series, and text made fit for them."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def template(name: str) -> Any:
 
 @dataclass(frozen=True)
 class Origin:
-    """How a page came about.
+    """Origin of a page.
 
     Args:
         created, version, command: when, by which version, and how
@@ -89,7 +89,7 @@ class Section:
 
 
 class Looks(NamedTuple):
-    """How the first verdict of a page looks: its sign, the class of its colour, and its word."""
+    """Looks of the first verdict of a page: its sign, the class of its colour, and its word."""
 
     symbol: str
     kind: str

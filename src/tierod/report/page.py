@@ -85,7 +85,7 @@ def _line(x1: float, y1: float, x2: float, y2: float, colour: str, width: float)
 
 
 def _reach(row: int, line: float) -> float:
-    """Where the tick of a mark meets its name."""
+    """Height at which the tick of a mark meets its name."""
     return line - 14.0 - _ROW * (row - 1) if row > 0 else line + 14.0 - _ROW * (row + 1)
 
 
@@ -242,7 +242,7 @@ def _parameter_row(row: tuple[str, float, str, float | None, str]) -> tuple[str,
 
 
 def _facts(facts: Mapping[str, object]) -> list[tuple[str, str]]:
-    """What is known of something, less what is empty or nested."""
+    """Facts about something, less what is empty or nested."""
     rows = []
     for name, value in facts.items():
         if name == "origin" and isinstance(value, int | float) and CALENDAR < value < LATEST:

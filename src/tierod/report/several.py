@@ -58,7 +58,7 @@ def not_run(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
 
 
 def to_know(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
-    """Rows of recording, monitors and what a reader of their verdicts must know; what several monitors say is one."""
+    """Rows of recording, monitors and notices for a reader of their verdicts; notices of several monitors are one."""
     monitors: dict[tuple[str, str], list[str]] = {}
     for one in judged:
         for name, diagnosis in one.diagnoses.items():
@@ -95,7 +95,7 @@ def render(judged: Sequence[Judged], origin: Origin) -> str:
 
 
 def _head(judged: Sequence[Judged]) -> dict[str, Any]:
-    """What the worst verdict says and looks like, and of how many it is the worst."""
+    """Worst verdict in text and looks, and of how many it is the worst."""
     found = [each for one in judged for each in one.diagnoses.values()]
     decisive = next((each.findings[0] for each in found if each.findings and overall(each) is worst(judged)), None)
     if decisive is None:
@@ -126,7 +126,7 @@ def _sections(judged: Sequence[Judged], traces: dict[str, Trace]) -> Iterator[Se
 
 
 def _section(title: str, diagnosis: Diagnosis, suffix: str) -> Section:
-    """What a monitor found in a recording: its verdicts, remarks on the data, and the charts that these rest on."""
+    """Section on a monitor's findings in a recording: verdicts, remarks on the data, and the charts behind them."""
     parts: list[tuple[str, Any]] = [("verdict", verdict(diagnosis, each)) for each in diagnosis.findings]
     if rows := [(words(row.name), remark) for row in diagnosis.quality for remark in row.remarks]:
         parts.append(("table", Table("Remarks on the data", ("channel", "remark"), tuple(rows))))

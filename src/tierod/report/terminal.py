@@ -106,7 +106,7 @@ def _rows(diagnosis: Diagnosis, finding: Finding) -> list[tuple[str, str]]:
 
 
 def print_memory(memory: FaultMemory, console: Console) -> None:
-    """The codes that a memory holds, and what they ask for."""
+    """The codes of a memory, and the reactions they require."""
     from rich.table import Table
     from rich.text import Text
 

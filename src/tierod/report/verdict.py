@@ -39,12 +39,12 @@ _APPEARANCES = {
 
 
 def appearance(status: Status) -> Appearance:
-    """How this status is shown; whatever is no judgement looks open."""
+    """Appearance of this status; whatever is no judgement looks open."""
     return _APPEARANCES.get(status, _OPEN)
 
 
 def shown_as(finding: Finding) -> Appearance:
-    """How a finding is shown: an estimate that nothing confirms looks open, whatever its status."""
+    """Appearance of a finding: an estimate that nothing confirms looks open, whatever its status."""
     return _OPEN if finding.word == ESTIMATED else appearance(finding.status)
 
 

@@ -65,7 +65,7 @@ def _base(like: Vehicle | None) -> dict[str, Known]:
 def _as_like(
     like: Vehicle, kind: str, known: Mapping[str, Known], usual: Mapping[str, Parameter]
 ) -> dict[str, Parameter]:
-    """What is taken from a similar car: rules of the class carry its values to the given mass and geometry."""
+    """Parameters taken from a similar car: rules of the class carry its values to the given mass and geometry."""
     there = typical(kind, _base(like))
     found = {}
     for name, theirs in like.parameters.items():
@@ -101,7 +101,7 @@ def text_of(
         name: of the car
         kind: its class
         parameters: in the order in which they are written
-        channel_map: name of the file beside it that says how to read its recordings; None without one
+        channel_map: name of the file beside it for reading its recordings; None without one
         like: name of the similar car; None without one
         counts: whether its torques are raw counts, so that those of another car say nothing
         database: name of the CAN database of its bus; None without one

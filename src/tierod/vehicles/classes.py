@@ -29,7 +29,7 @@ class Known(NamedTuple):
 
 @dataclass(frozen=True)
 class Rule:
-    """How a quantity follows from the class of a car.
+    """Rule by which a quantity follows from the class of a car.
 
     Args:
         name: of the quantity
@@ -65,7 +65,7 @@ def _content() -> dict[str, Any]:
 
 
 def classes() -> dict[str, str]:
-    """What each class of cars is, by name."""
+    """Descriptions of the classes of cars, by name."""
     return dict(_content()["classes"])
 
 

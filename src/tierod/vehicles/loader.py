@@ -90,7 +90,7 @@ class _Reader:
     def explained(self, error: ValidationError) -> ParameterError:
         from tierod.vehicles.schema import ChannelsEntry, ParameterEntry, VehicleFile
 
-        # A key spelt wrongly is an unknown key and a missing one: the unknown one says more.
+        # A key spelt wrongly is an unknown key and a missing one: the unknown one is more helpful.
         first = min(error.errors(), key=lambda slip: slip["type"] != "extra_forbidden")
         location = [str(part) for part in first["loc"]]
         key = ".".join(location)

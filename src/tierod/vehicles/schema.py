@@ -1,4 +1,4 @@
-"""What a vehicle file looks like, as pydantic checks it: strict types, no unknown key."""
+"""Schema of a vehicle file, as pydantic checks it: strict types, no unknown key."""
 
 from __future__ import annotations
 

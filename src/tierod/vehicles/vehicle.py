@@ -1,4 +1,4 @@
-"""A vehicle as tierod knows it: parameters in SI units, each with its spread and its source."""
+"""A vehicle in tierod: parameters in SI units, each with its spread and its source."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Vehicle:
         parameters: by name, in SI units
         path: the file it was read from
         channel_map, database: files on how to read the vehicle's bus, where the set names them
-        thresholds: that a calibration on healthy drives has found, by what they are of; each in words, numbers, and
+        thresholds: that a calibration on fault-free drives has found, by what they are of; each in words, numbers, and
             numbers by name, which the monitor that uses them checks
         monitor: that judges its recordings where none is named; None leaves it to tierod
     """
@@ -109,7 +109,7 @@ class Vehicle:
         return wanted(**{f.name: self.parameters[f.name].value for f in fields if f.name in self.parameters})
 
     def _adding(self, names: list[str]) -> str:
-        """What to do so that the vehicle has the named parameters; a file that tierod ships is not for editing."""
+        """Instruction for adding the named parameters to the vehicle; a file that tierod ships is not for editing."""
         tables = " and ".join(f"[parameters.{name}]" for name in names)
         if self.path.parent != SHIPPED:
             return f"Add {tables} to {self.path}"
@@ -117,7 +117,7 @@ class Vehicle:
         return f"Begin a vehicle file of your own ({own}), add {tables} to it, and give --vehicle car.toml"
 
     def screen(self) -> Screen:
-        """What is shown of the vehicle in a terminal or a notebook."""
+        """Display of the vehicle in a terminal or a notebook."""
         lines = (self.description, *(f"good for {each}" for each in self.good_for))
         rows = [
             (p.name, f"{p.value:.6g}", "" if p.standard_deviation is None else f"{p.standard_deviation:.6g}", p.unit)

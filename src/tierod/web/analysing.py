@@ -1,4 +1,4 @@
-"""What a job does with a recording: a first picture, every signal in levels, then the verdicts of all monitors."""
+"""Job on a recording: a first picture, every signal in levels, then the verdicts of all monitors."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ Say = Callable[..., None]
 
 @dataclasses.dataclass(frozen=True)
 class Reading:
-    """How a recording is read.
+    """Settings by which a recording is read.
 
     Args:
         path: of the file
@@ -104,7 +104,7 @@ def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say
     """
     stamp = stamp_of(reading.path)
     if reading.path.stat().st_size > LARGE and not store.known(stamp).get("series"):
-        with suppress(TierodError):  # what cannot be read is said below, where the whole file is
+        with suppress(TierodError):  # what cannot be read is reported below, where the whole file is
             _first_picture(store, reading, *reading.files(load(vehicle) if vehicle else None), f"p-{stamp}", say)
     car, why = _vehicle(reading, vehicle)
     dbc, used = reading.files(car)
@@ -239,7 +239,7 @@ def _keep_result(
     watched = Watched(car, asked.monitors, asked.spread, writer)
     # What no monitor reads must not move the begin of what is judged.
     needed = {*watched.needs, *ingredients(watched.needs)}
-    # A monitor derives what it needs by itself, and says so.
+    # A monitor derives what it needs by itself, and notes it.
     wanted = [name for name, each in series.signals.items() if name in needed and not each.note.startswith(DERIVED)]
     begin, end = series.span
     for piece in pieces(series, wanted, CHUNK):
@@ -296,7 +296,7 @@ def _write_report(path: Path, diagnosis: Diagnosis) -> None:
 
 
 def monitor_document(found: Concluded) -> dict[str, Any]:
-    """What a monitor found, as JSON holds it.
+    """Findings of a monitor, as JSON holds them.
 
     Args:
         found: by one monitor

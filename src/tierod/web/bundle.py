@@ -87,6 +87,6 @@ def _taken(found: re.Match[str]) -> str:
 
 
 def _picked(names: str, place: str) -> str:
-    """What a module passes on, as an object."""
+    """Names that a module passes on, as an object."""
     source = _variable(place)
     return f"{{ {', '.join(f'{there}: {source}.{here}' for here, there in _renamed(names).items())} }}"

@@ -1,4 +1,4 @@
-"""What the server refuses, each with the status of HTTP that stands for it."""
+"""Refusals of the server, each with the status of HTTP that stands for it."""
 
 from __future__ import annotations
 

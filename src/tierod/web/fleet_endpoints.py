@@ -18,7 +18,7 @@ HELD_BACK = ("rows", "bands", "cars")
 
 
 def fleet_endpoints(bench: Workbench) -> APIRouter:
-    """What is known of fleets and vehicles.
+    """Endpoints of fleets and vehicles.
 
     Args:
         bench: what is served
@@ -33,7 +33,7 @@ def fleet_endpoints(bench: Workbench) -> APIRouter:
 
     @router.get("/fleets/{name}")
     def fleet(name: str) -> dict[str, Any]:
-        """What is known of a fleet, or the job that works it out."""
+        """Report on a fleet, or the job that computes it."""
         found = bench.fleet(name)
         if isinstance(found, Job):
             return {"job": JobShape.of(found).model_dump()}

@@ -27,7 +27,7 @@ BANDS = 400
 
 
 def key_of(results: Path) -> str:
-    """What a worked-out fleet is kept under: the files that it rests on, by name, size and time of change.
+    """Key of a computed fleet: the files that it rests on, by name, size and time of change.
 
     Args:
         results: the folder
@@ -52,7 +52,7 @@ def key_of(results: Path) -> str:
 
 
 def path_of(cache: Path, key: str) -> Path:
-    """Where a worked-out fleet is kept."""
+    """Path of a computed fleet in the cache."""
     return cache / "fleets" / f"{key}.json"
 
 

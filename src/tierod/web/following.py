@@ -57,7 +57,7 @@ class Samples:
         self._waiting += frames
 
     def content(self) -> dict[str, Any] | None:
-        """What came since the last call; None where nothing did."""
+        """Samples since the last call; None where there are none."""
         frames, self._waiting = self._waiting, []
         if not frames:
             return None

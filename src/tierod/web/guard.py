@@ -1,4 +1,4 @@
-"""What every request passes: names of host and origin, the token, the length of the body, headers of the answer.
+"""Checks of every request: names of host and origin, the token, the length of the body, headers of the answer.
 
 A page of another site may send requests from the browser of whoever works here, and a name of another site may be made
 to lead to this machine (DNS rebinding). Only requests that name this server as host and come from its own page get
@@ -48,7 +48,7 @@ SAFE = ("GET", "HEAD")
 
 @dataclass(frozen=True)
 class Trust:
-    """What the server trusts.
+    """Hosts, token and limits that the server trusts.
 
     Args:
         port: that it answers on

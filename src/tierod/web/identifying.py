@@ -1,4 +1,4 @@
-"""What a job does to identify parameters: find them, and keep their document, their page and the new vehicle file."""
+"""Job that identifies parameters: find them, and keep their document, their page and the new vehicle file."""
 
 from __future__ import annotations
 

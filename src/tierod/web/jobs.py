@@ -160,7 +160,7 @@ class Jobs:
             process.join(timeout=5.0)
 
     def _work(self) -> None:
-        """What a thread does: one job after the other."""
+        """Work of a thread: one job after the other."""
         ready = self._process()
         while True:
             with self._changed:
@@ -243,7 +243,7 @@ def _named(reason: str, given: Mapping[str, Any]) -> str:
 
 
 def workers_of(given: int | None) -> int:
-    """How many jobs work at a time; half of the cores where not given.
+    """Number of jobs that work at a time; half of the cores where not given.
 
     Raises:
         ParameterError: fewer than one

@@ -1,4 +1,4 @@
-"""What is in a folder, by its names alone: no file is opened, so that large folders are listed at once."""
+"""Listing of a folder by its names alone: no file is opened, so that large folders are listed at once."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _there(root: Root) -> bool:
 def listing(
     site: Site, folder: str, search: str = "", sort: str = "name", offset: int = 0, count: int = 200
 ) -> Listing:
-    """What is in a folder.
+    """Listing of a folder.
 
     Args:
         site: that is served

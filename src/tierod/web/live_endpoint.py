@@ -12,7 +12,7 @@ from tierod.web.relay import Relay
 
 
 def live_endpoint(relay: Relay | None) -> APIRouter:
-    """What comes on the live buses.
+    """Endpoint of the live buses.
 
     Args:
         relay: of the buses; None without

@@ -64,7 +64,7 @@ def files() -> Files:
 
 
 def _together(content: dict[str, bytes]) -> dict[str, bytes]:
-    """What the first view needs in few files: its style, and its modules behind the library that draws."""
+    """Bundled files of the first view: its style, and its modules behind the library that draws."""
     texts = {name: each.decode() for name, each in content.items() if name.endswith((".js", ".css"))}
     first, stands = bundled(texts, "main.js", SCRIPT)
     made = {name: text.encode() for name, text in stands.items()}
@@ -103,7 +103,7 @@ def page(app: FastAPI) -> None:
 def _early(request: Request) -> str:
     """Requests that the view begins with, for the browser to send while it still reads the modules.
 
-    They follow from the address alone, so that the page says nothing about what is served.
+    They follow from the address alone, so that the page reveals nothing about what is served.
     """
     wanted = ["/api/site"]
     file = request.query_params.get("file", "")

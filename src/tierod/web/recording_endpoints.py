@@ -30,7 +30,7 @@ FORMATS = {
 
 
 def recording_endpoints(bench: Workbench) -> APIRouter:
-    """What is kept of recordings.
+    """Endpoints of kept recordings.
 
     Args:
         bench: what is served
@@ -95,7 +95,7 @@ def _exports(router: APIRouter, bench: Workbench) -> None:
 def _results(router: APIRouter, bench: Workbench) -> None:
     @router.get("/results/{key}")
     def result(key: str) -> dict[str, Any]:
-        """What monitors found in a recording."""
+        """Findings of monitors in a recording."""
         return bench.result(key)
 
     @router.get("/identifications/{key}")

@@ -21,7 +21,7 @@ _SIZE = re.compile(r"[-+]?[0-9.]+(?:e[-+]?[0-9]+)?(?: ?[A-Za-z°µ%Ω/*·^0-9.]{
 
 @cache
 def catalogue() -> dict[str, Any]:
-    """What a scenario is chosen from: scenarios, cars, courses and faults, each with its description."""
+    """Catalogue that a scenario is chosen from: scenarios, cars, courses and faults, each with its description."""
     from tierod.core.toml import Document
     from tierod.proving_ground import courses
     from tierod.proving_ground.cars import catalogue as cars
@@ -52,7 +52,7 @@ def catalogue() -> dict[str, Any]:
 
 
 def _size_in(content: Mapping[str, Any]) -> str:
-    """The size of a fault as its file says it; "" where it has none that can be changed by itself."""
+    """The size of a fault from its file; "" where it has none that can be changed by itself."""
     behaviour = content.get("behaviour")
     inner = behaviour if isinstance(behaviour, Mapping) else {}
     return str(content.get("size", inner.get("to", inner.get("size", ""))))
@@ -82,7 +82,7 @@ def drive(given: Mapping[str, Any], progress: Callable[[float], None]) -> tuple[
         outcome = whole.run(progress)
     except ParameterError as error:
         source.unlink()
-        # Whoever chose in the page sees no file and no lines.
+        # A choice in the page has no file and no lines to name.
         plain = re.sub(rf"{re.escape(str(source))}, (line \d+: )?", "", str(error)).replace(str(source), "the scenario")
         raise ParameterError(_as_chosen(plain, given.get("faults", ()))) from None
     path = source.with_suffix(".parquet")

@@ -143,7 +143,7 @@ def site_of(
     cache: str | Path | None = None,
     limits: Limits | None = None,
 ) -> Site:
-    """What is served; arguments and errors as of `serve`."""
+    """Site to serve; arguments and errors as of `serve`."""
     from tierod.vehicles import load
     from tierod.web.demo import folders
     from tierod.web.site import Limits, Root, Site, roots_of

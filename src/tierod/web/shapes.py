@@ -1,4 +1,4 @@
-"""What endpoints take and give, typed: the OpenAPI page is made from these."""
+"""Types of requests and answers of the endpoints; the OpenAPI page is made from these."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class ChosenScenario(Given):
 
 
 class JobShape(BaseModel):
-    """A job: waiting, running, done, failed or cancelled; `share` is done, `text` says what, `found` is its result."""
+    """A job: waiting, running, done, failed or cancelled; `share` is done, `text` in words, `found` is its result."""
 
     id: str
     kind: str
@@ -87,7 +87,7 @@ class JobShape(BaseModel):
 
 
 class State(BaseModel):
-    """What is known of a recording; keys are "" where nothing is kept; `why` there is no verdict.
+    """State of a recording; keys are "" where nothing is kept; `why` there is no verdict.
 
     `corrected`: whether it was read with a channel map or database that was chosen in the page.
     """
@@ -156,7 +156,7 @@ class Pair(BaseModel):
 
 
 class SiteShape(BaseModel):
-    """What this server serves."""
+    """Description of the served site."""
 
     version: str
     roots: list[str]

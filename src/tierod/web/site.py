@@ -1,4 +1,4 @@
-"""What is served: folders of recordings and results, the vehicle, limits; and the only way from a name to a file."""
+"""Served site: folders of recordings and results, the vehicle, limits; and the only way from a name to a file."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Root:
 
 @dataclass(frozen=True)
 class Limits:
-    """How much the server takes.
+    """Limits on what the server takes.
 
     Args:
         upload: longest body of an upload [bytes]
@@ -68,7 +68,7 @@ class Live:
 
 @dataclass(frozen=True)
 class Site:
-    """What is served.
+    """Served site.
 
     Args:
         roots: folders with recordings

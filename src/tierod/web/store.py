@@ -1,4 +1,4 @@
-"""What is kept of analysed recordings: folders named by the digest of what made them, whole or not there.
+"""Store of analysed recordings: folders named by the digest of what made them, whole or not there.
 
 series/KE/KEY/      the signals of a recording
 results/KE/KEY/     what monitors found in it: findings, estimates, reports
@@ -54,7 +54,7 @@ class Store:
         self._known: dict[str, dict[str, Any]] = {}
 
     def path(self, kind: str, key: str) -> Path:
-        """Where a result lies, or would lie.
+        """Path of a result, whether it is there or not.
 
         Args:
             kind: one of `KINDS`
@@ -99,7 +99,7 @@ class Store:
         return target
 
     def known(self, stamp: str) -> dict[str, Any]:
-        """What belongs to a file; empty where nothing is kept of it, or another version of tierod has kept it."""
+        """Entries that belong to a file; empty where nothing of it is kept, or another version of tierod kept it."""
         with self._lock:
             found = self._known.get(stamp)
         if found is None:

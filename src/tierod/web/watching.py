@@ -35,7 +35,7 @@ class Written(OverTime):
 
     Args:
         monitor: its name
-        run: gives the monitor at work, which knows what is an estimate and in which unit
+        run: gives the monitor at work, which names its estimates and their units
         writer: takes it
     """
 

@@ -19,7 +19,7 @@ def _reading(given: Mapping[str, Any]) -> Reading:
 
 
 def _propose(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    """Which column is which signal, as a table that can be corrected."""
+    """Columns assigned to signals, as a table that can be corrected."""
     from tierod.io.proposal import propose, text_of
 
     say(0.1, "reading the file")
@@ -44,7 +44,7 @@ def _propose(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
 
 
 def _inspect(given: Mapping[str, Any], say: Say) -> dict[str, Any]:
-    """What a recording holds, and what each monitor lacks."""
+    """Content of a recording, and the requirements that it lacks for each monitor."""
     from tierod.monitors.inspection import inspect
     from tierod.report.document import plain
     from tierod.vehicles import load

@@ -20,7 +20,7 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {400: {"model": Problem}, 403: {"mod
 
 
 def work_endpoints(bench: Workbench) -> APIRouter:
-    """What is there, what comes in, and what is worked on.
+    """Endpoints of files, uploads and jobs.
 
     Args:
         bench: what is served
@@ -29,7 +29,7 @@ def work_endpoints(bench: Workbench) -> APIRouter:
 
     @router.get("/site")
     def site() -> SiteShape:
-        """What this server serves."""
+        """Description of the served site."""
         return bench.about
 
     @router.get("/files")
@@ -40,17 +40,17 @@ def work_endpoints(bench: Workbench) -> APIRouter:
         offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
         count: Annotated[int, Query(ge=1, le=1000)] = 200,
     ) -> Listing:
-        """What is in a folder; no file is opened."""
+        """Listing of a folder; no file is opened."""
         return bench.files(folder, search, sort, offset, count)
 
     @router.get("/recording")
     def recording(file: Text) -> State:
-        """What is known of a recording."""
+        """State of a recording."""
         return bench.state(file)
 
     @router.get("/opened")
     def opened(file: Text) -> Opened:
-        """What is known of a recording, with its signals and findings where they are kept."""
+        """State of a recording, with its signals and findings where they are kept."""
         return bench.opened(file)
 
     @router.post("/analyses", status_code=202)

@@ -1,4 +1,4 @@
-"""What the endpoints call: the same functions for programs, without HTTP.
+"""Functions behind the endpoints: the same for programs, without HTTP.
 
 with Workbench(site) as bench:
     job = bench.analyse(Analysed(file="recordings/drive.mf4", vehicle="car.toml"))
@@ -70,7 +70,7 @@ class Workbench:
 
     @cached_property
     def about(self) -> shapes.SiteShape:
-        """What is served."""
+        """Description of the served site."""
         from tierod.vehicles import VEHICLES
 
         known = {
@@ -103,7 +103,7 @@ class Workbench:
     def files(
         self, folder: str = "", search: str = "", sort: str = "name", offset: int = 0, count: int = 200
     ) -> Listing:
-        """What is in a folder; arguments and errors as of `tierod.web.listing.listing`."""
+        """Listing of a folder; arguments and errors as of `tierod.web.listing.listing`."""
         found = listing(self.site, folder, search, sort, offset, count)
         for each in found.entries:
             if not each.folder:
@@ -117,7 +117,7 @@ class Workbench:
             return {}
 
     def state(self, file: str) -> shapes.State:
-        """What is known of a recording.
+        """State of a recording.
 
         Raises:
             Absent: there is no such file
@@ -139,7 +139,7 @@ class Workbench:
         )
 
     def opened(self, file: str) -> shapes.Opened:
-        """What is known of a recording, with its signals and findings where they are kept; errors as of `state`."""
+        """State of a recording, with its signals and findings where they are kept; errors as of `state`."""
         state = self.state(file)
         series, result = None, None
         with suppress(Absent):  # swept away in between: it is worked out anew
@@ -186,7 +186,7 @@ class Workbench:
         return self.jobs.submit("identify", given, f"identifying the {asked.subject} from {count}")
 
     def identified(self, key: str) -> dict[str, Any]:
-        """What an identification found.
+        """Result of an identification.
 
         Raises:
             Absent: nothing is kept under this key
@@ -274,7 +274,7 @@ class Workbench:
         return [self.reader("series", series), *([self.reader("results", result)] if result else [])]
 
     def result(self, key: str) -> dict[str, Any]:
-        """What monitors found in a recording.
+        """Findings of monitors in a recording.
 
         Raises:
             Absent: nothing is kept under this key
@@ -301,7 +301,7 @@ class Workbench:
             raise Absent("the report is not kept any more; open the recording again from the list") from None
 
     def fleet(self, name: str) -> dict[str, Any] | Job:
-        """What is known of a fleet, or the job that works it out.
+        """Report on a fleet, or the job that computes it.
 
         Raises:
             Absent: no such results folder
@@ -356,7 +356,7 @@ class Workbench:
         return memory_document(path)
 
     def room(self, name: str) -> Path:
-        """Where an upload goes.
+        """Path of an upload.
 
         Args:
             name: that the file shall have

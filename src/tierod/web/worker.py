@@ -1,4 +1,4 @@
-"""A process that waits for one job, works on it within its limits, and says how far it is."""
+"""A process that waits for one job, works on it within its limits, and reports its progress."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OFTEN = 0.1
 
 
 def serve(connection: Connection, memory: int) -> None:
-    """What the process does.
+    """Run the process.
 
     Args:
         connection: to the server: takes (kind, what is given), gives progress and the result

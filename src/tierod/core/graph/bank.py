@@ -33,7 +33,7 @@ class Verdict(NamedTuple):
     Args:
         output: of the bank
         adopt: per lane the number of the lane whose state it takes over after this sample; `KEEP` for its own
-        feedback: what every lane is given with the next sample, () for nothing
+        feedback: of the judge to every lane with the next sample, () for none
     """
 
     output: Tree
@@ -48,7 +48,7 @@ class Judge(Protocol):
         """The state before the first sample."""
 
     def feedback(self) -> Tree:
-        """What every lane is given with the first sample; () where the judge gives the lanes no feedback."""
+        """Feedback to every lane with the first sample; () where the judge gives the lanes none."""
 
     def step(self, state: Tree, sample: JudgeSample) -> tuple[Tree, Verdict]:
         """One sample on."""

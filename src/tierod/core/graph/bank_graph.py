@@ -87,7 +87,7 @@ def trace_bank(bank: Any, judged: type) -> BankGraph:
 
     Args:
         bank: with `lanes` and `judge`
-        judged: NamedTuple class of what the judge is given
+        judged: NamedTuple class of the judge's input
 
     Raises:
         TraceError: the lanes differ in structure or hold delay lines, the judge does not answer for every lane, or one

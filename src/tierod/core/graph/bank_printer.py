@@ -1,4 +1,4 @@
-"""Print a bank as C99: its lanes eight at a time in loops that vectorise, its judge, and what lanes take over."""
+"""Print a bank as C99: its lanes eight at a time in loops that vectorise, its judge, and the adoption of lanes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is stepped alone need not vectorise: selections as branches, and chains of selections as one operation."""
+"""Branches for a step that runs alone and need not vectorise; chains of selections as one operation."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _pick(operations: tuple[Operation, ...], index: int) -> Operation | None:
 
 
 def _compared(operations: tuple[Operation, ...], condition: int) -> tuple[int, float] | None:
-    """The value that is asked whether it equals a constant, and the constant."""
+    """The value that is compared with a constant, and the constant."""
     asked = operations[condition]
     if asked.name != "eq":
         return None

@@ -1,4 +1,4 @@
-"""Print what is stepped alone: logic in whole numbers, branches, and tables in place of chains of selections."""
+"""Print a step that runs alone: logic in whole numbers, branches, and tables in place of chains of selections."""
 
 from __future__ import annotations
 

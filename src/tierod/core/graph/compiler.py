@@ -57,7 +57,7 @@ def _more() -> tuple[str, ...]:
 
 
 def cache_folder() -> Path:
-    """Where compiled kernels are kept: TIEROD_CACHE, or `tierod` in the user's cache folder."""
+    """Folder of compiled kernels: TIEROD_CACHE, or `tierod` in the user's cache folder."""
     if chosen := os.environ.get("TIEROD_CACHE"):
         return Path(chosen)
     return Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "tierod"
@@ -105,7 +105,7 @@ def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
 
 
 def _caches() -> tuple[KernelCache | NoCache, ...]:
-    """Where kernels are looked for and kept, the user's own choice first."""
+    """Caches that kernels are looked for and kept in, the user's own choice first."""
     found = []
     with contextlib.suppress(RuntimeError):  # a user without a home
         found.append(KernelCache(cache_folder()))
@@ -157,7 +157,7 @@ _WARNED: set[str] = set()
 
 
 def _warn_once(troubles: list[str], where: str) -> None:
-    """Say once in a process why kernels are not where they belong, and where they are."""
+    """Warn once in a process why kernels are not in their usual place, and where they are."""
     trouble = next(filter(None, troubles), "")
     if trouble and not _WARNED:
         _WARNED.add(trouble)
@@ -226,7 +226,7 @@ def _identity(executable: str) -> str:
 
 @cache
 def _machine() -> str:
-    """What -march=native depends on, so that a cache on a shared home folder never gives a foreign kernel."""
+    """Machine that -march=native depends on, so that a cache on a shared home folder never gives a foreign kernel."""
     try:
         text = Path("/proc/cpuinfo").read_text()
     except OSError:

@@ -1,4 +1,4 @@
-"""Automatic Jacobians, of numbers and of symbols alike, and what depends on what."""
+"""Automatic Jacobians, of numbers and of symbols alike, and their patterns of dependence."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def jacobian(function: Callable[[T], Tree], at: T) -> list[list[Scalar]]:
 
 
 def dependence(function: Callable[[T], Tree], shape: T) -> list[list[bool]]:
-    """Which leaf of `function(x)` depends on which leaf of `x`, whatever their values.
+    """Pattern of dependence of the leaves of `function(x)` on the leaves of `x`, whatever their values.
 
     Args:
         function: maps a tree of the shape of `shape` to a tree; pure, written with tierod.core.graph.maths

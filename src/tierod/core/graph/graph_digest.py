@@ -1,4 +1,4 @@
-"""What a block does, as one number: its traced graph and its tuning, whatever its code looks like and where it lies."""
+"""Digest of a block's behaviour: its traced graph and its tuning, whatever its code looks like and where it lies."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from tierod.core.graph.operations import NEXT_STATE, PUSH, Operation, Program, p
 
 
 def initial_program(block: Block) -> Program:
-    """What `init` works out of the floats of a block: next states, and the value that fills each delay line.
+    """Program of `init` over the floats of a block: next states, and the value that fills each delay line.
 
     Where `init` cannot be followed with symbols, or gives other numbers with them, the numbers themselves.
 

@@ -28,7 +28,7 @@ _LOOP = (ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctype
 
 
 class Kernel(Protocol):
-    """What runs one block: its step over many samples."""
+    """Executor of one block: its step over many samples."""
 
     @property
     def graph(self) -> Interface:
@@ -98,7 +98,7 @@ def lane_array(*shape: int) -> np.ndarray:
 
 
 def kernel(block: Block, engine: Engine = "auto") -> Kernel:
-    """What runs a block.
+    """Kernel that runs a block.
 
     Args:
         block: to be run
@@ -106,7 +106,7 @@ def kernel(block: Block, engine: Engine = "auto") -> Kernel:
             TIEROD_ENGINE decides for "auto"
 
     Raises:
-        CompileError: "compiled" was asked for and the block cannot be compiled
+        CompileError: "compiled" was requested and the block cannot be compiled
         TraceError: the block cannot be traced
     """
     if not is_interpreted(engine):
@@ -118,10 +118,10 @@ def kernel(block: Block, engine: Engine = "auto") -> Kernel:
 
 
 def lane_kernel(blocks: list[Block]) -> LaneKernel | None:
-    """What runs many blocks of one structure side by side; None where each has to run alone.
+    """Kernel that runs many blocks of one structure side by side; None where each has to run alone.
 
     Raises:
-        CompileError: TIEROD_ENGINE asks for "compiled" and the blocks cannot be compiled
+        CompileError: TIEROD_ENGINE requests "compiled" and the blocks cannot be compiled
     """
     if is_interpreted() or isinstance(trace(blocks[0]), BankGraph):
         return None
@@ -136,7 +136,7 @@ _INTERPRETED: set[str] = set()
 
 
 def _warn_interpreted(error: CompileError, engine: str) -> None:
-    """Say once in a process why blocks run on the virtual machine; an error where compiled ones were asked for."""
+    """Warn once in a process why blocks run on the virtual machine; an error where compiled ones were requested."""
     if _chosen(engine) == "compiled":
         raise error
     if not _INTERPRETED:
@@ -145,7 +145,7 @@ def _warn_interpreted(error: CompileError, engine: str) -> None:
 
 
 def print_c(graph: Graph | BankGraph) -> str:
-    """C99 of what runs one block: `prepare`, `push` and `scan`."""
+    """C99 that runs one block: `prepare`, `push` and `scan`."""
     return print_bank(graph) if isinstance(graph, BankGraph) else print_scalar(graph)
 
 

@@ -34,7 +34,7 @@ _BUILD = "build-"
 
 @dataclass(frozen=True)
 class Bounds:
-    """What a cache may hold.
+    """Bounds on the contents of a cache.
 
     Args:
         bytes: of all kernels [B]; a thousand of the usual 70 kB and the largest of 2 MB fit
@@ -61,7 +61,7 @@ class KernelCache:
 
     Args:
         folder: made where it is absent; it need not be usable
-        bounds: of what it holds
+        bounds: of its content
     """
 
     folder: Path
@@ -69,7 +69,7 @@ class KernelCache:
 
     @property
     def where(self) -> str:
-        """Where kernels are, as the end of a sentence."""
+        """Place of the kernels, as the end of a sentence."""
         return f"in {self.folder}"
 
     def trouble(self) -> str:
@@ -133,7 +133,7 @@ class KernelCache:
             name: of the kernel
 
         Raises:
-            OutputError: the cache cannot be used, or another process did not end; the message says why and what to do
+            OutputError: the cache cannot be used, or another process did not end; the message states cause and remedy
         """
         build = self.folder / f"{_BUILD}{name}"
         try:

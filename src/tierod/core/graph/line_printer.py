@@ -15,7 +15,7 @@ COMPARE = {"lt": "<", "le": "<=", "eq": "==", "ne": "!="}
 
 @dataclass(frozen=True)
 class Places:
-    """How C reaches the arrays from inside a loop."""
+    """Expressions by which C reaches the arrays from inside a loop."""
 
     state: Callable[[int], str]
     ring: Callable[[int], str]
@@ -25,7 +25,7 @@ class Places:
 
 
 class LinePrinter:
-    """One graph's operations as lines of C; holds what all functions of a file share."""
+    """One graph's operations as lines of C; holds the state that all functions of a file share."""
 
     def __init__(self, graph: Graph, operations: Program):
         self.graph, self.program = graph, operations
@@ -62,7 +62,7 @@ class LinePrinter:
         return "".join(lines)
 
     def names(self, places: Places) -> dict[int, str]:
-        """What C calls every value."""
+        """Names of all values in C."""
         named = {value: f"v{value}" for value in range(len(self.program.operations))}
         return named | {value: places.carried(slot) for value, slot in self.carried.items()}
 
@@ -83,7 +83,7 @@ class LinePrinter:
         return f"{indent}{reach[group](position)} = {self.constant(value) or named[value]};\n"
 
     def notes(self) -> dict[int, str]:
-        """What a value is, by its number."""
+        """Meanings of values, by their numbers."""
         names = {NEXT_STATE: self.graph.state, OUTPUT: self.graph.output}
         notes: dict[int, str] = {}
         for (group, position), value in self.program.outputs.items():
@@ -93,7 +93,7 @@ class LinePrinter:
         return notes
 
     def constant(self, index: int) -> str | None:
-        """A constant as C writes it; None for what is none."""
+        """A constant as C writes it; None for a value that is no constant."""
         operation = self.program.operations[index]
         if operation.name != "constant":
             return None

@@ -1,4 +1,4 @@
-"""How the state of a block lies in one flat array."""
+"""Layout of a block's state in one flat array."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ GROUP = 8
 
 
 class BankState(NamedTuple):
-    """What a bank of blocks remembers.
+    """State of a bank of blocks.
 
     Args:
         lanes: the state of every lane
         judge: the state of the judge
-        feedback: what the judge said at the sample before, for all lanes
+        feedback: of the judge at the sample before, for all lanes
     """
 
     lanes: tuple[Tree, ...]

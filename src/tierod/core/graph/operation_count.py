@@ -1,4 +1,4 @@
-"""What a step of a block costs, counted from its graph."""
+"""Cost of a step of a block, counted from its graph."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def operation_count(block: Block) -> OperationCount:
 
 
 def _counts(graph: Graph | BankGraph) -> Counter[str]:
-    """How many operations of each kind one step needs; every lane of a bank counts."""
+    """Number of operations of each kind that one step needs; every lane of a bank counts."""
     if not isinstance(graph, BankGraph):
         return program(graph.function).counts()
     total = program(graph.judge.function).counts()

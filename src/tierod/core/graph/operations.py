@@ -56,7 +56,7 @@ class Program:
         return sorted(i for i in wanted if i in self.invariant and self.operations[i].name != "constant")
 
     def counts(self) -> Counter[str]:
-        """How many operations of each kind one step needs, invariant ones left out."""
+        """Number of operations of each kind that one step needs, invariant ones left out."""
         return Counter(
             operation.name
             for index, operation in enumerate(self.operations)

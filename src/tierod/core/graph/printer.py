@@ -17,7 +17,7 @@ STATE_IN_LOCALS = 200
 
 
 def prefix(graph: Interface) -> str:
-    """What every exported name of the graph's C begins with."""
+    """Prefix of every name that the graph's C exports."""
     return f"tierod_{re.sub(r'[^0-9A-Za-z]+', '_', graph.name).lower()}"
 
 
@@ -30,7 +30,7 @@ def legend(graph: Interface) -> str:
 
 
 def push(name: str) -> str:
-    """C of one step on bound buffers, for what has a function `<name>_sample`."""
+    """C of one step on bound buffers, for a block with a function `<name>_sample`."""
     kind = f"{name}_stream"
     return (
         f"typedef struct {{ real *x; const real *u; real *y; const real *c; long k; }} {kind};\n"
@@ -55,7 +55,7 @@ def print_lanes(graph: Graph, own_tuning: bool) -> str:
 
 
 def _prepare(printer: LinePrinter) -> str:
-    """C that works out what depends on the tuning alone, and its size."""
+    """C that computes the values that depend on the tuning alone, and its size."""
     name = prefix(printer.graph)
     signature = f"void {name}_prepare(const real *restrict p, real *restrict c)"
     size = f"extern const long {name}_carried;\nconst long {name}_carried = {len(printer.carried)};\n"
@@ -63,12 +63,12 @@ def _prepare(printer: LinePrinter) -> str:
 
 
 def _head(printer: LinePrinter, in_lanes: bool = False) -> str:
-    """What stands before the functions."""
+    """Head of the C source, before the functions."""
     return prelude((operation.name for operation in printer.program.operations), in_lanes) + legend(printer.graph)
 
 
 class _ScalarPrinter(BranchingPrinter):
-    """For one vehicle: nothing has to vectorise, so what only one choice needs is left out where another is made."""
+    """For one vehicle: nothing has to vectorise, so operations of one choice are left out where another is made."""
 
     def __init__(self, graph: Graph, operations: Program):
         super().__init__(graph, operations)

@@ -1,4 +1,4 @@
-"""What all drivers take and give: samples in, results and states out."""
+"""Data of all drivers: samples in, results and states out."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Memory:
 
     Args:
         values: flat, delay lines at the end, shape (numbers,)
-        count: samples seen so far
+        count: samples so far
     """
 
     values: np.ndarray
@@ -30,7 +30,7 @@ class Memory:
 
 @dataclass(frozen=True)
 class Result(Generic[Output]):
-    """What a block gave over many samples.
+    """Result of a block over many samples.
 
     Args:
         names: dotted names of the outputs, in order
@@ -65,7 +65,7 @@ Samples = Aligned | np.ndarray | Sequence[Sequence[float]]
 def memory_of(
     block: Block[State, Given, Output], state: Memory | State | None, traced: Interface | None = None
 ) -> Memory:
-    """What a run starts from, of the size that the block's kernel reads and writes.
+    """Memory at the start of a run, of the size that the block's kernel reads and writes.
 
     Args:
         block: that is run

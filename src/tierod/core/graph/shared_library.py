@@ -1,4 +1,4 @@
-"""A shared library loaded from memory: what was verified is what runs, whatever becomes of the file it came from."""
+"""A shared library loaded from memory: the verified code runs, whatever becomes of the file it came from."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ TRUTH_VALUE = "truth value"
 
 
 class Interface(Protocol):
-    """What drivers know of the graph of a block or of a bank of blocks: names in order, and shapes."""
+    """Interface of the graph of a block or of a bank of blocks, for drivers: names in order, and shapes."""
 
     @property
     def name(self) -> str:

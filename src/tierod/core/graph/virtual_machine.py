@@ -134,5 +134,5 @@ class _Call:
             self._buffer.set_res(k, memoryview(array))  # type: ignore[arg-type]
 
     def rows(self, position: int, count: int) -> np.ndarray:
-        """One input seen as one row per lane."""
+        """One input as one row per lane."""
         return self.inputs[position].reshape(count, -1)

@@ -1,1 +1,1 @@
-"""What speaks for the C of an export: comparisons, checks, and figures on targets, on one page."""
+"""Evidence for the C of an export: comparisons, checks, and figures on targets, on one page."""

@@ -21,7 +21,7 @@ FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow
 
 @dataclass(frozen=True)
 class Difference:
-    """How far a compiled export is from `scan`.
+    """Difference of a compiled export from `scan`.
 
     Args:
         build: compiler and flags

@@ -35,7 +35,7 @@ _NAMED = re.compile(r"\bconst \w+ v(\d+) =")
 
 
 class Stepped(NamedTuple):
-    """What the numbers in the C of a step stand for.
+    """Meanings of the numbers in the C of a step.
 
     Args:
         program: of the step that is printed
@@ -132,7 +132,7 @@ def _is_limit(program: Program, index: int) -> bool:
 
 
 def _rests_on_age(stepped: Stepped, index: int) -> bool:
-    """Whether a selection asks for the age alone of a value that is held while it is missing."""
+    """Whether a selection tests the age alone of a value that is held while it is missing."""
     operations = stepped.program.operations
     waiting = list(operations[index].arguments[:1]) if operations[index].name in ("select", "if") else []
     ages = 0
@@ -148,7 +148,7 @@ def _rests_on_age(stepped: Stepped, index: int) -> bool:
 
 
 def _rests_on_presence(program: Program, index: int) -> bool:
-    """Whether a selection or conjunction asks whether a value is there that is no input of the sample."""
+    """Whether a selection or conjunction tests the presence of a value that is no input of the sample."""
     operation = program.operations[index]
     asked = operation.arguments[:1] if operation.name in ("select", "if") else operation.arguments
     return operation.name in ("select", "if", "and", "or") and any(_is_presence(program, each) for each in asked)

@@ -19,7 +19,7 @@ from tierod.export.interface import Interface
 
 
 class Aim(NamedTuple):
-    """How far single precision may take an estimate from double.
+    """Limit of the difference of an estimate in single precision from double.
 
     Args:
         output: dotted name
@@ -50,7 +50,7 @@ HOURS = (0.0, 100.0)
 
 @dataclass(frozen=True)
 class Apart:
-    """What single precision does on one drive.
+    """Effect of single precision on one drive.
 
     Args:
         samples: what was run over, in words
@@ -74,7 +74,7 @@ class Apart:
 
 
 def aim_of(face: Interface) -> Aim | None:
-    """What has to agree; None for a monitor for which nothing is laid down, or a variant without that output."""
+    """Required agreement; None for a monitor for which nothing is laid down, or a variant without that output."""
     aim = AIMS.get(face.subject.monitor)
     return aim if aim is not None and aim.output in face.subject.graph.output else None
 

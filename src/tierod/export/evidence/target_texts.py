@@ -1,4 +1,4 @@
-"""What a bare board needs beside the monitor: start, linker script, and the program that measures a step."""
+"""Texts for a bare board beside the monitor: start, linker script, and the program that measures a step."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ BOARD = ("qemu-system-arm", "-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic
 
 
 class Measured(NamedTuple):
-    """What the M7 program printed.
+    """Output of the M7 program.
 
     Args:
         mean, most: instructions of a step

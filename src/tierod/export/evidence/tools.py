@@ -15,7 +15,7 @@ LONGEST: Annotated[float, "s"] = 240.0
 
 
 class Outcome(NamedTuple):
-    """What a tool did.
+    """Outcome of a tool's run.
 
     Args:
         code: with which it ended; None where it could not be run, or not to its end
@@ -27,7 +27,7 @@ class Outcome(NamedTuple):
 
     @property
     def first(self) -> str:
-        """Its first line, shortened."""
+        """First line of the text, shortened."""
         return next(iter(self.text.strip().splitlines()), "nothing was written")[:160]
 
 

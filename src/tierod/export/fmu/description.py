@@ -29,7 +29,7 @@ _BASE_ORDER = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
 def token(model: Model) -> str:
-    """What description and binary have in common."""
+    """Token that description and binary have in common."""
     subject = model.face.subject
     return f"{{tierod-{subject.name}-{subject.digest:08x}-{len(model.variables)}}}"
 

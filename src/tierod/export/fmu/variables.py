@@ -50,7 +50,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Model:
-    """What a unit is made of.
+    """Parts of a unit.
 
     Args:
         face: of the export

@@ -29,7 +29,7 @@ TIED = (
 
 
 class Chosen(NamedTuple):
-    """A unit and why; `decided` says whether the recording or the file decides it, or it is only assumed."""
+    """A unit and its reason; `decided` is whether the recording or the file decides it, else it is only assumed."""
 
     unit: Unit
     reason: str

@@ -1,4 +1,4 @@
-"""What redundant signals say about each other: their ratios decide units, their correlations decide signs."""
+"""Relations between redundant signals: their ratios decide units, their correlations decide signs."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class Motion:
 
 
 def compared(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
-    """Correlation of two signals, and the magnitude of the first over the second; (0, NaN) where they say nothing."""
+    """Correlation of two signals, and the magnitude of the first over the second; (0, NaN) without information."""
     good = np.isfinite(a) & np.isfinite(b)
     if np.count_nonzero(good) < SECONDS * RATE:
         return 0.0, math.nan

@@ -38,7 +38,7 @@ class Proposed:
         meant: why the title means the signal
         unit: and why
         sign: and why
-        factor: that goes into the entry beside the unit; 1 where the unit says all
+        factor: that goes into the entry beside the unit; 1 where the unit suffices
         others: columns that could be the signal too
     """
 

@@ -23,7 +23,7 @@ class Unit(NamedTuple):
         factor: SI value over the column's
         offset: added after that
         turns: whether it counts turns of a wheel, so that the factor holds a radius
-        stated: whether the file says it
+        stated: whether the file states it
     """
 
     name: str
@@ -54,7 +54,7 @@ def candidates(name: str, stated: str, values: np.ndarray, turns: bool = False) 
 
     Args:
         name: of the signal
-        stated: unit that the file says; "" where it says none
+        stated: unit in the file; "" where it has none
         values: of the column; NaN is missing
         turns: whether the title of a wheel speed indicates turns of the wheel
     """

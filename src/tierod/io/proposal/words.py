@@ -1,4 +1,4 @@
-"""Which signal the title of a column means, in the words of English, German and some other loggers."""
+"""Assignment of the title of a column to a signal, by the words of English, German and some other loggers."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def meant_by(column: Column) -> Meant | None:
     """The signal that a column's title means; None where none is known.
 
     Args:
-        column: of a file, with its unit where the file says one
+        column: of a file, with its unit where the file has one
     """
     bare, ending = split_suffix(column.name)
     unit = column.unit or ending

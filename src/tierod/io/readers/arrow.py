@@ -29,7 +29,7 @@ def open_arrow(path: Path, time: TimeEntry = GUESSED) -> Source:
 
     Args:
         path: of the file
-        time: which column is the time, as a user says
+        time: column of the time, as a user gives it
 
     Raises:
         InputError: the file is damaged, holds no row or no time column

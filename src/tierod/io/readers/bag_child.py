@@ -89,7 +89,7 @@ class Reader:
         import rosbags.typesys  # noqa: F401
 
     def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """(arrays, what else there is to say) on a request for the content, or for the next piece of a lane."""
+        """(arrays, further metadata) on a request for the content, or for the next piece of a lane."""
         if "lane" not in request:
             return {}, self._content()
         number = request["lane"]

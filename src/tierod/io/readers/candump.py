@@ -34,7 +34,7 @@ _ERROR_FRAME, _ID = 0x20000000, 0x1FFFFFFF
 
 
 class Make(NamedTuple):
-    """Where the parts of a line are: "(12.34) can0 123#0102" has dot 3, close 6, space 12, mark 16, length 21."""
+    """Places of the parts of a line: "(12.34) can0 123#0102" has dot 3, close 6, space 12, mark 16, length 21."""
 
     dot: int
     close: int
@@ -45,7 +45,7 @@ class Make(NamedTuple):
 
     @property
     def data(self) -> int:
-        """Where the payload begins; after "##" and its flags for flexible data rate."""
+        """Place at which the payload begins; after "##" and its flags for flexible data rate."""
         return self.mark + 3 if self.flexible else self.mark + 1
 
     @property
@@ -161,7 +161,7 @@ def _alike(makes: np.ndarray) -> list[tuple[Make, np.ndarray]]:
 
 
 def _without_data(table: np.ndarray, make: Make) -> np.ndarray:
-    """Which lines are remote frames or error frames: whole, but without a signal."""
+    """Mask of the lines that are remote frames or error frames: whole, but without a signal."""
     if make.length <= make.mark + 1 or make.flexible:
         return np.zeros(len(table), dtype=bool)
     remote = table[:, make.mark + 1] == ord("R")

@@ -30,11 +30,11 @@ from tierod.core.user_files import read_text, toml
 
 @dataclass(frozen=True)
 class Entry:
-    """How one canonical signal is made from columns of a file.
+    """Recipe of one canonical signal from columns of a file.
 
     Args:
         source: names of the columns, which are summed
-        unit: of sign * factor * source + offset; None where it is that of the columns, and the file says it
+        unit: of sign * factor * source + offset; None where it is that of the columns, and the file states it
         sign: 1 or -1
         factor: multiplies the source
         offset: added after sign and factor, in `unit`
@@ -53,11 +53,11 @@ class Entry:
 
 @dataclass(frozen=True)
 class TimeEntry:
-    """Which column of a table is its time.
+    """Column of a table that is its time.
 
     Args:
-        column: its name; the first whose title says so where None
-        unit: of the time columns; what their titles say where None
+        column: its name; the first with such a title where None
+        unit: of the time columns; that of their titles where None
     """
 
     column: str | None = None

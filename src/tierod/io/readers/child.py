@@ -53,7 +53,7 @@ def main() -> None:
 
 
 def _code(pid: int) -> int | None:
-    """How a reader ended, None while it runs."""
+    """Exit code of a reader, None while it runs."""
     try:
         found, status = os.waitpid(pid, os.WNOHANG)
     except ChildProcessError:

@@ -212,13 +212,13 @@ def _first(lanes: list[_Lane]) -> float:
 
 
 def _filled(lanes: list[_Lane], seconds: float) -> float:
-    """When the densest channels have the samples that a slice needs at least [s]."""
+    """Time at which the densest channels have the samples that a slice needs at least [s]."""
     samples = math.floor(FEWEST * seconds) if math.isfinite(seconds) else 0
     return min((clock.filled(samples) for lane in lanes for clock in _clocks(lane)), default=math.inf)
 
 
 def _begin(start: float, seconds: float, first: float) -> float:
-    """Where the slice begins that holds the stamp `first`, whole slices after `start`."""
+    """Start of the slice that holds the stamp `first`, whole slices after `start`."""
     count = (first - start) / seconds
     start += seconds * math.floor(count) if math.isfinite(count) else 0.0
     while start < start + seconds <= first:

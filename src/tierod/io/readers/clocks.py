@@ -1,4 +1,4 @@
-"""Which columns of a table are its time, and which columns each of them times."""
+"""Columns of a table that are its time, and the columns that each of them times."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Clock:
 
 
 def is_time(name: str) -> bool:
-    """Whether a column's title says that it holds the time."""
+    """Whether a column's title is one of a time."""
     words = [word for word in re.split(r"[^a-z]+", name.lower()) if word]
     return _is_called_time(name) or bool({"time", "timestamp"} & set(words))
 

@@ -69,7 +69,7 @@ def content_of(path: Path, packed: bool) -> Content:
 
 
 def spooled(path: Path, pipe: IO[bytes]) -> Content:
-    """What comes through a pipe, kept in a temporary file so that it can be read again.
+    """Content from a pipe, kept in a temporary file so that it can be read again.
 
     Args:
         path: of the pipe, for messages
@@ -144,7 +144,7 @@ class Stream(_Raw):
 
 
 class _Again(_Raw):
-    """What was kept, from its beginning."""
+    """Stream of the kept content, from its beginning."""
 
     def __init__(self, kept: Kept):
         self._kept, self._at = kept, 0

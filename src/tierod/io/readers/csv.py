@@ -23,7 +23,7 @@ def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
 
     Args:
         content: the bytes of the file
-        time: which column is the time, as a user says; not looked at in a file that tierod wrote
+        time: column of the time, as a user gives it; not looked at in a file that tierod wrote
 
     Raises:
         InputError: no table of numbers with a time column is in it

@@ -1,4 +1,4 @@
-"""How a text table is laid out: delimiter, decimal sign, where the data begin, names and units of the columns."""
+"""Layout of a text table: delimiter, decimal sign, where the data begin, names and units of the columns."""
 
 from __future__ import annotations
 

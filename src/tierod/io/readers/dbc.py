@@ -152,7 +152,7 @@ def _no_match(log: dict[int, int], database: Collection[int]) -> str:
 
 @dataclass(frozen=True)
 class Described:
-    """What databases say of the frames of a bus.
+    """Description of the frames of a bus by databases.
 
     Args:
         found: the messages that came, by bus and identifier
@@ -176,7 +176,7 @@ class Described:
 
 
 def described(content: Heard, database: Sequence[Message]) -> Described:
-    """What databases say of the frames that were heard.
+    """Description of the received frames by databases.
 
     A message that several buses or senders carry keeps its plain name for the first and gets a prefix for the others.
 
@@ -278,7 +278,7 @@ def channel_of(name: str, entry: Found, item: Signal, rows: Rows) -> Channel:
 
 
 def selected(message: Message, item: Signal, rows: Rows) -> np.ndarray | None:
-    """Which frames carry a multiplexed signal; None where all do. Multiplexers may be multiplexed themselves."""
+    """Mask of frames that carry a multiplexed signal; None where all do. Multiplexers may be multiplexed themselves."""
     if not item.multiplexer_ids or not item.multiplexer_signal:
         return None
     selector = message.get_signal_by_name(item.multiplexer_signal)
@@ -311,5 +311,5 @@ def _raw(item: Signal, rows: Rows) -> np.ndarray:
 
 
 def _bytes(item: Signal) -> int:
-    """How many bytes a frame needs to hold a signal."""
+    """Number of bytes that a frame needs to hold a signal."""
     return -(-span(item.start, item.length, item.byte_order == "big_endian")[1] // 8)

@@ -161,13 +161,13 @@ def parameter_group(identifier: int) -> int:
 
 
 def without_value(item: Signal, raw: np.ndarray) -> np.ndarray | None:
-    """Where the sender says that it has no value, or only an error; None where it cannot say so.
+    """Mask of values that the sender marks as not available or in error; None where the signal has no such code.
 
     J1939-71, ranges of transmitted signals: a parameter of one byte is in error at 0xFE and not available at 0xFF, a
     longer one where its highest byte is. Discrete parameters of two bits: 0b10 error (of a command: reserved),
     0b11 not available (of a command: take no action). Of four bits: 0xE error, 0xF not available (SPN 1675).
     Of 3, 5, 6 and 7 bits only all ones is not available: the value below may be a state (SPN 527, 0b110: accelerator
-    override). One bit cannot say it. Commands that use all four states of two bits exist (SPN 695): a state that the
+    override). One bit cannot code it. Commands that use all four states of two bits exist (SPN 695): a state that the
     database calls otherwise than error or not available is kept.
 
     Args:

@@ -52,7 +52,7 @@ def open_hdf5(path: Path, given: TimeEntry = GUESSED) -> Source:
 
     Args:
         path: of the file
-        given: which vector is the time, as a user says
+        given: vector of the time, as a user gives it
 
     Raises:
         MissingExtra: h5py is not installed

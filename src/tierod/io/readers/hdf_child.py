@@ -25,7 +25,7 @@ class Reader:
         import h5py  # noqa: F401
 
     def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """(arrays, what else there is to say) on a request for the content, or for a stretch of some data sets."""
+        """(arrays, further metadata) on a request for the content, or for a stretch of some data sets."""
         import h5py
 
         if self._file is None:

@@ -1,4 +1,4 @@
-"""How much a recording may unfold to: a file of some megabytes can hold gigabytes of zeros."""
+"""Limits on the size to which a recording may unfold: a file of some megabytes can hold gigabytes of zeros."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _UNITS = {"": 1, "b": 1, "kb": 10**3, "mb": 10**6, "gb": 10**9, "kib": 2**10, "m
 
 @dataclass(frozen=True)
 class Limits:
-    """What a recording may take, unpacked text as well as samples of eight bytes.
+    """Limits of a recording's size, unpacked text as well as samples of eight bytes.
 
     Args:
         largest: bytes that any recording may unfold to: ten hours at 100 Hz of 37 channels, as samples

@@ -73,7 +73,7 @@ def _column(each: dict[str, Any]) -> Column:
 
 
 def _written(metadata: dict[str, str]) -> dict[str, Any]:
-    """What tierod wrote beside the messages; empty where another program wrote the file, or that is damaged."""
+    """Metadata that tierod wrote beside the messages; empty where another program wrote the file, or it is damaged."""
     try:
         return description_in(metadata["description"])
     except (KeyError, ValueError, TypeError):

@@ -75,7 +75,7 @@ _KINDS = ("f8", "u4", "u2", "u2", "u1")
 
 @dataclass
 class Heard:
-    """What is in a log.
+    """Content of a log.
 
     Args:
         counts: frames by (number of the bus, identifier), in the order of both
@@ -154,7 +154,7 @@ class InOrder:
 
 
 def heard(log: Log) -> Heard:
-    """What is in a log, read once from its beginning to its end.
+    """Content of a log, read once from its beginning to its end.
 
     Raises:
         InputError: no frame is in it, it cannot be read, or its clock was set back

@@ -1,4 +1,4 @@
-"""Which columns of a file become which canonical signals in SI: by the channel map, and by name where there is none."""
+"""Mapping of the columns of a file to canonical signals in SI: by the channel map, and by name where there is none."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Pick:
         entry: sign, factor and offset
         scale: from the unit of the columns
         notes: what was guessed
-        assumed: the file says no unit, and the canonical one was taken
+        assumed: the file has no unit, and the canonical one was taken
     """
 
     name: str
@@ -41,7 +41,7 @@ class Pick:
 
 @dataclass(frozen=True)
 class Plan:
-    """What to load from a file.
+    """Plan of the channels to load from a file.
 
     Args:
         picks: the channels to be made
@@ -65,7 +65,7 @@ def plan(
     names: Iterable[str] | None,
     silent: Sequence[str] = (),
 ) -> Plan:
-    """Which columns become which channels.
+    """Plan of the columns that become channels.
 
     Args:
         columns: of the file
@@ -118,7 +118,7 @@ def _fits(channel_map: ChannelMap, columns: dict[str, Column]) -> bool:
 
 def _wanted(names: tuple[str, ...], columns: dict[str, Column]) -> set[str]:
     for name in names:
-        # A monitor asks for the truth of a simulation by name; recordings of cars have none.
+        # A monitor reads the truth of a simulation by name; recordings of cars have none.
         if name not in columns and name not in SIGNALS and not name.startswith(TRUTH):
             raise InputError(
                 f"'{name}' is neither a signal nor a column of the file{nearest(name, [*SIGNALS, *columns])}"
@@ -171,7 +171,7 @@ def _find(source: str, columns: dict[str, Column]) -> Column | None:
 
 
 def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tuple[dict[str, Signal], dict[str, str]]:
-    """The signal of every column that has one, and by signal what to say where several columns could be it."""
+    """The signal of every column that has one, and by signal a warning where several columns could be it."""
     candidates: dict[str, list[Column]] = {}
     for column in columns:
         found = _meant(column)

@@ -36,7 +36,7 @@ def open_mat(path: Path, given: TimeEntry = GUESSED) -> Source:
 
     Args:
         path: of the file
-        given: which vector is the time, as a user says
+        given: vector of the time, as a user gives it
 
     Raises:
         InputError: the file is damaged, of version 7.3, or holds no vectors beside a time vector

@@ -120,7 +120,7 @@ def _origin(start: str) -> float:
 def _frames(
     blocks: Iterator[dict[str, np.ndarray]], origin: float, records: int, notes: tuple[str, ...]
 ) -> Iterator[Frames]:
-    """The frames of one group; the last says what was left out, and where some of its records are lost."""
+    """The frames of one group; the last states what was left out, and where some of its records are lost."""
     done, frames = 0, None
     for arrays in blocks:
         done += len(arrays["time"])

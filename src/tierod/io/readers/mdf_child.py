@@ -91,7 +91,7 @@ class Reader:
         import_asammdf()
 
     def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """(columns, what else there is to say) on a request for the content, or for the next piece of a lane."""
+        """(columns, further metadata) on a request for the content, or for the next piece of a lane."""
         if self._file is None:
             from asammdf import MDF
 

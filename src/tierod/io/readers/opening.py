@@ -62,7 +62,7 @@ READERS: Registry[Format] = Registry("tierod.readers", "reader", _OWN, _obstacle
 
 @dataclass(frozen=True)
 class Kind:
-    """What a file is.
+    """Kind of a file.
 
     Args:
         format: whose reader opens it
@@ -122,7 +122,7 @@ def _content(path: Path) -> Content:
 
 
 def _recognised(path: Path, head: bytes) -> Format:
-    """The format of a file: as one recognises its beginning, else as its ending says where it is text."""
+    """The format of a file: by its beginning, else by its ending where it is text."""
     ending = path.suffix.lower()
     own = [READERS[name] for name in READERS.own]
     for each in own:

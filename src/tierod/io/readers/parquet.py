@@ -45,7 +45,7 @@ def open_parquet(path: Path, time: TimeEntry = GUESSED) -> Source:
 
     Args:
         path: of the file
-        time: which column is the time, as a user says; not looked at in a file that tierod wrote
+        time: column of the time, as a user gives it; not looked at in a file that tierod wrote
 
     Raises:
         InputError: the file is damaged, or holds no time column
@@ -243,7 +243,7 @@ def _padding(file: pq.ParquetFile, clock: str) -> list[int]:
 
 
 def _refuse_large(path: Path, file: pq.ParquetFile, needed: Sequence[str]) -> None:
-    """Stop where the columns unfold to too much, as the file says itself before anything is unpacked."""
+    """Stop where the columns unfold to too much, by the file's own metadata, before anything is unpacked."""
     about = file.metadata
     places = [place for place in range(about.num_columns) if about.schema.column(place).path in needed]
     allowance = Allowance(path, path.stat().st_size)

@@ -74,7 +74,7 @@ class ReaderProcess:
         self.close = weakref.finalize(self, _end, self._reader, folder)
 
     def ask(self, request: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-        """(what is said, the arrays that come with it) in answer to a request.
+        """(answer, the arrays that come with it) to a request.
 
         Raises:
             DamagedFile: the file cannot be read, or the process died of it

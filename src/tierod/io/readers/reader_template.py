@@ -79,7 +79,7 @@ class Template:
         return int(self._ask({"path": path, "memory": memory, "folder": folder and str(folder)}, list(ends))["pid"])
 
     def code(self, pid: int) -> int | None:
-        """How a reader ended: its exit status, a negative signal, or None while it runs.
+        """Exit code of a reader: its exit status, a negative signal, or None while it runs.
 
         Args:
             pid: of the reader
@@ -132,7 +132,7 @@ class Started:
     life: int
 
     def code(self, patience: float) -> int | None:
-        """How it ended, None where it still runs or where that is unknown.
+        """Exit code, None where the reader still runs or the code is unknown.
 
         Args:
             patience: time that it gets to end [s]

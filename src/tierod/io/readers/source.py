@@ -19,7 +19,7 @@ class Column:
 
     Args:
         name: in the file; unique
-        unit: as the file writes it; "" where it says none
+        unit: as the file writes it; "" where it has none
         title: the name without a unit in it, by which a canonical signal is guessed; the name itself where not given
         qualified: whether the title is the last part of a name that begins with a message, group or structure
     """
@@ -55,7 +55,7 @@ class Source:
         lanes: the named columns, in the file's units, from the beginning to the end; called anew for every reading
         metadata: format, start time, bus, comments
         origin: calendar time [s] of the stamp zero, where the loaded stamps count from there
-        warnings: what a reader of results must know about the file
+        warnings: notices about the file for a reader of results
         found: what came to light while the lanes were read
         size: bytes that the file takes where it lies
         maps: channel maps that lie beside the databases of a bus log

@@ -69,7 +69,7 @@ def loaded_map(channel_map: str | Path | ChannelMap | None) -> ChannelMap | None
 
 
 def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, names: tuple[str, ...] | None) -> Plan:
-    """Which columns of an opened file become which channels.
+    """Plan of the columns of an opened file that become channels.
 
     Args:
         path: of the file, for messages
@@ -192,7 +192,7 @@ def read(
     Args:
         path: MF4, MDF, Parquet, CSV, MATLAB 5, candump -L, ASC, BLF or TRC; text may be packed with gzip
         dbc: database of a CAN log, or several; a bare name such as "rav4" means the one that tierod ships
-        channel_map: TOML file that says which column is which signal; a bare name means the one that tierod ships;
+        channel_map: TOML file that assigns columns to signals; a bare name means the one that tierod ships;
             where not given, "car.channels.toml" beside "car.dbc" is used if it is there (metadata "channel_map")
         names: the signals (or columns) wanted, all where not given; signals that the file lacks are derived where
             tierod.io.derive has a recipe, and are absent otherwise
@@ -202,7 +202,7 @@ def read(
         what was guessed, repaired or lost stands in `warnings` and in the notes of the channels
 
     Raises:
-        InputError: the file, the database or the map cannot be used; the message says what to do
+        InputError: the file, the database or the map cannot be used; the message states the remedy
         MissingExtra: the library for this format is not installed
     """
     names = None if names is None else tuple(names)

@@ -119,7 +119,7 @@ def _inflated(packed: bytes, declared: int, allowance: Allowance) -> bytes:
 
 
 def cut_off(content: Content) -> str:
-    """A note where a BLF file is shorter than its header says, since its reader ends there without a word; else ""."""
+    """A note where a BLF file is shorter than in its header, since its reader ends there without a word; else ""."""
     head = content.head(_SIZE_OF_FILE + 8)
     size = int.from_bytes(head[_SIZE_OF_FILE:], "little")
     there = sum(map(len, content.blocks())) if content.packed else content.size

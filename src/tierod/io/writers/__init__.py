@@ -46,7 +46,7 @@ def write(recording: Recording, path: str | Path) -> None:
 
 
 def require_writable(path: str | Path) -> None:
-    """What `write` would complain about after a long run, now: ending, folder, library.
+    """Raise now the errors that `write` would raise after a long run: ending, folder, library.
 
     Args:
         path: as for `write`

@@ -69,7 +69,7 @@ def require_asammdf() -> None:
 
 
 def header_comment(metadata: Mapping[str, object]) -> str:
-    """The comment of the file as MDF 4 wants it: metadata as JSON in a common property called tierod."""
+    """The comment of the file in the form of MDF 4: metadata as JSON in a common property called tierod."""
     root = ElementTree.Element("HDcomment")
     ElementTree.SubElement(root, "TX")
     properties = ElementTree.SubElement(root, "common_properties")

@@ -126,7 +126,7 @@ class Spool:
         return self._channels
 
     def description(self, found: tuple[SpooledGroup, ...]) -> dict[str, Any]:
-        """What stands beside the numbers, as `tierod.io.layout.description` writes it."""
+        """Description beside the numbers, as `tierod.io.layout.description` writes it."""
         origin = self.metadata.get("origin", 0.0)
         metadata = {key: value for key, value in self.metadata.items() if key not in ("origin", "format", "share_read")}
         return {

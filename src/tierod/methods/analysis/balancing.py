@@ -51,7 +51,7 @@ def gramian_condition(gramian: np.ndarray) -> float:
     """Largest over smallest eigenvalue of the Gramian, each state in the unit that makes its own entry 1.
 
     These units are within a factor n of the best ones (A. van der Sluis, 1969), so that the figure depends on the
-    system and not on radians. Beyond 1e14 double precision knows no more than that it is large: infinite.
+    system and not on radians. Beyond 1e14 double precision resolves only that it is large: infinite.
     """
     size = np.sqrt(np.maximum(np.diag(gramian), 0.0))
     if not (size > 0.0).all():

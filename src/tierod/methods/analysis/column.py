@@ -57,7 +57,7 @@ class ReducedColumn:
 
 @dataclass(frozen=True, eq=False)
 class ColumnAnalysis:
-    """All that the parameters of a column say before it moves.
+    """All results from the parameters of a column before it moves.
 
     Args:
         system: linear, without friction
@@ -117,7 +117,7 @@ def balanced_column(parameters: ColumnParameters, order: int = 4, *, feed_throug
 def balancing_sizes(
     ratio: float, angle: float = ANGLE, torque: float = TORQUE
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """What counts as one of every input and output of a column when it is balanced.
+    """Units of every input and output of a column for its balanced reduction.
 
     Args:
         ratio: turns of the motor per turn of the shaft

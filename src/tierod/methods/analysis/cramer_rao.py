@@ -44,7 +44,7 @@ def cramer_rao(
     linearised). For a start that is not known at all.
 
     Args:
-        system: continuous, or discrete if so said
+        system: continuous, or discrete if so stated
         noise: standard deviation of every output, white from sample to sample, by name
         duration: over which samples are taken [s]
         sample_time: between two of them [s]

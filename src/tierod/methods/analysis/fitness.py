@@ -115,7 +115,7 @@ def _require_slow(
 
 
 def _growth(method: str, step: complex) -> float:
-    """How much one step multiplies a mode, its eigenvalue times the step given."""
+    """Factor by which one step multiplies a mode, its eigenvalue times the step given."""
     return float(abs(METHODS[method](lambda x: step * x, 1.0 + 0.0j, 1.0)))
 
 

@@ -126,7 +126,7 @@ class MeasuredResponse:
         return size * (1.0 - spread), size * (1.0 + spread)
 
     def usable(self, coherence: float = 0.5) -> np.ndarray:
-        """Where the coherence is at least this and the scatter is known."""
+        """Mask of frequencies at which the coherence is at least this and the scatter is known."""
         return np.asarray(np.isfinite(self.relative_deviation) & (self.coherence >= coherence))
 
     def between(self, low: float, high: float) -> MeasuredResponse:
@@ -206,7 +206,7 @@ def _relative_deviation(
     """The scatter of a gain over its size.
 
     The larger of two: that of noise alike in all pieces, and that of the residuals of those pieces that hold
-    the input, each as if its piece had been left out. The second sees what comes with the input, such as friction, but
+    the input, each as if its piece had been left out. The second holds all that comes with it, such as friction, but
     needs more than one piece with input.
     """
     lengths = np.diff(np.append(starts, inputs.shape[1]))

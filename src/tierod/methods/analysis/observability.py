@@ -15,7 +15,7 @@ from tierod.models.modes import TOLERANCE, Mode, describe, modes, scaled
 
 @dataclass(frozen=True, eq=False)
 class Observability:
-    """How much of a state is shown by the outputs.
+    """Observability of a state through the outputs.
 
     Args:
         states: names
@@ -60,7 +60,7 @@ def observability(
     Args:
         system: continuous or discrete
         tolerance: relative size below which a direction counts as not shown; 1e-9 leaves six digits for rounding.
-            A model known to three digits wants 1e-3: the rank that survives its errors
+            A model with parameters of three digits needs 1e-3: the rank that survives its errors
         state_scale: typical size of each state [its unit], (n,); balanced from A where None
 
     Raises:
@@ -197,7 +197,7 @@ def unscaled_rank(system: LinearSystem) -> Rank:
     """Rank of the observability matrix in the units of the system, `rank(obsv(A, C))` of MATLAB.
 
     Validity: powers of A grow with the fastest eigenvalue. Where fast and slow modes lie three decades apart, six
-    states are enough to push the slow ones below rounding: the rank then says less about the system than about its
+    states are enough to push the slow ones below rounding: the rank then reflects less the system than its
     units. `observability` and `scaled_rank` do not depend on them.
     """
     return default_rank(observability_matrix(system.A, system.C))

@@ -46,7 +46,7 @@ MATRICES = ("unscaled matrix", "sampled matrix", "scaled matrix")
 
 @dataclass(frozen=True)
 class Sampling:
-    """How the outputs are sampled, for the methods that depend on it.
+    """Sampling of the outputs, for the methods that depend on it.
 
     Args:
         noise: standard deviation of every output, in its unit, by name
@@ -101,7 +101,7 @@ class Shown:
 
 
 def disagreements(rows: Sequence[Shown], label: Callable[[tuple[str, ...]], str] = " + ".join) -> list[str]:
-    """Where methods disagree with the staircase, and why, a sentence for each method.
+    """Disagreements of methods with the staircase, and their causes, a sentence for each method.
 
     Args:
         rows: of one system
@@ -132,7 +132,7 @@ def disagreements(rows: Sequence[Shown], label: Callable[[tuple[str, ...]], str]
 
 
 def _why(rows: Sequence[Shown], method: str) -> str:
-    """How far the singular values spread, and how far the tolerance reaches."""
+    """Spread of the singular values, and the reach of the tolerance, in a sentence."""
     spread, reach = [], []
     for row in rows:
         rank: Rank = getattr(row, method.removesuffix(" matrix"))

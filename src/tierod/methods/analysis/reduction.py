@@ -157,7 +157,7 @@ def _reduced(
 
 
 def _followers(full: LinearSystem, order: int, rest: str) -> tuple[np.ndarray, np.ndarray]:
-    """How the states that go follow those that stay, and the inputs."""
+    """Dependence of the states that go on those that stay, and on the inputs."""
     gone, inputs = len(full.A) - order, full.B.shape[1]
     if rest == "left out" or not gone:
         return np.zeros((gone, order)), np.zeros((gone, inputs))

@@ -24,7 +24,7 @@ def check_sides(sides: str) -> None:
 
 
 def watched(value: Scalar, sides: str) -> Scalar:
-    """What is compared with a threshold: a value, its negative or its absolute value."""
+    """Quantity that is compared with a threshold: a value, its negative or its absolute value."""
     return {"both": absolute(value), "upper": value, "lower": -value}[sides]
 
 
@@ -40,7 +40,7 @@ class Cusum:
         threshold: sum that means alarm [same unit]. The delay grows in proportion, about threshold / (change - drift)
             samples; the time between false alarms grows exponentially
         ceiling: the sums are held to this [same unit], at least the threshold: after a long fault it takes at most
-            ceiling / drift healthy samples until the alarm ends
+            ceiling / drift fault-free samples until the alarm ends
         sides: "both", "upper" (increases only) or "lower"
         restart: whether the sums start anew after an alarm, which makes of every alarm one sample
 
@@ -85,11 +85,11 @@ class Cusum:
             raise ParameterError(f"ceiling is {self.ceiling}; expected at least the threshold, {self.threshold}")
 
     def init(self) -> State:
-        """Nothing summed."""
+        """State before the first sample."""
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         value = number(sample)
         use = counts(value, enabled)
         up, down = state
@@ -153,11 +153,11 @@ class GeometricAverage:
             raise ParameterError(f"threshold is {self.threshold}; expected a number greater than zero")
 
     def init(self) -> State:
-        """Nothing averaged."""
+        """State before the first sample."""
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         value = number(sample)
         average = state.average + self.weight * where(counts(value, enabled), value - state.average, 0.0)
         alarm = where(watched(average, self.sides) >= self.threshold, 1.0, 0.0)
@@ -209,7 +209,7 @@ class HeldThreshold:
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         value = number(sample)
         use = counts(value, enabled)
         more = minimum(state.held + 1.0, float(self.hold))

@@ -1,4 +1,4 @@
-"""How soon a block alarms after a shift is put into healthy residuals."""
+"""Delay of a block's alarm after a shift is put into fault-free residuals."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def delays_of(
 
     Args:
         block: with an output `alarm`; it runs over what lies before the shift first
-        records: healthy residuals, (n,) each; the longest one is used
+        records: fault-free residuals, (n,) each; the longest one is used
         shift: added to the residual [its unit]
         trials: shifts that are put in, at random instants
         seed: of the instants

@@ -63,7 +63,7 @@ class LikelihoodRatio:
     def step(
         self, state: tuple[MovingMoments.State, ...], sample: Value | Scalar, enabled: Truth = True
     ) -> tuple[tuple[MovingMoments.State, ...], Output]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         after, evidence, shift = [], 0.0, 0.0
         for moments, held in zip(self.moments, state, strict=True):
             advanced, found = moments.step(held, sample, enabled)

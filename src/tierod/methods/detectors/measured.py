@@ -1,4 +1,4 @@
-"""Thresholds for residuals that are not white: measured on healthy data, carried on no further than they can be."""
+"""Thresholds for residuals that are not white: measured on fault-free data, carried on no further than they can be."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FEWEST = 8
 
 @dataclass(frozen=True)
 class MeasuredPoint:
-    """A threshold that was tried on healthy residuals.
+    """A threshold that was tried on fault-free residuals.
 
     Args:
         threshold: in standard deviations of the residual, or as evidence
@@ -34,7 +34,7 @@ class MeasuredPoint:
 
 @dataclass(frozen=True)
 class MeasuredDesign:
-    """A threshold from healthy residuals.
+    """A threshold from fault-free residuals.
 
     Args:
         rule: whose threshold it is
@@ -43,7 +43,7 @@ class MeasuredDesign:
         wanted: samples between false alarms
         low, high: 95 % interval of the run length at this threshold [samples]; beyond what was observed it holds only
             as far as the line does, which nothing tests
-        observed: healthy samples that it rests on
+        observed: fault-free samples that it rests on
         points: thresholds that were tried
     """
 
@@ -62,7 +62,7 @@ class MeasuredDesign:
         return self.wanted * FEWEST > self.observed
 
     def claim(self, rate: float) -> str:
-        """What may be claimed, in a sentence.
+        """Claim that the measurement supports, in a sentence.
 
         Args:
             rate: of the residuals [Hz]
@@ -81,18 +81,18 @@ class MeasuredDesign:
 
 
 def threshold_from_records(rule: StoppingRule, records: Sequence[np.ndarray], samples: float) -> MeasuredDesign:
-    """The threshold with so many samples between false alarms, from healthy residuals of any colour.
+    """The threshold with so many samples between false alarms, from fault-free residuals of any colour.
 
     The logarithm of the run length is a straight line over the threshold (over its square for averages) once alarms are
     rare: the line is measured where alarms are frequent enough to be counted, weighted by their number, and carried on.
 
     Args:
         rule: with its constant, in standard deviations
-        records: healthy residuals [unit of the residual], (n,) each; NaN where missing
+        records: fault-free residuals [unit of the residual], (n,) each; NaN where missing
         samples: wanted between false alarms
 
     Raises:
-        InputError: too few healthy residuals, or residuals without spread
+        InputError: too few fault-free residuals, or residuals without spread
     """
     records = [np.asarray(record, float) for record in records]
     whole = np.concatenate(records) if records else np.zeros(0)

@@ -58,7 +58,7 @@ class ExponentialMoments:
         return self.State(0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Moments]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         value = number(sample)
         use = counts(value, enabled)
         count = state.number + where(use, 1.0, 0.0)
@@ -113,7 +113,7 @@ class BatchMoments:
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         value = number(sample)
         use = counts(value, enabled)
         first = where(use, where(state.number < 0.5, value, state.first), state.first)
@@ -188,7 +188,7 @@ class MovingMoments:
         return self.State(Ring(self.size), Ring(self.size), 0.0, empty, empty, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Moments]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         raw = number(sample)
         use = counts(raw, enabled)
         weight = where(use, 1.0, 0.0)

@@ -1,4 +1,4 @@
-"""How long a random walk stays between two limits: run lengths of stopping rules on white Gaussian residuals."""
+"""Time that a random walk stays between two limits: run lengths of stopping rules on white Gaussian residuals."""
 
 from __future__ import annotations
 

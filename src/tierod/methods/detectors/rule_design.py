@@ -15,11 +15,11 @@ from tierod.methods.detectors.value import Detector
 
 @dataclass(frozen=True)
 class RunLengthLine:
-    """How the time between false alarms grows with the threshold, as counted on healthy records.
+    """Growth with the threshold of the time between false alarms, as counted on fault-free records.
 
     Args:
         start, slope: ln(values between false alarms) = start + slope * growth of the threshold
-        observed: healthy values that it was counted on
+        observed: fault-free values that it was counted on
     """
 
     start: float
@@ -43,7 +43,7 @@ class RuleDesign:
         values: wanted between false alarms on average
         shift: that must be found, in standard deviations, greater than zero
         spacing: between two values [s]; infinite where there is one value in each recording
-        line: measured on healthy records; None where the values are white, so that the rule calculates its run length
+        line: counted on fault-free records; None where the values are white, so that the rule calculates its run length
     """
 
     rule: StoppingRule

@@ -1,4 +1,4 @@
-"""Sequential probability ratio test, repeated for as long as it says that nothing has changed."""
+"""Sequential probability ratio test, repeated for as long as it accepts that nothing has changed."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class SequentialTest:
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         value = number(sample)
         slope = self.shift / (self.deviation * self.deviation)
         evidence = state.evidence + where(counts(value, enabled), slope * (value - 0.5 * self.shift), 0.0)
@@ -96,7 +96,7 @@ class TwoSided:
     def step(
         self, state: tuple[Tree, Tree], sample: Value | Scalar, enabled: Truth = True
     ) -> tuple[tuple[Tree, Tree], Output]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         up, above = self.up.step(state[0], sample, enabled)
         down, below = self.down.step(state[1], sample, enabled)
         return (up, down), self.Output(maximum(above.alarm, below.alarm))

@@ -54,11 +54,11 @@ class StoppingRule(ABC):
         """The block that does it on residuals of a standard deviation; `restart` makes every alarm one sample."""
 
     def scale(self, deviation: float) -> float:
-        """What a threshold is multiplied by for residuals of a standard deviation [their unit]; 1 if it is evidence."""
+        """Factor of a threshold for residuals of a standard deviation [their unit]; 1 if it is evidence."""
         return deviation
 
     def growth(self, threshold: float) -> float:
-        """What the logarithm of a long run length grows with in proportion, for thresholds beyond what is solved."""
+        """Quantity proportional to the logarithm of a long run length, for thresholds beyond what is solved."""
         return threshold
 
     @property
@@ -335,7 +335,7 @@ class LikelihoodRatioRule(StoppingRule):
         return LikelihoodRatio(deviation, threshold, self.windows)
 
     def alarms(self, flags: np.ndarray) -> int:
-        """How many alarms begin."""
+        """Number of alarms that begin."""
         return int(np.count_nonzero(np.diff(flags, prepend=0.0) > 0.5))
 
 

@@ -57,7 +57,7 @@ class Hysteresis:
         return self.State(0.0, self.hold_time)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One value on; `enabled` (logic) says whether it counts."""
+        """One value on; `enabled` (logic) is whether it counts."""
         value = number(sample)
         since = minimum(state.since + self.sample_time, self.hold_time)
         free = both(counts(value, enabled), since + 0.5 * self.sample_time > self.hold_time)
@@ -110,7 +110,7 @@ class Debounce:
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Condition | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """One sample of the condition on; `enabled` (logic) says whether it counts."""
+        """One sample of the condition on; `enabled` (logic) is whether it counts."""
         condition = number(sample)
         use = counts(condition, enabled)
         holds = where(condition > 0.5, 1.0, 0.0)

@@ -1,4 +1,4 @@
-"""What every detector takes: one value, and whether it counts."""
+"""Input of every detector: one value, and whether it counts."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Detector(Protocol):
         """The state before the first value."""
 
     def step(self, state: Tree, sample: Value | Scalar, enabled: Truth = True, /) -> tuple[Tree, Tree]:
-        """One value on; `enabled` says whether it counts."""
+        """One value on; `enabled` is whether it counts."""
 
 
 def number(sample: Value | Condition | Scalar) -> Scalar:

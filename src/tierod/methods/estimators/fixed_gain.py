@@ -20,7 +20,7 @@ class Spread(NamedTuple):
 def stationary_covariance(
     system: LinearSystem, gain: np.ndarray, process: Sequence[float], reading: Sequence[float]
 ) -> Spread:
-    """What noise makes of an observer with a fixed gain, in the long run.
+    """Stationary spread of an observer with a fixed gain, as noise makes it.
 
     Args:
         system: discrete

@@ -1,4 +1,4 @@
-"""What the Kalman and the unscented filter share: tuning, masks, missing data, output."""
+"""Common part of the Kalman and the unscented filter: tuning, masks, missing data, output."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ COVARIANCE_UPDATES = ("schmidt", "printed")
 
 
 class Prediction(NamedTuple):
-    """The belief before the measurements of a sample.
+    """The prior estimate of a sample, before its measurements.
 
     Args:
         mean, covariance: predicted, flat and packed
-        points: what the kind of filter wants to carry to its correction
+        points: values that the kind of filter carries to its correction
     """
 
     mean: Vector
@@ -52,7 +52,7 @@ class Prediction(NamedTuple):
 
 @dataclass(frozen=True)
 class GaussianFilter(ABC):
-    """What the Kalman and the unscented filter share: tuning, masks, missing data, output.
+    """Common part of the Kalman and the unscented filter: tuning, masks, missing data, output.
 
     Args:
         model: discrete model (`State`, `Input`, `Output`, `transition`, `output`)
@@ -116,7 +116,7 @@ class GaussianFilter(ABC):
         return estimate_class(self.model, self.full_covariance)
 
     def init(self) -> Belief:
-        """The belief before the first sample."""
+        """The prior before the first sample."""
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
         return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
 
@@ -132,7 +132,7 @@ class GaussianFilter(ABC):
         """One sample on: predict with its inputs, correct with its measurements.
 
         Args:
-            state: belief after the sample before
+            state: estimate after the sample before
             sample: `input`, `measured` and, with maskable states, `enabled`
             process_noise, input_noise, measurement_noise: variances of this one sample, where they depend on it; they
                 replace those of the tuning, None entries in the same places
@@ -159,7 +159,7 @@ class GaussianFilter(ABC):
 
     @abstractmethod
     def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
-        """The belief one sample on."""
+        """The estimate one sample on."""
 
     @abstractmethod
     def _correct(

@@ -55,7 +55,7 @@ def correct_with_likelihood(mean: Vector, covariance: Vector, rows: Matrix, resi
 
 
 class ImmState(NamedTuple):
-    """Belief of every filter, and the probability that its model is the right one."""
+    """Estimate of every filter, and the probability that its model is the right one."""
 
     beliefs: tuple[Belief, ...]
     probabilities: tuple[Scalar, ...]
@@ -72,7 +72,7 @@ class ImmFilter:
         initial_probabilities: of the models
 
     A sample is that of a `KalmanFilter`. The estimate has its fields, of the mixture (`nis` weighed by the models'
-    probabilities), and `probabilities`. Missing outputs correct nothing and say nothing about the models, a missing
+    probabilities), and `probabilities`. Missing outputs correct nothing and leave the model probabilities, a missing
     input holds all means.
 
     Validity: as `KalmanFilter`; models that last many samples.
@@ -176,7 +176,7 @@ def imm_estimate_class(model: Model, count: int) -> type:
 
 
 def _filtered(filter_: KalmanFilter, start: Belief, sample: Tree) -> tuple[Likely, Vector, Vector]:
-    """One filter's step from a mixed belief: its correction, innovations, and their variances."""
+    """One filter's step from a mixed estimate: its correction, innovations, and their variances."""
     entering = leaf_values(filter_.input_noise)
     predicted = filter_._predict(start, sample.input, leaf_values(filter_.process_noise), entering)
     rows, innovation, known = filter_.innovations(predicted, sample)

@@ -15,7 +15,7 @@ from tierod.methods.estimators.shapes import Belief, leaf_values
 
 
 class Innovations(NamedTuple):
-    """What measurements say beyond a prediction.
+    """Innovations of measurements beyond a prediction.
 
     Args:
         rows: Jacobian of the outputs with respect to the state, m rows of n
@@ -61,7 +61,7 @@ class KalmanFilter(GaussianFilter):
         return Prediction(leaf_values(transition(state.mean)), covariance)
 
     def innovations(self, predicted: Prediction, sample: Tree) -> Innovations:
-        """What a sample's measurements say beyond a prediction."""
+        """Innovations of a sample's measurements beyond a prediction."""
 
         def output(at: Tree) -> Tree:
             return self.model.output(at, sample.input, self.parameters)

@@ -1,6 +1,6 @@
 """The steps of every Kalman-type estimator, on tuples of scalars: predict, correct, consider, hold.
 
-They know models only as Jacobians and residuals, so monitors with structure of their own can use them directly.
+They take models only as Jacobians and residuals, so monitors with structure of their own can use them directly.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from tierod.methods.estimators.linear_algebra import (
 
 
 class Correction(NamedTuple):
-    """What the measurements of one sample did.
+    """Correction by the measurements of one sample.
 
     Args:
         shift: correction of the mean, before any mask, added to what was given as `start`, (n,)
@@ -154,7 +154,7 @@ class InTurn(NamedTuple):
 
 
 def correct_in_turn(covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) -> InTurn:
-    """`correct`, with what each measurement says beyond those before it: the factors of the joint likelihood."""
+    """`correct`, with each measurement's innovation beyond those before it: the factors of the joint likelihood."""
     shift: Vector = [0.0] * order(covariance)
     nis: Scalar = 0.0
     count: Scalar = 0.0
@@ -174,7 +174,7 @@ def clean_mask(mask: Sequence[Truth]) -> tuple[Truth, ...]:
 
 
 def unmasked_start(mean: Vector, mask: Sequence[Truth]) -> tuple[Scalar, ...]:
-    """What a correction is added to: the mean of unmasked states; zero for masked ones, whose correction is scaled."""
+    """Mean that a correction is added to: that of unmasked states; zero for masked ones, whose correction is scaled."""
     return tuple(value if share is True else 0.0 for value, share in zip(mean, mask, strict=True))
 
 

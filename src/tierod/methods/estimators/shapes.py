@@ -52,7 +52,7 @@ def sample_class(model: Model, maskable: tuple[str, ...]) -> type:
 
 @lru_cache(maxsize=256)
 def estimate_class(model: Model, with_covariance: bool) -> type:
-    """Output of a filter; `KalmanFilter` says what its fields mean."""
+    """Output of a filter; for the fields see `KalmanFilter`."""
     squared = derived(model.State, "Variance", "({})**2")
     innovation = model.Output
     number = Annotated[float, ""]

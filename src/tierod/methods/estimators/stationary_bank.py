@@ -35,7 +35,7 @@ class BankState(NamedTuple):
 
 
 class StationaryNoise(NamedTuple):
-    """What a stationary filter of a bank needs to know.
+    """Gain and covariances of a stationary filter of a bank.
 
     Args:
         gain: of the filter, rows by state, columns by output
@@ -68,7 +68,7 @@ class StationaryBank:
         switching: between the filters, see `mixing.switching_of`
 
     A sample is `input` and `measured`. The estimate is that of `ImmFilter`. A missing output (NaN) corrects
-    nothing, and a sample with one says nothing about the models; a missing input holds the state.
+    nothing, and a sample with one leaves the model probabilities; a missing input holds the state.
 
     Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780, doi 10.1109/9.1299, with the covariances
     of each model taken as settled.

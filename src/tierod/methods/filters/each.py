@@ -77,7 +77,7 @@ class EachSignal(ABC):
         return self.signals
 
     def init(self) -> tuple[Channel, ...]:
-        """No signal has been seen yet."""
+        """State before the first sample."""
         return tuple(Channel(NEVER, self._settled(0.0)) for _ in leaves(skeleton(self.signals)))
 
     def step(self, state: tuple[Channel, ...], sample: Tree) -> tuple[tuple[Channel, ...], Tree]:

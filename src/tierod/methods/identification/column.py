@@ -75,7 +75,7 @@ class Shown:
 
 @dataclass(frozen=True, eq=False)
 class ColumnIdentification:
-    """What was found of a column.
+    """Result of the identification of a column.
 
     Args:
         found: parameters, in the order of the vehicle file

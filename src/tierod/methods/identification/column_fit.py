@@ -137,7 +137,7 @@ class Fitted:
 
 @dataclass(frozen=True)
 class ColumnFit:
-    """What is looked for, and from where."""
+    """Unknowns of a fit of a column, and where the search starts."""
 
     parameters: BenchParameters
     wanted: tuple[str, ...]
@@ -193,7 +193,7 @@ class ColumnFit:
 
 
 def _unidentified(estimate: Estimate, names: Sequence[str], rows: Sequence[BenchRecording]) -> str:
-    """What the recordings do not identify, and what to record instead; empty where they identify all."""
+    """Parameters that the recordings do not identify, and what to record instead; empty where they identify all."""
     blind = blind_directions(estimate, names)
     if blind:
         return refusal(blind, [row.experiment.name for row in rows], CURES)

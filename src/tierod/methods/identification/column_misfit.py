@@ -1,4 +1,4 @@
-"""What does not fit between recordings of a column and its vehicle file: a sign, the time base, a held parameter."""
+"""Misfits between recordings of a column and its vehicle file: a sign, the time base, a held parameter."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def misfit(
 ) -> Misfit | None:
     """The held parameter of which another value makes the recordings likelier by most; None where none does by much.
 
-    The score, the slope of the likelihood by a held parameter, says little as far away as a fit that failed may be. So
+    The score, the slope of the likelihood by a held parameter, is no guide as far away as a fit that failed may be. So
     every held parameter is put to other values, with the noises that were found and with the free parameters where the
     search ended and where it began; those that do best are then looked for beside the others.
 

@@ -18,7 +18,7 @@ SLOWEST = 2.0
 
 
 class DriveSample(NamedTuple):
-    """What an ordinary drive is read for; NaN where missing."""
+    """Signals that are read from an ordinary drive; NaN where missing."""
 
     vehicle_speed: Annotated[Scalar, "m/s"]
     longitudinal_acceleration: Annotated[Scalar, "m/s**2"]
@@ -61,7 +61,7 @@ class DriveLikelihood:
     Output = DriveScore
 
     def init(self) -> Belief:
-        """The belief before the drive."""
+        """The prior before the drive."""
         return self.filter.init()
 
     def step(self, state: Belief, sample: DriveSample) -> tuple[Belief, DriveScore]:

@@ -83,7 +83,7 @@ DRIVE_MODEL: Model = model_like(
 
 @dataclass(frozen=True)
 class DriveNoises:
-    """Noises of model and sensors in an ordinary drive; named as in a vehicle file where that knows them.
+    """Noises of model and sensors in an ordinary drive; named as in a vehicle file where it has them.
 
     Args:
         yaw_rate_noise, lateral_acceleration_noise: of one reading

@@ -1,4 +1,4 @@
-"""What an identification works on: experiments, free parameters, and what it finds."""
+"""Data of an identification: experiments, free parameters, and estimates."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def with_values(parameters: P, free: Sequence[Free], place: np.ndarray, setting:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What was found.
+    """Estimate of an identification.
 
     Args:
         free: the parameters, in order
@@ -163,7 +163,7 @@ class Found:
 
     Args:
         name: as in a vehicle file
-        before, before_deviation: of the vehicle file; the value is NaN, and the deviation None, where it says none
+        before, before_deviation: of the vehicle file; the value is NaN, and the deviation None, where it has none
         value, deviation: found
         low, high: ends of the 95 % interval
         method: "instruments" or "likelihood"

@@ -1,4 +1,4 @@
-"""How well a model fits, and which parameters the recordings do not identify."""
+"""Quality of a model's fit, and the parameters that the recordings do not identify."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def blind_directions(estimate: Estimate, names: Sequence[str], unknown: float = 
 
 
 def refusal(blind: Sequence[Blind], experiments: Sequence[str], cures: Mapping[str, str]) -> str:
-    """The sentence that says what the experiments do not excite, and what to record instead.
+    """The sentence on what the experiments do not excite, and what to record instead.
 
     Args:
         blind: at least one direction

@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.physics.friction import dahl_update
 
-_SMALLEST = 1e-6  # of a singular value over the largest: below, two columns say the same
+_SMALLEST = 1e-6  # of a singular value over the largest: below, two columns are dependent
 
 
 SMALLEST_SHARE = 0.1
@@ -21,7 +21,7 @@ SMALLEST_SHARE = 0.1
 
 @dataclass(frozen=True)
 class HysteresisPresence:
-    """How well the torques explain the build-up of friction, against chance.
+    """Evidence of the torques for the build-up of friction, against chance.
 
     Args:
         share: of the build-up's variance that other causes leave, explained by both torques together []

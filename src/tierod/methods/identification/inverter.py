@@ -178,7 +178,7 @@ UNEXPLAINED = 0.1
 
 @dataclass(frozen=True)
 class InverterIdentification:
-    """What was found of an inverter.
+    """Result of the identification of an inverter.
 
     Args:
         found: its parameters

@@ -39,7 +39,7 @@ class Likelihood(NamedTuple):
 
 
 class End(NamedTuple):
-    """Where a search stopped.
+    """Point at which a search stopped.
 
     Args:
         place: of the search
@@ -58,7 +58,7 @@ class End(NamedTuple):
 class MaximumLikelihood:
     """Parameters of a discrete model, and the noise of its inputs and outputs, from experiments.
 
-    Noise of an input (an unrecorded torque) drives the model; a simulation alone does not know it and drifts
+    Noise of an input (an unrecorded torque) drives the model; a simulation alone lacks it and drifts
     away, which least squares of simulated against measured output take for wrong parameters. Where the input is exact
     its noise is found to be nil, and the estimate becomes that of least squares (`OutputError`).
 
@@ -204,7 +204,7 @@ class MaximumLikelihood:
         return best._replace(steps=steps)
 
     def place_of(self, estimate: Estimate) -> np.ndarray:
-        """Where another search ended; what it did not look for is where this one starts."""
+        """Start at the end of another search; unknowns that it did not have start where this search does."""
         place = self.start()
         for k, each in enumerate(self.free):
             if each.name in estimate.names:
@@ -274,7 +274,7 @@ class MaximumLikelihood:
         return float(-0.5 * now.gradient @ self._step(place, now, moving, 0.0)) < self.NEAR
 
     def _step(self, place: np.ndarray, now: Likelihood, moving: Sequence[int], damping: float) -> np.ndarray:
-        """A damped step of Fisher scoring; noises that are nil already and want to fall further stay."""
+        """A damped step of Fisher scoring; noises that are zero already and would fall further stay."""
         least = np.concatenate([np.full(self._count, -np.inf), self._least])[list(moving)]
         kept = np.flatnonzero((place[list(moving)] > least + 1e-9) | (now.gradient < 0.0))
         information = now.information[np.ix_(kept, kept)]

@@ -39,7 +39,7 @@ class Unidentified(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MotorIdentification:
-    """What was found of a motor.
+    """Result of the identification of a motor.
 
     Args:
         found: parameters, resistance and flux at 20 degrees
@@ -256,7 +256,7 @@ _LACKING = {
 
 
 def _doubts(seen: Sequence[MotorRecording], electrical: Electrical, parameters: MotorParameters) -> Iterator[str]:
-    """What may be wrong with recordings that a motor explains all the same."""
+    """Doubts about recordings that a motor explains all the same."""
     for each in seen:
         if each.phase_sum > _PHASE_SUM:
             yield (

@@ -150,7 +150,7 @@ class Electrical:
         inductance: of a phase [H]; along the flux where they are two
         inductance_q: across the flux [H], or None where they are one
         flux: linkage of the magnets, as warm as they were [V s]
-        zero: electrical angle of the flux where the sensor says zero [rad]
+        zero: electrical angle of the flux where the sensor reads zero [rad]
         along: whether current along the flux identifies its inductance
         blind: names of parameters that these recordings do not identify, or not separate
         unexplained: root mean square of what is left over of that of the voltage

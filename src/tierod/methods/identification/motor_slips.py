@@ -1,4 +1,4 @@
-"""What is often wrong with recordings of a motor: signs, phases, pole pairs; named, with the cure."""
+"""Common mistakes in recordings of a motor: signs, phases, pole pairs; named, with the cure."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def refuse_slips(seen: MotorRecording, pole_pairs: float, expected: tuple[float,
 
     Args:
         seen: the recording
-        pole_pairs: as the vehicle file says
+        pole_pairs: as in the vehicle file
         expected: resistance [ohm], inductance [H] and flux [V s] of the vehicle file
 
     Raises:
@@ -72,7 +72,7 @@ def in_time(
 
     Args:
         seen: the recording
-        pole_pairs: as the vehicle file says
+        pole_pairs: as in the vehicle file
         expected: resistance [ohm], inductance [H] and flux [V s] of the vehicle file
     """
     part = _middle(seen)

@@ -29,7 +29,7 @@ TRUSTED = 6000.0
 
 @dataclass(frozen=True)
 class Prior:
-    """What is known of a parameter before: normal, of its logarithm where it is positive.
+    """Prior of a parameter: normal, of its logarithm where it is positive.
 
     Args:
         name: of the parameter
@@ -63,7 +63,7 @@ class Prior:
 
 
 class Place(NamedTuple):
-    """What recordings and prior say of a set of parameters.
+    """Cost of a set of parameters by recordings and prior, with its derivatives.
 
     Args:
         cost: negative logarithm of the posterior density, without its constant
@@ -82,7 +82,7 @@ class Place(NamedTuple):
 
 
 class Posterior(NamedTuple):
-    """Where a search ended.
+    """Point at which a search ended.
 
     Args:
         priors: of what was looked for

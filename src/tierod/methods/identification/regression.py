@@ -13,8 +13,8 @@ from tierod.core.errors import InputError
 def long_run_covariance(scores: Sequence[np.ndarray]) -> np.ndarray:
     """Covariance of the sum of scores that depend on each other over time, (parameters, parameters).
 
-    Bartlett's weights over as many samples as Andrews' rule for first-order autoregression asks for, the most that any
-    parameter asks for, at most a tenth of the shortest experiment.
+    Bartlett's weights over as many samples as Andrews' rule for first-order autoregression gives, the most that any
+    parameter needs, at most a tenth of the shortest experiment.
 
     Args:
         scores: derivative of the cost of every sample by the parameters, one array (n, parameters) per experiment
@@ -48,7 +48,7 @@ def sandwich(
     Args:
         information: second derivatives of the cost, or their expectation
         scores: as of `long_run_covariance`
-        known_before: information that came from elsewhere and is part of the whole; it is as uncertain as it says
+        known_before: information that came from elsewhere and is part of the whole; its uncertainty is that stated
 
     A coordinate of which there is no information (a noise that was found to be nil) gets no variance.
 
@@ -62,7 +62,7 @@ def sandwich(
 
 
 class Regression(NamedTuple):
-    """What a regression found.
+    """Result of a regression.
 
     Args:
         values: coefficients
@@ -125,7 +125,7 @@ class Rows(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """What a regression found.
+    """Result of a regression.
 
     Args:
         values: coefficients

@@ -30,7 +30,7 @@ _Path = Callable[[Scalar], Scalar]
 
 
 class BenchInput(NamedTuple):
-    """What drives a column on a bench: the torque that its motor is commanded to give."""
+    """Input of a column on a bench: the torque that its motor is commanded to give."""
 
     motor_torque: Annotated[float, "N*m"]
 

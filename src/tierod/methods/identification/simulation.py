@@ -96,7 +96,7 @@ class Simulation:
 
 
 class Surprise(NamedTuple):
-    """What the measurements of a sample were against what was expected of each.
+    """Innovations of the measurements of a sample, each against its expected spread.
 
     Args:
         standardised: measured minus expected from the past and the outputs before it, over its standard deviation
@@ -140,7 +140,7 @@ class Innovations:
         return sample_class(self.model, ())
 
     def init(self) -> Belief:
-        """The belief that the first sample corrects."""
+        """The prior that the first sample corrects."""
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
         return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
 

@@ -74,7 +74,7 @@ class Zeros(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class VehicleIdentification:
-    """What drives have shown of a vehicle.
+    """Result of the identification of a vehicle from drives.
 
     Args:
         found: what goes into the vehicle file
@@ -318,7 +318,7 @@ def _unexplained(posterior: Posterior) -> str:
 
 
 def _at_limit(vehicle: Vehicle, drives: tuple[Drive, ...]) -> str:
-    """Which drive was driven at the limit of grip; empty where none was."""
+    """Drive at the limit of grip; empty where there was none."""
     limit = NEAR_LIMIT * GRAVITY * vehicle.parameters_for(LateralParameters).tyre_friction
     for each in drives:
         speed, yaw_rate = each.samples[:, 0], each.samples[:, 3]

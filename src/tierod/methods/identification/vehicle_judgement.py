@@ -1,4 +1,4 @@
-"""What drives have shown of every parameter of a vehicle, where they contradict its file, and which drive is odd."""
+"""Judgement of every parameter of a vehicle by its drives, contradictions to its file, and odd drives."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ CURES = {
 
 
 class Judged(NamedTuple):
-    """What drives have shown of a parameter.
+    """Judgement of a parameter by drives.
 
     Args:
         name: of the parameter
@@ -106,7 +106,7 @@ def _bound(partners: Sequence[tuple[float, str]]) -> str:
 
 
 class Contradiction(NamedTuple):
-    """A parameter of which the file says one thing and the drives another one.
+    """A parameter whose value in the file contradicts the drives.
 
     Args:
         name: of the parameter
@@ -139,7 +139,7 @@ def contradictions(posterior: Posterior, priors: Sequence[Prior], names: Sequenc
 
     Args:
         posterior: with little known before of these parameters
-        priors: what the file says
+        priors: from the file
         names: of the parameters
     """
     values, deviations, before = posterior.values, posterior.deviations, {each.name: each for each in priors}

@@ -1,4 +1,4 @@
-"""What is known of a vehicle before it is identified: its file, and the spread of its class where that gives none."""
+"""Priors of a vehicle before it is identified: its file, and the spread of its class where that gives none."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def held_distances(vehicle: Vehicle, free: Sequence[str] = ()) -> tuple[str, ...
 def priors_of(
     vehicle: Vehicle, usual: DriveNoises, with_ratio: bool = True, free: Sequence[str] = ()
 ) -> tuple[Prior, ...]:
-    """What is known before, of parameters and noises; a parameter with a deviation of zero is held.
+    """Priors of parameters and noises; a parameter with a deviation of zero is held.
 
     Args:
         vehicle: with mass, yaw inertia, distances and cornering stiffnesses, and the steering ratio

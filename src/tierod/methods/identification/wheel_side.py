@@ -34,7 +34,7 @@ class WheelMotion(NamedTuple):
 
 
 class WheelSide(NamedTuple):
-    """What was found; NaN where it was given.
+    """Estimate of the wheel side; NaN where it was given.
 
     Args:
         inertia: J_sw [kg m^2]

@@ -29,7 +29,7 @@ STEP, RAMP = 0, 1
 
 @dataclass(frozen=True)
 class Changes:
-    """Which changes are looked for.
+    """Changes that are looked for.
 
     Args:
         step: standard deviation of the sizes of steps [unit]; the size of a step worth finding
@@ -53,7 +53,7 @@ class Changes:
 
 
 def clip_for(wrong_share: float) -> float:
-    """Clip at which a drive says no more than the ratio of a right drive's density to that of a wrong one, [2.5 to 4].
+    """Clip at which a drive's innovation is as likely by a wrong drive as by a change, [2.5 to 4].
 
     Args:
         wrong_share: of drives with errors `WRONG` times as large; 1 % gives 3.5
@@ -65,7 +65,7 @@ def clip_for(wrong_share: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """What each drive adds up to.
+    """Evidence accumulated up to each drive.
 
     Args:
         logarithm: of the statistic in days after each drive, (cars, drives); that of the drive before where none is

@@ -47,7 +47,7 @@ class Cohort:
 
 @dataclass(frozen=True)
 class Cohorts:
-    """The fleet as a mixed model sees it.
+    """The fleet as a mixed model.
 
     Args:
         mean, deviation: of fault-free cars of no cohort that differs, and the standard deviation of the mean [unit]

@@ -16,12 +16,12 @@ LEVEL, SLOPE = 0, 1
 
 @dataclass(frozen=True)
 class TrendNoise:
-    """How a car changes between drives, and how far a drive may be from its car.
+    """Noise of a car's changes between drives, and of a drive's deviation from its car.
 
     Args:
         level_walk: random walk of the level [unit/sqrt(d)]: what wear, grease and settling move without a direction
         slope_walk: random walk of the slope [unit/d/sqrt(d)]: how fast an ageing may set in or end
-        scatter: standard deviation from drive to drive that no drive knows of itself [unit]: road, tyres, load
+        scatter: standard deviation from drive to drive that no drive's deviation holds [unit]: road, tyres, load
         scale: true error of a drive over the deviation that it states [-]
         clip: innovation, in its own deviations, beyond which a drive counts no more than at it [-]; 2.5 loses 1 % of
             the evidence of Gaussian drives, and bounds that of a drive that is wrong altogether
@@ -44,7 +44,7 @@ class TrendNoise:
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """What is known of a car before its first drive.
+    """Prior of a car before its first drive.
 
     Args:
         mean: level, slope [unit/d] and coefficients, (n,) or (cars, n)
@@ -62,7 +62,7 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """What the filter knows after each drive; a car without a further drive keeps what it knew.
+    """Filtered estimate after each drive; a car without a further drive keeps its last one.
 
     Args:
         mean, covariance: of the state, (cars, drives, n) and (cars, drives, n, n)

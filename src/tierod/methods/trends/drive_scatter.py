@@ -1,4 +1,4 @@
-"""How far drives of the same car are from each other, learnt from a fleet beside what each drive states of itself."""
+"""Scatter between drives of the same car, learnt from a fleet beside what each drive states of itself."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WRONG = 5.0
 
 @dataclass(frozen=True)
 class DriveScatter:
-    """What was learnt.
+    """Estimated scatter of drives of the same car.
 
     Args:
         scatter: standard deviation from drive to drive that the drives do not state [unit]

@@ -1,4 +1,4 @@
-"""When a level that moves along a straight trend reaches a limit, as an interval."""
+"""Time at which a level that moves along a straight trend reaches a limit, as an interval."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the levels of fault-free cars wander and drift, learnt from a fleet in which most cars are fault-free."""
+"""Wandering and drift of the levels of fault-free cars, learnt from a fleet in which most cars are fault-free."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LEAST = 50
 
 @dataclass(frozen=True)
 class Wandering:
-    """What was learnt.
+    """Estimated wandering and drift of the levels.
 
     Args:
         level_walk: random walk of the level [unit/sqrt(d)]

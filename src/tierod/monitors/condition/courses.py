@@ -140,7 +140,7 @@ class ElementCourse:
         return tuple(sorted(found, key=lambda episode: episode.start))
 
     def forget(self, start: float, end: float) -> None:
-        """Take back what was declared or doubted in a time in which something else was wrong.
+        """Take back declared faults and doubts of a time in which something else was wrong.
 
         Args:
             start, end: between which it began [s]

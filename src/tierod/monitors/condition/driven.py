@@ -1,4 +1,4 @@
-"""Figures over the pieces of a drive, beside what is said of sensors and actuators."""
+"""Figures over the pieces of a drive, beside the statements about sensors and actuators."""
 
 from __future__ import annotations
 
@@ -73,11 +73,11 @@ class Driven:
 
     @property
     def not_judged(self) -> str:
-        """Why most of what could not be judged could not; "" where all could."""
+        """Reason for most of what could not be judged; "" where all could."""
         return max(self.unjudged, key=lambda cause: self.unjudged[cause]) if self.unjudged else ""
 
     def add(self, time: np.ndarray, values: np.ndarray, covered: Covered) -> None:
-        """The next piece: time [s], columns of `ConditionSample`, and what there is of them."""
+        """Add the next piece: time [s], columns of `ConditionSample`, and their presence."""
         self.end = float(time[-1]) + self.period
         self.samples += len(time)
         self.judged += int(np.count_nonzero(covered.judged))
@@ -150,7 +150,7 @@ class Driven:
         self.absences.setdefault(name, Absence(self.period, borne)).add(time, there, parked)
 
     def loss(self, element: str, observed: float) -> Loss | None:
-        """What was lost on the way that an element cannot be judged without: its own signal, then that of others.
+        """Loss of a signal that an element cannot be judged without: its own signal, then that of others.
 
         Args:
             element: sensor or actuator
@@ -174,7 +174,7 @@ class Driven:
         return self.absences[_ENOUGH].came
 
     def add_sources(self, result: Result, graph: SubstitutionGraph) -> None:
-        """Where each sensor's signal came from over the next piece."""
+        """Add the sources of each sensor's signal over the next piece."""
         for sensor, ways in graph.substitutes.items():
             source = result[f"supplied.{sensor}.source"]
             counts = self.sources.setdefault(sensor, {})

@@ -1,4 +1,4 @@
-"""What a drive says of all sensors and actuators together."""
+"""Finding of a drive about all sensors and actuators together."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tierod.monitors.condition.states import LACKING, LEAST_TOLD
 
 
 class OtherCauses(NamedTuple):
-    """Inputs of the filters that nothing replaces and whose faults may explain what is declared.
+    """Inputs of the filters that nothing replaces and whose faults may explain a declared one.
 
     Args:
         disagreeing: accelerations that do not go with the motion
@@ -65,12 +65,12 @@ def judge(
         name: of monitor and variant
         states: of all elements
         drive: figures over it
-        problems: what was wired wrongly
-        lost: what was lost on the way, by element
+        problems: wiring errors
+        lost: losses on the way, by element
         interruptions: times that nothing could be judged any more
         calibrated: whether the limits were designed on this very vehicle
-        notes: what else is to be known
-        causes: what else may explain what is declared
+        notes: further notices
+        causes: other explanations of the declared faults
     """
     evidence = _evidence(states, drive, interruptions)
     warnings = (*(() if calibrated else (UNCALIBRATED,)), *notes, *_not_judged(drive))
@@ -106,7 +106,7 @@ def judge(
 def _hardly_judged(
     name: str, fault_free: Sequence[Element], drive: Driven, evidence: dict[str, float], warnings: tuple[str, ...]
 ) -> Finding:
-    """The finding where nothing was found in what was judged, which was too little of the drive."""
+    """The finding where nothing was found in the judged part, which was too little of the drive."""
     moving = drive.forward * drive.period
     cause = f"{drive.slid:.0f} of {moving:.0f} s of driving were not judged: {SLID}"
     headline = (
@@ -142,18 +142,18 @@ def _and_other_causes(finding: Finding, declared: Sequence[Element], causes: Oth
 
 
 def _off(targets: Sequence[str]) -> str:
-    """What the targets of a pair of actuators do not go with."""
+    """Contradiction of the targets of a pair of actuators, in words."""
     shown_by = "the torque in the shaft" if targets == TARGETS[:2] else "the acceleration"
     return f"what is asked does not go with {shown_by}"
 
 
 def _judged(states: Sequence[Element]) -> int:
-    """How many elements are judged; accelerations are not."""
+    """Number of judged elements; accelerations are not judged."""
     return sum(each.name not in ACCELERATIONS for each in states)
 
 
 def _by_cause(open_: Sequence[Element]) -> str:
-    """Elements that were not judged, those with the same cause together; what the recording lacks comes last."""
+    """Elements that were not judged, those with the same cause together; those absent from the recording come last."""
     lacking = [each.name for each in open_ if each.status is Status.NOT_AVAILABLE and each.cause.startswith(LACKING)]
     causes: dict[str, list[str]] = {}
     for each in open_:
@@ -192,7 +192,7 @@ def _order(loss: Loss) -> tuple[float, bool]:
 def _nothing_judged(
     name: str, open_: Sequence[Element], evidence: dict[str, float], warnings: tuple[str, ...]
 ) -> Finding:
-    """The finding where no element was judged: what kept those back that there are, else what there is not."""
+    """The finding where no element was judged: the hindrances of those present, else the absent ones."""
     there = [each for each in open_ if each.status is not Status.NOT_AVAILABLE]
     status, cause = (there or open_)[0].status, (there or open_)[0].cause
     if not there:
@@ -259,7 +259,7 @@ def _fault(
 
 
 def _likeliest_first(found: Sequence[tuple[Episode, Element]]) -> list[tuple[Episode, Element]]:
-    """Faults in the order in which they are named: what explains the others first, then by time.
+    """Faults in the order in which they are named: those that explain others first, then by time.
 
     An acceleration misleads the filters, and is named first. What it is compared with comes of wheel speeds and yaw
     rate: where one of these was faulty long before, that one explains the acceleration.
@@ -275,7 +275,7 @@ def _likeliest_first(found: Sequence[tuple[Episode, Element]]) -> list[tuple[Epi
 
 
 def _why(names: Sequence[str]) -> str:
-    """What makes sensors and actuators faulty."""
+    """Reason why sensors and actuators are faulty, in words."""
     off = [f"{name.replace('_', ' ')} does not go with {MOTION[name]}" for name in names if name in ACCELERATIONS]
     if any(name not in ACCELERATIONS for name in names):
         off.append("residuals of readings and torques exceed the fault-free limits")
@@ -287,7 +287,7 @@ def _why(names: Sequence[str]) -> str:
 
 
 def _targets(names: Sequence[str]) -> list[str]:
-    """What is asked of those that are actuators, and of those that work with them: only what they do together shows."""
+    """Targets of the actuators among them, and of those that act together: only their joint effect shows."""
     together = [name for pair in (MOTORS, DRIVES) if {*pair} & {*names} for name in pair]
     return [target for actuator, target in zip(ACTUATORS, TARGETS, strict=True) if actuator in together]
 

@@ -23,12 +23,12 @@ def further_variants() -> Mapping[str, Variant]:
 
 
 def further_calibration() -> Callable[[Vehicle, Sequence[Recording], Sequence[Recording], str], Mapping[str, Table]]:
-    """What calibrates the further variants: vehicle, drives to fit, drives for limits, source -> tables by name."""
+    """Calibration of the further variants: vehicle, drives to fit, drives for limits, source -> tables by name."""
     return _found(_CALIBRATION) or (lambda vehicle, fitted, healthy, source: {})
 
 
 def _found(place: str) -> Any:
-    """What stands at "package.module:name"; None where the package is not installed."""
+    """Object at "package.module:name"; None where the package is not installed."""
     module, _, name = place.partition(":")
     try:
         return getattr(importlib.import_module(module), name)

@@ -21,7 +21,7 @@ HEALTHY = "healthy"
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """One explanation: what is at fault, all else being fault-free.
+    """One hypothesis: its faulty elements, all else being fault-free.
 
     Args:
         name: "healthy", or the names of what is at fault joined by " + "
@@ -39,7 +39,7 @@ class Hypothesis:
         return self.sensors + self.actuators
 
     def agrees(self, other: Hypothesis) -> bool:
-        """Whether both name the same actuators, as far as both name any: what two lose together is another loss.
+        """Whether both name the same actuators, as far as both name any: the joint loss of two is another loss.
 
         Args:
             other: hypothesis

@@ -115,7 +115,7 @@ def rolling_lanes(base: RollingFilter) -> tuple[RollingFilter, ...]:
 
 
 def rolling_decision(base: RollingFilter, limits: Limits, sample_time: float = 0.01) -> Decision:
-    """What decides between the filters of a rolling car.
+    """Decision between the filters of a rolling car.
 
     Args:
         base: the filter that suspects nothing

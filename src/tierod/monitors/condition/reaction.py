@@ -1,4 +1,4 @@
-"""What follows from the statements about sensors and actuators: substitutes of sensors, and debounced trouble codes."""
+"""Reactions to the statements about sensors and actuators: substitutes of sensors, and debounced trouble codes."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ Supplies: Any = named_tuple("Supplies", [(name, Supplied) for name in SENSORS])
 
 
 class Judged(NamedTuple):
-    """What any variant of the monitor gives at one sample.
+    """Output of any variant of the monitor at one sample.
 
     Args:
         statements: about every sensor and actuator
@@ -63,7 +63,7 @@ class Judged(NamedTuple):
 
 
 class ConditionOutput(NamedTuple):
-    """Output of every variant of the monitor: all of `Judged`, and what follows from it.
+    """Output of every variant of the monitor: all of `Judged`, and the reaction to it.
 
     Args:
         statements, testable, value, gated, lead, low_grip: see `Judged`

@@ -58,11 +58,11 @@ NOT_TESTABLE = 0.25
 
 
 class Car(NamedTuple):
-    """What is known of a car whose torques are not known.
+    """Car whose torques are not known.
 
     Args:
         parameters: of `RollingCar`
-        notes: what a user must know of the judgement
+        notes: notices for a user of the judgement
     """
 
     parameters: RollingCar.Parameters
@@ -80,7 +80,7 @@ class ConditionSession:
         rate: of the samples [Hz]
         calibrated: whether its limits were designed on this very vehicle
         decision: by which it declares a fault
-        car: what is known of a car whose torques are not known; None where the file describes everything
+        car: description of a car whose torques are not known; None where the file describes everything
     """
 
     def __init__(

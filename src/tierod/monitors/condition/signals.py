@@ -1,4 +1,4 @@
-"""What the condition monitor reads and judges: one table of sensors, one of actuators, and the types made from them.
+"""Signals of the condition monitor: one table of sensors, one of actuators, and the types made from them.
 
 A further sensor is one more row of `SENSOR_TABLE`, an output of the vehicle's model, and a trouble code; what
 substitutes and checks of recordings can make of it stands in their own tables.

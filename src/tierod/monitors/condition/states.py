@@ -36,7 +36,7 @@ def elements(
     Args:
         courses: of all elements
         drive: figures over it
-        problems: what was wired wrongly
+        problems: wiring errors
         graph: of the substitutes
     """
     codes = load_trouble_codes().codes
@@ -74,7 +74,7 @@ def acceleration_elements(disagreeing: Sequence[Disagreement]) -> tuple[Element,
 
 
 def losses(courses: Mapping[str, ElementCourse], drive: Driven) -> dict[str, Loss]:
-    """What was lost on the way, by the elements that were judged no more.
+    """Losses of signals on the way, by the elements that were judged no more.
 
     Args:
         courses: of all elements
@@ -138,7 +138,7 @@ def _status(
 
 
 def _dead(drive: Driven) -> str:
-    """What all sensors did that showed nothing almost throughout; "" where they showed something."""
+    """Common reading of all sensors that showed nothing almost throughout; "" where they showed something."""
     little = drive.judged * drive.period < LEAST_TESTABLE
     return drive.not_judged if little and drive.not_judged in (ALL_ZERO, ALL_HELD) else ""
 
@@ -152,7 +152,7 @@ def _not_testable(name: str, course: ElementCourse, drive: Driven) -> str:
 
 
 def _hindrance(name: str, drive: Driven) -> str:
-    """What kept a fault of an element from showing."""
+    """Hindrance that kept a fault of an element from showing."""
     if dead := _dead(drive):
         return dead
     if not drive.enough:
@@ -172,7 +172,7 @@ def _hindrance(name: str, drive: Driven) -> str:
 
 
 def _substitute(name: str, status: Status, drive: Driven, graph: SubstitutionGraph) -> str:
-    """What stood in for a sensor for the longest time, with its measured error."""
+    """Substitute that stood in for a sensor for the longest time, with its measured error."""
     samples = drive.sources.get(name, {})
     if status is not Status.FAULT or not any(samples.values()):
         return ""
@@ -195,7 +195,7 @@ def code_courses(courses: Mapping[str, ElementCourse], end: float) -> dict[str, 
 
 
 def _doubts(episodes: Iterable[Episode], start: float, end: float) -> tuple[StatusChange, ...]:
-    """When several might be at fault for longer than a verdict takes."""
+    """Times in which several might be at fault for longer than a verdict takes."""
     times = sorted(
         (episode.start, end if episode.end is None else episode.end) for episode in episodes if episode.candidates
     )

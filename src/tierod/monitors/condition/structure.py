@@ -1,4 +1,4 @@
-"""Which sensor and actuator stands in which equation of the vehicle, and which faults that leaves undetectable."""
+"""Incidence of sensors and actuators in the equations of the vehicle, and the faults that leaves undetectable."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ OFFSETS = (
 class _Actuated:
     """The model of the vehicle with the torques that really act as its inputs.
 
-    The steering motors work on one shaft: their sum is all that the vehicle feels of them.
+    The steering motors work on one shaft: only their sum acts on the vehicle.
     """
 
     State, Output = AutomatedVehicle.State, AutomatedVehicle.Output
@@ -45,7 +45,7 @@ class _Actuated:
 
     @staticmethod
     def output(x: AutomatedVehicle.State, u: Input, p: AutomatedVehicle.Parameters) -> AutomatedVehicle.Output:
-        """What is measured."""
+        """Measurements."""
         return AutomatedVehicle.output(x._replace(torque_loss=0.0), _asked(u), p)
 
 
@@ -69,7 +69,7 @@ def _lacking(vehicle: Vehicle, wanted: type[Any]) -> list[str]:
 
 
 def rolling_structure(vehicle: Vehicle, without: Collection[str] = (), steering_known: bool = True) -> StructuralModel:
-    """Equations of a car whose torques are not known: speed and yaw rate may go anywhere at any time.
+    """Equations of a car whose torques are not known: speed and yaw rate may change to any value at any time.
 
     Args:
         vehicle: with the parameters of `RollingCar`
@@ -144,7 +144,7 @@ SHOWN = 3
 
 
 def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
-    """Which faults are not detectable or not isolable without some sensors, in sentences.
+    """Faults that are not detectable or not isolable without some sensors, in sentences.
 
     Args:
         vehicle: that is judged

@@ -59,7 +59,7 @@ def substitution_graph(calibrated: bool = True, filters: bool = True) -> Substit
 
 @lru_cache(maxsize=1)
 def graph_of_cars() -> SubstitutionGraph:
-    """The filter of the others in place of every sensor that cars have, with what it errs by on two real cars."""
+    """The filter of the others in place of every sensor that cars have, with its error on two real cars."""
     return graph_from(
         {each.name: [{**_OF_CARS, "deviation": each.error_on_cars}] for each in SENSOR_TABLE if each.name in OF_CARS}
     )
@@ -179,11 +179,11 @@ class Reconfiguration:
 
     @property
     def Output(self) -> type:
-        """Per sensor what is supplied."""
+        """Supplied signal per sensor."""
         return self.switchover.Output
 
     def init(self) -> tuple[SupplyState, ...]:
-        """Nothing supplied yet."""
+        """State before the first sample."""
         return self.switchover.init()
 
     def step(self, state: tuple[SupplyState, ...], sample: Sample) -> tuple[tuple[SupplyState, ...], Tree]:

@@ -92,7 +92,7 @@ class GeometryOverDrive:
         self._products += whole.T @ whole
 
     def found(self) -> ColumnGeometry | None:
-        """What the pieces show; None where they do not show it clearly, or a sign is wrong."""
+        """Geometry that the pieces identify; None where they do not do so clearly, or a sign is wrong."""
         if self._first is None or self._products[_ONE, _ONE] < FEWEST:
             return None
         rates = (_MOTOR, _BAR, _MOTOR_RATE, _BAR_RATE)
@@ -107,7 +107,7 @@ class GeometryOverDrive:
         return ColumnGeometry(1.0 / by_motor, 1.0 / by_bar, -constant / by_bar, *late, self._uncertainty(shares))
 
     def _uncertainty(self, shares: Solution) -> float:
-        """What is left over, against the motion: it is no white noise, and might go with the motion altogether."""
+        """Uncertainty by the residual against the motion: the residual is not white, and may go with the motion."""
         count = self._products[_ONE, _ONE]
         power = self._products[_MOTOR, _MOTOR] - self._products[_MOTOR, _ONE] ** 2 / count
         return math.sqrt(max(shares.left, 0.0) / power) / abs(float(shares.values[0]))

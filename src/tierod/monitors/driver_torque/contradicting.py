@@ -1,4 +1,4 @@
-"""Which of a column's three signals contradicts the other two: its gain, its delay, or its values."""
+"""Contradiction of one of a column's three signals to the other two: its gain, its delay, or its values."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ FITS = 0.05
 
 
 class Contradiction(NamedTuple):
-    """What contradicts the others.
+    """Signal that contradicts the others.
 
     Args:
         names: of the signals, one of which is wrong; empty where the three fit each other
@@ -86,7 +86,7 @@ class ContradictionOverDrive:
         self._kept.add(np.column_stack([wheel_angle, motor_angle, driver_torque])[kept] * self._scales)
 
     def found(self) -> Contradiction | None:
-        """What contradicts the others; None where the signals are too few or do not move."""
+        """Signal that contradicts the others; None where the signals are too few or do not move."""
         rows = self._kept.values
         there = np.isfinite(rows).all(axis=1)
         if np.count_nonzero(there) < FEWEST:
@@ -173,7 +173,7 @@ def described(found: Contradiction) -> str:
     """A contradiction as half a sentence.
 
     Args:
-        found: what contradicts the others, with a name
+        found: the contradicting signal, with a name
     """
     name = found.names[0]
     if found.delay > 0.0:

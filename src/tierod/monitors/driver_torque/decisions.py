@@ -1,4 +1,4 @@
-"""What the monitor of the driver's hands decides, and how its thresholds were designed."""
+"""Decisions of the monitor of the driver's hands, and the design of their thresholds."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class DelayedHandTorque:
 
     Args:
         smoother: with stationary gain
-        starting: what it does in gaps
+        starting: behaviour in gaps
     """
 
     smoother: FixedLag
@@ -100,7 +100,7 @@ class DelayedHandTorque:
             tuning: that of a bench where None; its walks count where they are larger than those of this module
 
         Raises:
-            ParameterError: as `require_fit` says, or a delay shorter than a sample
+            ParameterError: as of `require_fit`, or a delay shorter than a sample
         """
         if not delay >= sample_time:
             raise ParameterError(f"delay is {delay} s; expected at least a sample of {sample_time} s")

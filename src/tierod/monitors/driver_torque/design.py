@@ -24,7 +24,7 @@ Column: TypeAlias = ColumnParameters | TwoInertiaParameters
 
 
 class Layout(NamedTuple):
-    """What a step needs to know of the column beside its filters.
+    """Layout of the column for a step, beside its filters.
 
     Args:
         sample_time: [s]

@@ -1,4 +1,4 @@
-"""What is collected over a drive: torque of the hands, when they were off the wheel, and figures of the column."""
+"""Results over a drive: torque of the hands, when they were off the wheel, and figures of the column."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Stretches:
 
 
 class Drive(NamedTuple):
-    """What was collected over a drive.
+    """Results over a drive.
 
     Args:
         ready, off, on, uncertain: time for which the torque was known, and of these of each state
@@ -83,7 +83,7 @@ class Drive(NamedTuple):
         motor_inertia: with the gear's at the motor's shaft, as torques and acceleration show it; None where they do not
         turned: a sentence for every signal whose sign is wrong
         stretches: without hands
-        contradiction: what of the bar's three signals contradicts the others; None where they do not show it
+        contradiction: signal of the bar's three that contradicts the others; None where they do not show it
         motor: signal that the motor's torque was taken from; empty where there was none
     """
 

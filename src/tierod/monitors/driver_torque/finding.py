@@ -29,7 +29,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
     """The finding over a drive.
 
     Args:
-        drive: what was collected
+        drive: its results
         vehicle: whose column it is
         name: of monitor and variant
         rules: whether vehicle file and recording fit
@@ -63,7 +63,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
 
 
 def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:
-    """What is wrong in the vehicle file without touching the torque of the hands."""
+    """Defects of the vehicle file that do not affect the torque of the hands."""
     if drive.motor_inertia is None or not is_zeroed(vehicle) or "motor_inertia" not in vehicle:
         return ()
     gear = vehicle["gear_inertia"] / vehicle["motor_ratio"] ** 2 if "gear_inertia" in vehicle else 0.0
@@ -107,7 +107,7 @@ def _value(drive: Drive) -> dict[str, float]:
 
 
 def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, float]:
-    """What the signals and the innovations show, whether or not the torque of the hands is stated."""
+    """Evidence of signals and innovations, whether or not the torque of the hands is stated."""
     found = {
         "ready_s": drive.ready,
         "torsion_bar_torque_span_Nm": drive.torque_span,

@@ -40,7 +40,7 @@ BEYOND = 4.0
 
 
 class HandsSample(NamedTuple):
-    """What the monitor of the hands reads."""
+    """Input of the monitor of the hands."""
 
     steering_wheel_angle: Annotated[Scalar, "rad"]
     driver_torque: Annotated[Scalar, "N*m"]
@@ -51,7 +51,7 @@ class HandsMonitor:
     """Hands on, hands off or uncertain: two hypotheses about the torque on the wheel, and the sums of their evidence.
 
     Two Kalman filters follow the wheel. One expects next to no torque from outside and the wheel as the vehicle file
-    knows it, within a tolerance that it narrows by learning inertia, damping and offset while no hands are on it; the
+    gives it, within a tolerance that it narrows by learning inertia, damping and offset while no hands are on it; the
     other expects a torque that wanders, and the arms' inertia and damping. The logarithm of the ratio of their
     likelihoods is summed up from when the other hypothesis was last the better one (CUSUM).
 
@@ -60,7 +60,7 @@ class HandsMonitor:
         to_on, to_off: sums of the evidence, each with the threshold at which it decides
         motion: acceleration of the wheel, from the rate of the hypothesis that holds
         sample_time: between two samples
-        greatest_offset, greatest_inertia_error: what was learnt beyond them is forgotten, and the hands are not known
+        greatest_offset, greatest_inertia_error: learnt values beyond them are discarded, and the hands are not known
         most: evidence that one sample may give, so that a broken one decides nothing
         doubt: share of a threshold from which on evidence against the present state makes it uncertain
         calm: share of the threshold above which evidence for hands ends all learning
@@ -68,7 +68,7 @@ class HandsMonitor:
         longest_gap: after missing samples for so long nothing is known of the hands
         unseen_torque: standard deviation of the change of the torque over a single sample that is missing; after more
             of them the motion of the wheel is found anew
-        greatest_acceleration, greatest_torque_rate: a sample that asks for more is broken
+        greatest_acceleration, greatest_torque_rate: a sample that exceeds them is broken
     """
 
     off: KalmanFilter
@@ -96,9 +96,9 @@ class HandsMonitor:
 
         Args:
             off, on: beliefs of both hypotheses
-            learnt: the belief of the wheel without hands when that was last beyond doubt
+            learnt: estimate of the wheel without hands when that was last beyond doubt
             to_on, to_off: sums
-            hands: what was decided
+            hands: the decision
             last: sample that was last accepted
             smooth, rate, acceleration: motion of the wheel
             gap: time since a sample was accepted [s]
@@ -117,7 +117,7 @@ class HandsMonitor:
         gap: Annotated[Scalar, "s"]
 
     class Output(NamedTuple):
-        """What is known of the hands.
+        """Estimated state of the hands.
 
         Args:
             hands: 1 on, 0 off, 0.5 uncertain
@@ -170,7 +170,7 @@ class HandsMonitor:
         )
 
     def init(self) -> State:
-        """Nothing known."""
+        """State before the first sample."""
         off, nothing = self.off.init(), self.Sample(0.0, 0.0)
         sums = self.to_on.init(), self.to_off.init()
         return self.State(
@@ -251,14 +251,14 @@ class HandsMonitor:
         )
 
     def _absurd(self, wheel: Tree) -> Scalar:
-        """Whether what was learnt is no wheel of the vehicle's: hands were taken for none."""
+        """Whether the learnt parameters fit no wheel of the vehicle: hands were taken for none."""
         return either(
             absolute(wheel.torque_offset) > self.greatest_offset,
             absolute(wheel.inertia_error) > self.greatest_inertia_error,
         )
 
     def _learning(self, state: State) -> tuple[Scalar, ...]:
-        """Which parameters the filter without hands learns from this sample."""
+        """Switches of the parameters that the filter without hands learns from this sample."""
         alone = either(state.hands > 0.25, state.to_on.up < self.calm * self.to_on.threshold)
         shaken = both(alone, absolute(state.acceleration) > self.least_acceleration)
         turning = both(alone, absolute(state.rate) > self.least_rate)

@@ -23,7 +23,7 @@ LEARNT = ("inertia_error", "steering_wheel_damping", "torque_offset")
 
 @dataclass(frozen=True)
 class Hands:
-    """What hands do to a steering wheel, and what is left without them.
+    """Model of hands on a steering wheel, and of the wheel without them.
 
     Args:
         torque: standard deviation of the torque of hands that hold; light hands on a straight road
@@ -45,7 +45,7 @@ class Hands:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How well the wheel is known before anything is learnt, one standard deviation.
+    """Uncertainty of the wheel before anything is learnt, one standard deviation.
 
     Args:
         share: of inertia and damping; narrower gains next to nothing, since both are learnt within seconds
@@ -80,7 +80,7 @@ class WheelAcceleration:
 
     Args:
         slope: of the rate
-        slow: what the slope was before
+        slow: slope before
     """
 
     slope: Differentiator
@@ -103,7 +103,7 @@ class WheelAcceleration:
         )
 
     def init(self) -> Tree:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.slope.init(), self.slow.init()
 
     def step(self, state: Tree, sample: WheelRate) -> tuple[Tree, Output]:
@@ -119,12 +119,12 @@ class WheelAcceleration:
 def hands_off_filter(
     wheel: SteeringWheelParameters, sample_time: float, hands: Hands, tolerance: Tolerance, noise: SensorNoise
 ) -> KalmanFilter:
-    """The filter that expects next to no torque, and learns what of the wheel is not known well enough.
+    """The filter that expects next to no torque, and learns the uncertain parameters of the wheel.
 
     Args:
-        wheel: as the vehicle file knows it
+        wheel: as the vehicle file gives it
         sample_time: between two samples [s]
-        hands: what is left without them
+        hands: effects that remain without them
         tolerance: of the wheel's parameters
         noise: of the sensors
     """
@@ -195,10 +195,10 @@ def begun(start: Belief, motion: Belief, learnt: Belief, begins: Scalar, otherwi
 
     Args:
         start: before the first sample; what is expected of the hands' torque
-        motion: what is known of angle and rate
-        learnt: what is known of the wheel's parameters
+        motion: estimate of angle and rate
+        learnt: estimate of the wheel's parameters
         begins: whether it begins
-        otherwise: the belief that goes on where it does not
+        otherwise: the estimate that goes on where it does not
     """
     count = len(start.mean)
     mean = [*motion.mean[:2], start.mean[2], *learnt.mean[3:count]]
@@ -214,7 +214,7 @@ def begun(start: Belief, motion: Belief, learnt: Belief, begins: Scalar, otherwi
 
 
 def relearning(belief: Belief, learnt: Belief, anew: Scalar) -> Belief:
-    """The belief with its parameters as they were learnt, where it begins to learn anew.
+    """The estimate with its parameters as they were learnt, where learning begins anew.
 
     Args:
         belief: of the wheel without hands

@@ -1,4 +1,4 @@
-"""Whether a drive and the column of a vehicle file fit each other, and what may be wrong where they do not."""
+"""Misfits of a drive and the column of a vehicle file, and their suspected causes."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ NO_THIRD = "steering_wheel_angle or driver_torque may be wrong; motor_angle_mech
 
 
 def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
-    """What of the vehicle file the data contradict, a half-sentence each.
+    """Contradictions between the vehicle file and the data, a half-sentence each.
 
     Args:
-        drive: what was collected
+        drive: its results
         vehicle: whose column it is
         rules: whether vehicle file and recording fit
     """
@@ -56,10 +56,10 @@ def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
 
 
 def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
-    """Which signal may be wrong instead of the vehicle file, as half-sentences.
+    """Signals that may be wrong instead of the vehicle file, as half-sentences.
 
     Args:
-        drive: what was collected
+        drive: its results
         wrong: as `misfits` gives it
     """
     found = drive.contradiction
@@ -73,7 +73,7 @@ def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
 
 
 def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
-    """What angles and torque of the bar contradict; a late one spoils bar and offset."""
+    """Contradictions by the angles and the torque of the bar; a late one spoils bar and offset."""
     found = drive.geometry
     if found is None:
         return []
@@ -103,7 +103,7 @@ def is_late(drive: Drive, vehicle: Vehicle, rules: FitRules) -> bool:
     """Whether a signal is late by more than its sample time, and the innovations of the observer show it.
 
     Args:
-        drive: what was collected
+        drive: its results
         vehicle: whose column it is
         rules: whether vehicle file and recording fit
     """
@@ -130,10 +130,10 @@ def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:
 
 
 def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
-    """How far the recording is from the vehicle file [standard deviations], by the name of the decision.
+    """Distances of the recording from the vehicle file [standard deviations], by the name of the decision.
 
     Args:
-        drive: what was collected
+        drive: its results
         vehicle: whose column it is
     """
     furthest = max(_departures(drive, vehicle).values(), key=abs)
@@ -142,7 +142,7 @@ def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
 
 
 def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
-    """How far every value of the column is from that of the vehicle file [standard deviations]."""
+    """Distances of every value of the column from that of the vehicle file [standard deviations]."""
     apart = {"inertia": drive.inertia_error / (INERTIA_SPREAD * vehicle["steering_wheel_inertia"])}
     if (found := drive.geometry) is None:
         return apart

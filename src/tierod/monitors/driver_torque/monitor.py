@@ -30,7 +30,7 @@ class DriverTorqueMonitor:
     signs: ColumnSigns
 
     class Sample(NamedTuple):
-        """What the monitor reads; a missing motor torque is replaced by its target, or by the last one."""
+        """Input of the monitor; a missing motor torque is replaced by its target, or by the last one."""
 
         steering_wheel_angle: Annotated[Scalar, "rad"]
         driver_torque: Annotated[Scalar, "N*m"]
@@ -39,7 +39,7 @@ class DriverTorqueMonitor:
         motor_angle_mechanical: Annotated[Scalar, "rad"]
 
     class State(NamedTuple):
-        """Memory of all three, and the motor's torque that was last known."""
+        """State of all three, and the last valid torque of the motor."""
 
         observer: Tree
         hands: HandsMonitor.State
@@ -47,7 +47,7 @@ class DriverTorqueMonitor:
         motor_torque: Annotated[Scalar, "N*m"]
 
     class Output(NamedTuple):
-        """What is known of the driver's hands.
+        """Estimated state of the driver's hands.
 
         Args:
             statement: torque of the hands [N*m] with its deviation, healthy while it is known; the evidence is that for
@@ -70,7 +70,7 @@ class DriverTorqueMonitor:
         turned: SignVerdict
 
     def init(self) -> State:
-        """Nothing known."""
+        """State before the first sample."""
         return self.State(self.observer.init(), self.hands.init(), self.signs.init(), 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:

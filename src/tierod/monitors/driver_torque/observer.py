@@ -20,7 +20,7 @@ UNKNOWN = 10.0
 
 
 class ColumnEstimate(NamedTuple):
-    """What an observer estimates of a column; a deviation is one standard deviation, of a column as assumed.
+    """Estimate of a column by an observer; a deviation is one standard deviation, of a column as assumed.
 
     Args:
         hand_torque: that the driver's hands put on the steering wheel
@@ -32,7 +32,7 @@ class ColumnEstimate(NamedTuple):
         offset: of the sensor that the tuning names, in its unit; 0 where it names none
         innovation: measured less expected; NaN where missing, 0 of a sensor that the tuning leaves out
         nis: normalised innovation squared over what was present
-        present: how many of the outputs were
+        present: number of outputs that were
         ready: 1 while the estimate can be used; 0 before the first complete sample, in a long gap, and while settling
     """
 
@@ -71,7 +71,7 @@ class ColumnObserver:
 
     Args:
         bank: the filters
-        starting: what it does in gaps
+        starting: behaviour in gaps
 
     Without the motor's angle (`outputs` of the tuning) what is below the bar is known through the bar alone: the
     disturbance torque becomes slower and noisier, and an offset of the bar cannot be separated from a twist of it.
@@ -96,7 +96,7 @@ class ColumnObserver:
             tuning: that of a bench or of the road where None, see `usual_tuning`
 
         Raises:
-            ParameterError: parameters are missing, or do not fit, as `require_fit` says
+            ParameterError: parameters are missing, or do not fit, as of `require_fit`
         """
         return cls.of_parameters(column_of_vehicle(vehicle, sample_time), sample_time, tuning or usual_tuning(vehicle))
 
@@ -112,7 +112,7 @@ class ColumnObserver:
             tuning: that of a bench where None
 
         Raises:
-            ParameterError: as `require_fit` says
+            ParameterError: as of `require_fit`
         """
         made = design(parameters, sample_time, tuning or ColumnTuning())
         return cls(made.bank, Starting(made.layout))

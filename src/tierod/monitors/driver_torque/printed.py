@@ -45,7 +45,7 @@ _SHIFT = 1.0
 
 
 class PrintedEstimate(NamedTuple):
-    """What an observer of the paper estimates of the column."""
+    """Estimate of the column by an observer of the paper."""
 
     hand_torque: Annotated[Scalar, "N*m"]
     disturbance_torque: Annotated[Scalar, "N*m"]
@@ -79,7 +79,7 @@ class PrintedObserver:
 
     Args:
         filter: of the column, full or reduced
-        shown: how the estimate follows from the filter's state, rows as in `PrintedEstimate`
+        shown: matrix from the filter's state to the estimate, rows as in `PrintedEstimate`
         fed: and how from the motor's torque
 
     It starts at rest at zero; missing samples are treated as `StationaryFilter` does.
@@ -184,7 +184,7 @@ def _with_states(system: LinearSystem) -> LinearSystem:
 
 
 def _shown(system: LinearSystem) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...]]:
-    """How what is shown follows from the states of the filter, and from the motor's torque."""
+    """Rows that give the shown quantities from the states of the filter, and from the motor's torque."""
     extended = with_disturbance_states(system, {"hand_torque": 1, "disturbance_torque": 1})
     rows, fed = [], []
     for name in _SHOWN:

@@ -1,4 +1,4 @@
-"""The monitor of the driver's hands over one recording: what it collects on the way, and its finding at the end."""
+"""Session of the monitor of the driver's hands over one recording: its course, and its finding at the end."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ Builder = Callable[[SensorNoise, bool], DriverTorqueMonitor]
 
 
 class DriverTorqueSession(BlockSession):
-    """Runs the block, and collects how hands held the wheel and whether the column is as the vehicle file says.
+    """Runs the block, and collects hold of the wheel and deviation of the column from the vehicle file.
 
     Args:
         build: makes the block
@@ -84,7 +84,7 @@ class DriverTorqueSession(BlockSession):
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Take in one more piece and give the traces over it, (n,) each; the first one shows what is measured."""
+        """Take in one more piece and give the traces over it, (n,) each; the first one shows the measured signals."""
         columns = dict(zip(aligned.names, aligned.values.T, strict=True))
         if not self._figures.seen:
             self.refit(self._suited(columns))

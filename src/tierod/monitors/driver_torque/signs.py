@@ -11,7 +11,7 @@ from tierod.monitors.driver_torque.starting import ColumnSample
 
 
 class SignVerdict(NamedTuple):
-    """1 for a signal whose sign is wrong, 0 for one that is right or not judged yet; then what could be judged.
+    """1 for a signal whose sign is wrong, 0 for one that is right or not judged yet; then which could be judged.
 
     Args:
         steering_wheel_angle, motor_angle_mechanical, driver_torque, motor_torque: wrong
@@ -54,7 +54,7 @@ _PAIRS = ((0, 0), (1, 1), (0, 1), (2, 2), (2, 0), (2, 1))
 
 @dataclass(frozen=True)
 class ColumnSigns:
-    """Which one of four signals of a column has the wrong sign.
+    """Sign check that finds the one of four signals of a column with the wrong sign.
 
     Both angles move together. The bar's torque grows with its twist, the wheel's angle less the gear's; where the
     angles disagree, its sign shows which of them is wrong. What is below the bar only loses energy in the long run, so
@@ -92,7 +92,7 @@ class ColumnSigns:
     Sample = ColumnSample
 
     def init(self) -> SignState:
-        """Nothing seen."""
+        """State before the first sample."""
         return SignState(0.0, (0.0,) * 3, (0.0,) * len(_PAIRS), (0.0, 0.0), 0.0, 0.0)
 
     def step(self, state: SignState, sample: ColumnSample) -> tuple[SignState, SignVerdict]:
@@ -117,7 +117,7 @@ class ColumnSigns:
         return following, self._verdict(following)
 
     def _work(self, state: SignState, sample: ColumnSample, counts: Scalar, kept: Scalar) -> tuple[Scalar, Scalar]:
-        """Work of motor and bar since the sample before, added to what is not forgotten."""
+        """Work of motor and bar since the sample before, added to the faded sums."""
         travel = where(counts, sample.motor_angle_mechanical - state.angle, 0.0)
         motor = where(counts, sample.motor_torque, 0.0)
         bar = where(counts, sample.driver_torque, 0.0) / self.motor_ratio

@@ -1,4 +1,4 @@
-"""When an observer of a column starts, follows, holds and starts again: gaps in its samples."""
+"""Phases of an observer of a column: start, follow, hold and restart over gaps in its samples."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.monitors.driver_torque.design import Layout
 
 
 class ColumnSample(NamedTuple):
-    """What a column measures at one instant; NaN where a value is missing.
+    """Measurements of a column at one instant; NaN where a value is missing.
 
     Args:
         motor_torque: at the motor's shaft
@@ -33,7 +33,7 @@ class StartState(NamedTuple):
         motor_torque: the last one that was there
         missing: for how long samples have been incomplete [s]
         started: 1 after the first complete sample
-        settling: how long the observer still settles after a start [s]
+        settling: time that the observer still settles after a start [s]
     """
 
     motor_torque: Annotated[Scalar, "N*m"]
@@ -43,11 +43,11 @@ class StartState(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """What an observer is to do with a sample.
+    """Mode of an observer at a sample.
 
     Args:
         motor_torque: of the sample before, which acts until this one; held where it is missing
-        measured: what the observer uses, in the order of the layout
+        measured: outputs that the observer uses, in the order of the layout
         restart: 1 begins anew from this sample, as if at rest
         following: 1 goes on with it, or begins; 0 holds
         ready: 1 where the estimate can be used
@@ -60,7 +60,7 @@ class Phase(NamedTuple):
     ready: Annotated[Scalar, ""]
 
     def chosen(self, resting: Tree, moved: Tree, held: Tree) -> Tree:
-        """The one of three trees of one shape that the phase asks for."""
+        """The one of three trees of one shape that belongs to the phase."""
         triples = zip(leaves(resting), leaves(moved), leaves(held), strict=True)
         return rebuild(
             held, [where(self.following, where(self.restart, a, b), c) for (_, a), (_, b), (_, c) in triples]

@@ -1,4 +1,4 @@
-"""Tuning of the column observers: noises of bench and road, and what follows from rate and sensors."""
+"""Tuning of the column observers: noises of bench and road, and values derived from rate and sensors."""
 
 from __future__ import annotations
 

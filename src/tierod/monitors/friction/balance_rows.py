@@ -83,7 +83,7 @@ class BalanceRows:
 
     @property
     def _before(self) -> Coefficients:
-        """What is known of the road before a drive: it presses the gear."""
+        """Prior of the road before a drive: it presses the gear."""
         tuning = self.tuning
         zero = Coefficients(*(0.0,) * len(Coefficients._fields))
         return zero._replace(

@@ -49,7 +49,7 @@ class AngleObserver:
     The integral has no steps of quantisation, the measured angle no drift.
 
     Args:
-        correction_time: how fast the integral follows the measured angle [s]; 0.2 is a gain of 0.05 per
+        correction_time: time constant of the integral's return to the measured angle [s]; 0.2 is a gain of 0.05 per
             sample of 10 ms. Shorter lets the steps of a coarse angle through, longer the noise of the rate
         half_width: of the play [rad]; zero, since one of 3e-4 delays each reversal, cost 0.1 to 0.3 N*m of 12.5
             at a Dahl angle of 3 degrees on the plant of the tuning (docs/explanation/friction.md), and won nothing. A
@@ -118,7 +118,7 @@ class SteeringConditioning:
     Sample = SteeringSample
 
     class State(NamedTuple):
-        """Memories of hold and low-pass, the last signals that were known and the rate of the driver's torque, the
+        """State of hold and low-pass, the last valid signals and the rate of the driver's torque, the
         observer, the time since a gap [s]."""
 
         hold: Any
@@ -133,7 +133,7 @@ class SteeringConditioning:
         object.__setattr__(self, "low_pass", Butterworth(SteeringSample, self.sample_time, 0.0, self.cutoff))
 
     def init(self) -> State:
-        """No signal has been seen yet."""
+        """State before the first sample."""
         zeros = SteeringSample(*[0.0] * len(SteeringSample._fields))
         return self.State(self.hold.init(), self.low_pass.init(), zeros, 0.0, self.angle.init(), -self.sample_time)
 

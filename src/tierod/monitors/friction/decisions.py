@@ -1,4 +1,4 @@
-"""What the friction monitor decides, and how its limits were designed."""
+"""Decisions of the friction monitor, and the design of their limits."""
 
 from __future__ import annotations
 

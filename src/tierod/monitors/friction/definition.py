@@ -68,7 +68,7 @@ def _paper(name: str, build: Callable[[Any], RefinedFrictionMonitor]) -> Opener:
 
 def _baseline(name: str, gate: VarianceGate | None) -> Opener:
     def open_(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
-        # The variance is judged against a threshold: a baseline of friction says nothing about it.
+        # The variance is judged against a threshold: a baseline of friction holds no information on it.
         parameters = replace(vehicle.parameters_for(VarianceParameters), sample_time=1.0 / rate)
         known = vehicle.parameters.get("baseline_variance")
         threshold = known.value if known else math.inf

@@ -1,4 +1,4 @@
-"""The finding on friction: the block's last statement in words, with limits, reasons and what to do."""
+"""The finding on friction: the block's last statement in words, with limits, reasons and remedy."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def finding_of(run: FrictionRun) -> Finding:
     """The block's last statement in words.
 
     Args:
-        run: what is known after the last sample
+        run: result after the last sample
 
     Returns:
         healthy, rising, fault; suspect where an alarm came and went, or friction ended above a limit too late for one;
@@ -67,7 +67,7 @@ def _decided_by(run: FrictionRun, status: Status) -> tuple[str, ...]:
 
 
 def _reference(run: FrictionRun, limits: Limits) -> dict[str, float]:
-    """What the value is drawn against; rising and fault are where they act: the lower of absolute and relative."""
+    """Reference lines beside the value; rising and fault are where they act: the lower of absolute and relative."""
     reference = {
         "nominal": run.limits.nominal_friction,
         "rising": limits.rising.acts_from,
@@ -111,7 +111,7 @@ def _evidence(run: FrictionRun) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Limit:
-    """Where an alarm begins.
+    """Limit at which an alarm begins.
 
     Args:
         friction: the estimate [N*m]
@@ -129,7 +129,7 @@ class Limit:
 
     @property
     def acts_from(self) -> float:
-        """Where the first of them acts [N*m]."""
+        """Level at which the first of them acts [N*m]."""
         return min(self.absolute_from, self.relative_from)
 
     @property
@@ -162,7 +162,7 @@ def limits_of(run: FrictionRun) -> Limits:
 
 
 def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
-    """What the value was held against, the reason for the status first."""
+    """Limits that the value was compared with, the reason for the status first."""
     ratio = _ratio(run)
     if status in (Status.RISING, Status.FAULT):
         limit = limits.fault if status is Status.FAULT else limits.rising

@@ -1,4 +1,4 @@
-"""When a sample holds information about friction: the enabling condition of the friction monitors."""
+"""Enabling condition of the friction monitors: samples that hold information about friction."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tierod.core.graph.maths import absolute, all_of
 
 
 class GateConditions(NamedTuple):
-    """The conditions of the gate one by one, so that a verdict can say which one kept it closed.
+    """The conditions of the gate one by one, so that a verdict can name the one that kept it closed.
 
     Args:
         hands_on: the driver's torque is large enough
@@ -33,7 +33,7 @@ class FrictionGate:
 
     A low minimum_rate lets noise of the rate decide the sign of friction; it must stay well above that noise: in
     simulation 0.05 rad/s costs 0.4 to 1.5 N m. Hands off, active return or lane keeping break the second
-    condition: the gate then says little.
+    condition: the gate then indicates little.
 
     Args:
         minimum_driver_torque: 0.5 N m as printed: the assist is then active [N m]

@@ -1,4 +1,4 @@
-"""What the verdict on friction reads, remembers, counts and states."""
+"""Verdict on friction: its inputs, its state, its counters and its statement."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tierod.core.statement import Statement
 
 
 class VerdictSample(NamedTuple):
-    """What the verdict reads of a friction estimate; an estimator without a figure gives the neutral value.
+    """Input of the verdict from a friction estimate; an estimator without a figure gives the neutral value.
 
     Args:
         friction_torque: estimated
@@ -55,7 +55,7 @@ class LearntBaseline(NamedTuple):
 
 
 class Onset(NamedTuple):
-    """When friction was last unsuspicious, and what the present alarm rests on.
+    """Times at which friction was last unsuspicious, and the grounds of the present alarm.
 
     Args:
         relative: last time near the baseline, -1 if never
@@ -132,7 +132,7 @@ class Obstacles(NamedTuple):
 
 
 class BalanceFit(NamedTuple):
-    """How well the torque balance fits, see `VerdictSample`."""
+    """Quality of the torque balance's fit, see `VerdictSample`."""
 
     misfit: Annotated[Scalar, ""]
     residual: Annotated[Scalar, "N*m"]
@@ -142,7 +142,7 @@ class BalanceFit(NamedTuple):
 
 
 class JudgedFriction(NamedTuple):
-    """The verdict after a sample, and what it rests on.
+    """The verdict after a sample, and its grounds.
 
     Args:
         statement: on the drive so far: suspect where an alarm came and went, or friction is above a limit for too short

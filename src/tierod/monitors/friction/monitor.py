@@ -1,4 +1,4 @@
-"""The friction monitor: an estimator with its running verdict as one block, and what it collects over a recording."""
+"""The friction monitor: an estimator with its running verdict as one block, and its results over a recording."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ Acting = Callable[[Mapping[str, np.ndarray], Result], np.ndarray]
 
 
 class FrictionEstimator(Protocol):
-    """A block that estimates friction, and what the verdict reads of it."""
+    """A block that estimates friction, and the input of the verdict from it."""
 
     learnt: ClassVar[Mapping[str, str]]
     """Its evidence: name with unit -> field of its output."""
@@ -69,7 +69,7 @@ class FrictionEstimator(Protocol):
         """One sample on."""
 
     def seen(self, sample: Any, estimate: Any) -> VerdictSample:
-        """What the verdict reads of a sample and its estimate."""
+        """Input of the verdict from a sample and its estimate."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class FrictionMonitor:
 
         Args:
             result: of `scan` over the whole recording, or its last part
-            start_time: time of the first sample that the monitor saw, in the recording [s]
+            start_time: time of the first sample that the monitor took in, in the recording [s]
 
         Raises:
             InputError: no samples
@@ -154,7 +154,7 @@ class FrictionMonitor:
 
 
 class FrictionSession(BlockSession):
-    """Runs the monitor, and collects what a report shows.
+    """Runs the monitor, and collects the contents of a report.
 
     Args:
         block: estimator and judge
@@ -206,7 +206,7 @@ class FrictionSession(BlockSession):
         self._consistency.add(result["estimate.nis"][enabled], present[enabled])
 
     def conclude(self) -> Conclusion:
-        """The finding, and what a report shows beside it."""
+        """The finding, and further contents of a report."""
         if self._last is None or self._start is None:
             raise RuntimeError("a session concludes after at least one piece")
         finding = self._monitor.finding(self._last, self._start)
@@ -235,7 +235,7 @@ class FrictionSession(BlockSession):
 
 
 def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Finding:
-    """What can be said of friction where its magnitude is withheld."""
+    """Finding about friction where its magnitude is withheld."""
     if found is None:
         return finding
     what = "is present, but its size cannot be estimated" if found.present else "does not stand out from chance"
@@ -248,14 +248,14 @@ def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Findin
 
 
 def acting_by_build_up(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
-    """Friction that acts, as the pre-sliding estimator sees it: its model's, and what is left of the balance."""
+    """Friction that acts, as the pre-sliding estimator models it, plus the residual of the balance."""
     modelled = result["estimate.friction_torque"] * result["estimate.build_up"]
     acting: np.ndarray = modelled + result["estimate.innovation"]
     return acting
 
 
 def acting_by_balance(parameters: FrictionParameters) -> Acting:
-    """Friction that acts, as what the torque balance of eq (2) leaves beside inertia."""
+    """Friction that acts: the remainder of the torque balance of eq (2) beside inertia."""
 
     def acting(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
         aligning = result["estimate.self_aligning_torque"]

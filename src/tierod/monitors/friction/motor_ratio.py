@@ -47,7 +47,7 @@ PARTS = 5
 
 
 class DriveRatio(NamedTuple):
-    """What drives show of the ratio, the vehicle file left out.
+    """Motor ratio as identified by drives, the vehicle file left out.
 
     Args:
         value: turns of the motor per turn of the column []
@@ -71,7 +71,7 @@ class _Balance(NamedTuple):
 def ratio_of_drives(
     recordings: Mapping[str, Recording], vehicle: Vehicle, progress: Callable[[float], None] = lambda share: None
 ) -> DriveRatio | None:
-    """The ratio by drives alone; None where they or the vehicle file do not hold what it takes.
+    """The ratio by drives alone; None where they or the vehicle file lack the data for it.
 
     Args:
         recordings: ordinary drives of one car by name
@@ -130,7 +130,7 @@ def _of_drive(samples: np.ndarray, parameters: FrictionParameters, angle: float)
 
 
 def _ratio(balance: _Balance) -> tuple[float, float]:
-    """The ratio, and what the terms leave of the power of the driving torque []; infinite where none closes it."""
+    """The ratio, and the unexplained share of the driving torque's power []; infinite where none closes the balance."""
     own, wide = (_beside(balance.torques, each) for each in (balance.terms, balance.instruments))
     left, explained = own.T @ own, wide.T @ wide
     try:
@@ -146,7 +146,7 @@ def _ratio(balance: _Balance) -> tuple[float, float]:
 
 
 def _beside(torques: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """What columns do not explain of the torques."""
+    """Part of the torques that the columns do not explain."""
     size = np.linalg.norm(columns, axis=0)
     basis, _ = np.linalg.qr(columns[:, size > 0.0] / size[size > 0.0])
     return np.asarray(torques - basis @ (basis.T @ torques))
@@ -157,7 +157,7 @@ def _left(balance: _Balance) -> float:
 
 
 def _lowest(found: Mapping[float, float], step: float) -> float:
-    """Where a parabola through the lowest value and its neighbours is lowest; the lowest place at an end."""
+    """Minimum of a parabola through the lowest value and its neighbours; the lowest place at an end."""
     places = sorted(found)
     at = min(range(len(places)), key=lambda k: found[places[k]])
     if not 0 < at < len(places) - 1:

@@ -1,4 +1,4 @@
-"""What is known of friction after a recording, and what a reader of the verdict must know beside it."""
+"""Result on friction after a recording, and the notices that belong beside the verdict."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ fault-free driving, a third of what withholds the verdict."""
 
 @dataclass(frozen=True)
 class FrictionRun:
-    """What a monitor knows after a recording.
+    """Result of a monitor after a recording.
 
     Args:
         monitor: its name and variant
@@ -117,7 +117,7 @@ def _bar(run: FrictionRun) -> list[str]:
 
 
 def _delays(run: FrictionRun) -> list[str]:
-    """What the learnt constants of the steering say of signals that are late."""
+    """Signals that are late by the identified constants of the steering."""
     warnings = []
     inertia, damping = run.evidence.get("inertia_kgm2", 0.0), run.judged.fit.damping
     if inertia < 0.0:

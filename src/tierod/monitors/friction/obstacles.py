@@ -1,4 +1,4 @@
-"""What stands in the way of a verdict on friction, in words: its cause and the remedy."""
+"""Obstacles to a verdict on friction, in words: their cause and the remedy."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _too_little_time(judged: JudgedFriction, tuning: AlarmTuning) -> Words:
 
 
 def _closing_condition(figures: FrictionFigures) -> Words:
-    """What kept the gate closed, largest share first, and what to do about the first."""
+    """Conditions that kept the gate closed, largest share first, and the remedy for the first."""
     whole = figures.seconds
     causes = [
         (

@@ -1,4 +1,4 @@
-"""What a report shows of friction over a drive, in memory that hardly grows with it."""
+"""Course of friction over a drive for a report, in memory that hardly grows with it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The default friction estimator: a regression on friction as it builds up, of a law and a length that it learns."""
+"""The default friction estimator: a regression on friction as it builds up, with law and length learnt."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class PreslidingFrictionFilter:
     """Evidence of the estimator: name with unit -> field of the estimate."""
 
     class State(NamedTuple):
-        """Memories of conditioning, build-up and low-pass, and what has been learnt."""
+        """State of conditioning, build-up and low-pass, and the learnt coefficients."""
 
         conditioning: Any
         finite: BuildUp
@@ -214,7 +214,7 @@ class PreslidingFrictionFilter:
         return self.parameters
 
     def seen(self, sample: SteeringSample, estimate: FrictionTorque) -> VerdictSample:
-        """What the verdict reads of a sample and its estimate."""
+        """Input of the verdict from a sample and its estimate."""
         return VerdictSample(*(getattr(estimate, name) for name in VerdictSample._fields))
 
     def _update(

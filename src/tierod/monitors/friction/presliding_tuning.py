@@ -1,4 +1,4 @@
-"""What the default friction estimator learns and gives out, and its noises and priors."""
+"""Unknowns and outputs of the default friction estimator, and its noises and priors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.physics.tyre import turn_slip_stiffness
 
 
 class Coefficients(NamedTuple):
-    """What the regression learns; also the shape of one row of it, of its variances and of its process noises.
+    """Coefficients of the regression; also the shape of one row of it, of its variances and of its process noises.
 
     Args:
         finite, exponential, long: shares of the friction torque that build up with Dahl exponent 1/2, 1 and 2; their
@@ -50,7 +50,7 @@ class Coefficients(NamedTuple):
 
 
 class FrictionTorque(NamedTuple):
-    """What the estimator knows after a sample.
+    """Output of the estimator after a sample.
 
     Args:
         friction_torque: level of dry friction at the steering wheel axis, at the reference load
@@ -142,15 +142,15 @@ class PreslidingTuning:
     Args:
         error_density: of the torque balance's errors, which last: 0.35 N*m over a second [N**2*m**2*s]:
             12.5 N**2*m**2 per sample of 10 ms
-        error_time: how long an error lasts [s]; where the innovations are larger than density and time allow, the
+        error_time: duration of an error [s]; where the innovations are larger than density and time allow, the
             standard deviation given out grows with them
-        memory: time constant of the friction torque in enabled time [s]. Shorter sees a fault sooner and
+        memory: time constant of the friction torque in enabled time [s]. Shorter detects a fault sooner and
             scatters more: 10 s halves the delay for 1.3 times the scatter
         process: variance gained per enabled second by each coefficient, tuned in simulation; for the shares of friction
             in multiples of error_density / memory**2
         deviations: standard deviations before the first sample. Shares of exponent 1/2 and 2: 2 N*m, so that they learn
             another law within 50 s and cost nothing where it is exponential (simulated); the vehicle's own constants
-            by how well a vehicle file knows them [assumed]
+            by their uncertainty in a vehicle file [assumed]
         initial_friction: where the estimate starts [N*m]; 3 as printed by Mohtat et al.
         initial_dahl_angle: [rad]; 1 degree, learnt from there
         smallest_dahl_angle, largest_dahl_angle: limits of what is learnt [rad]; 0.05 and 8 degrees
@@ -160,7 +160,7 @@ class PreslidingTuning:
         initial_drive_share: [-]; of brake forces at the front axle. A front-driven car has more, a rear-driven one less
         reference_lever: friction is stated for a torque of the road that is the load of the front axle at this lever,
             usual in curves [m]: a trail of 45 mm at 1.44 m/s**2 across. 4 N*m at the steering wheel of a mid-size car,
-            0.9 of a quadricycle, 6 of a van; a torque that a car never sees would leave its friction open
+            0.9 of a quadricycle, 6 of a van; a torque that never occurs in a car would leave its friction open
         outlier: an innovation beyond this weighs no more than one of this size (Huber) [N*m]; above what a step of
             friction from 4 to 12.5 makes, below a torque sensor's fault
         excitation_memory: time constant of the excitation in enabled time [s]; that of the friction torque

@@ -29,14 +29,14 @@ OperatingPoint = Literal["measurement", "estimate"]
 
 @dataclass(frozen=True)
 class Sticking:
-    """What the filter does while the steering stands: friction leaves the balance, the torque balance is distrusted.
+    """Behaviour of the filter while the steering sticks: friction leaves the balance, the torque balance is distrusted.
 
     Without it the frozen friction acts on a standing wheel and its error goes into the self-aligning torque.
 
     Args:
         rate: below this the steering counts as standing [rad/s]; the lower limit of the gate
         torque_deviation: standard deviation of the static friction that takes the place of the dynamic one [N m]; the
-            healthy friction of the paper's car
+            fault-free friction of the paper's car
 
     Source: an addition to Table 3 of Mohtat et al., see docs/explanation/papers/friction.md.
     """
@@ -47,7 +47,7 @@ class Sticking:
 
 @dataclass(frozen=True)
 class RefinedFrictionMonitor:
-    """Estimate steering friction jointly with the self-aligning torque, and only while it can be seen.
+    """Estimate steering friction jointly with the self-aligning torque, and only while it is observable.
 
     A sample is predicted with the inputs of the sample before, as in Table 3. A missing input is held; a sample with
     any signal missing does not change the friction torque.
@@ -68,7 +68,7 @@ class RefinedFrictionMonitor:
 
     Validity: vehicle_speed above 3 m/s, dry friction. With pre-sliding (Dahl) friction the estimate is 4 to 25 %
     low for Dahl angles of 0.3 to 3 degrees, whatever the tuning.
-    Source: Mohtat et al., eqs (5) to (14) and Table 3; the presets below say what each corrects.
+    Source: Mohtat et al., eqs (5) to (14) and Table 3; the presets below state their corrections.
     """
 
     filter: GaussianFilter
@@ -110,7 +110,7 @@ class RefinedFrictionMonitor:
         return parameters
 
     def seen(self, sample: Any, estimate: FrictionEstimate) -> VerdictSample:
-        """What the verdict reads of a sample and its estimate.
+        """Input of the verdict from a sample and its estimate.
 
         This estimator has no build-up of friction, and learns neither balance nor damping: the verdict gets the
         direction of motion and neutral values in their place.
@@ -211,7 +211,7 @@ class RefinedFrictionMonitor:
         return belief, _chosen(anew, sample, state.before), where(anew, 0.0, state.running_time)
 
     def _filtered(self, memory: Any, sample: Any) -> tuple[Any, Any]:
-        """The signals after the low-pass; what is missing stays missing."""
+        """The signals after the low-pass; missing ones stay missing."""
         if self.low_pass is None:
             return memory, sample
         memory, smooth = self.low_pass.step(memory, sample)

@@ -45,7 +45,7 @@ class RollingVariance:
         counted: Annotated[float, ""]
 
     class State(NamedTuple):
-        """Samples seen of the present block, its moments, those of the window's blocks, oldest first, and merged."""
+        """Samples of the present block, its moments, those of the window's blocks, oldest first, and merged."""
 
         seen: Scalar
         present: Moments
@@ -65,7 +65,7 @@ class RollingVariance:
             )
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, _NONE, (_NONE,) * self.blocks, _NONE)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Spread]:

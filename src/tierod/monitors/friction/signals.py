@@ -1,4 +1,4 @@
-"""Signals that friction monitors read, and what the joint filter estimates of them."""
+"""Signals that friction monitors read, and the estimates of the joint filter from them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class InnovationVariance(NamedTuple):
 
 
 class FrictionEstimate(NamedTuple):
-    """What the refined monitor knows after a sample.
+    """Output of the refined monitor after a sample.
 
     Args:
         friction_torque: at the steering wheel axis
@@ -55,7 +55,7 @@ class FrictionEstimate(NamedTuple):
         self_aligning_torque: about the kingpins
         innovation, innovation_variance: of the three measurements
         nis: normalised innovation squared over the measurements that were present
-        present: how many measurements were present
+        present: number of present measurements
     """
 
     friction_torque: Annotated[float, "N*m"]

@@ -24,7 +24,7 @@ from tierod.physics.tyre import turn_slip
 
 
 class ColumnMotion(NamedTuple):
-    """What turns below the bar.
+    """Motion below the bar.
 
     Args:
         angle: [rad]
@@ -75,7 +75,7 @@ def reference_load(p: FrictionParameters, lever: Scalar) -> Scalar:
 
 
 class RoadTorques(NamedTuple):
-    """What the road does at the steering wheel, per coefficient.
+    """Torques of the road at the steering wheel, per coefficient.
 
     Args:
         aligning: lateral force of the front axle times the trail of the vehicle file [N*m]
@@ -126,8 +126,8 @@ def regressors(
     Args:
         clean: signals
         column: motion below the torsion bar
-        laws: how friction has built up, exponent 1/2, 1 and 2
-        mean: what is known of the coefficients, for the load of the gear
+        laws: build-up of friction, exponent 1/2, 1 and 2
+        mean: estimate of the coefficients, for the load of the gear
         parameters: of the vehicle
         reference_load: for which friction is stated [N*m]
     """
@@ -186,7 +186,7 @@ def road_torques(clean: ConditionedSteering, column: ColumnMotion, p: FrictionPa
 
 
 def _load(road: RoadTorques, mean: Coefficients) -> Scalar:
-    """Torque [N*m] that presses gear and joints together, by what is known of the coefficients."""
+    """Torque [N*m] that presses gear and joints together, by the present estimate of the coefficients."""
     aligning = (mean.aligning_gain + mean.trail_drop * absolute(road.aligning)) * road.aligning
     return aligning + mean.weight_lever * road.weight + mean.turn_slip * road.turn_slip + mean.drive_share * road.drive
 

@@ -66,13 +66,13 @@ def _known(vehicle: Vehicle, name: str) -> bool:
 
 @dataclass(frozen=True)
 class GainLimits:
-    """When a torque's gain is wrong.
+    """Limits beyond which a torque's gain is wrong.
 
     Args:
         slowest: speed from which assist is compared [m/s]; a standing car is parked against its stops
-        smallest: driver's torque that says something of assist [N*m]
+        smallest: driver's torque that holds information on assist [N*m]
         seconds: of such driving that is needed [s]
-        deviation: what the characteristic may leave of the motor's torque, root mean square, relative [-]; fault-free
+        deviation: residual of the characteristic in the motor's torque, root mean square, relative [-]; fault-free
             drives leave 0.04 to 0.17: with more the map is not that of this car
         ratio: factor by which the motor's torque over the driver's may be off [-]; sensors of 10 % and offsets gave
             0.85 to 1.06 in 12 fault-free drives; worn sensors whose gains differ by 30 % gave 0.58
@@ -89,7 +89,7 @@ class GainLimits:
 
 @dataclass(frozen=True)
 class TorqueGains:
-    """What a drive says.
+    """Gains of the torques over a drive.
 
     Args:
         driver, motor: gain of each torque, against the characteristic
@@ -164,7 +164,7 @@ class GainsOverDrive:
         return kept
 
     def found(self) -> TorqueGains | None:
-        """The gains; None where the drive or the vehicle file do not say."""
+        """The gains; None where the drive or the vehicle file lack the data for them."""
         if self._map is None or self._count * STRIDE / self._rate < self.limits.seconds:
             return None
         matrix, right = self._sums[:-1, :-1], self._sums[:-1, -1]
@@ -185,7 +185,7 @@ class GainsOverDrive:
         return np.outer(size, size)
 
     def defects(self) -> tuple[Defect, ...]:
-        """Which torque has a wrong gain."""
+        """Defects of torques with a wrong gain."""
         found = self.found()
         if found is None:
             return ()

@@ -36,7 +36,7 @@ class VarianceParameters:
         column_inertia: J_eq [kg m^2]
         column_damping: B_eq [N m s/rad], greater than zero
         motor_ratio: turns of the motor per turn of the wheel, n []
-        nominal_friction: T_f of the healthy steering, known to the observer [N m]
+        nominal_friction: T_f of the fault-free steering, known to the observer [N m]
         sample_time: dt [s]
     """
 
@@ -56,7 +56,7 @@ class VarianceParameters:
 
 @dataclass(frozen=True)
 class VarianceGate:
-    """Where the linear single track is trusted.
+    """Gate that opens where the linear single track is valid.
 
     Source: Mohtat et al., section 4.2. On simulated drives this opens 2.7 % of the time (printed: 36 %).
 
@@ -91,13 +91,13 @@ class AligningTorqueObserver(NamedTuple):
 
 
 class VarianceOutput(NamedTuple):
-    """What the baseline monitor knows after a sample.
+    """Output of the baseline monitor after a sample.
 
     Args:
         external_torque: self-aligning torque from the motion of the vehicle, eq (1)
         internal_torque: self-aligning torque from the column, eq (2)
         variance: of their difference over the window
-        samples: how many samples the variance rests on
+        samples: number of samples that the variance rests on
         ready: 1 where these are enough
         enabled: 1 where the sample counted
         fault: 1 where the variance lies above the threshold
@@ -254,12 +254,12 @@ class VarianceFrictionMonitor:
 
 
 def calibrated(monitor: VarianceFrictionMonitor, healthy: Sequence[Result], quantile: float) -> VarianceFrictionMonitor:
-    """The monitor with its threshold from drives of the healthy car.
+    """The monitor with its threshold from drives of the fault-free car.
 
     Args:
         monitor: that was run on the drives
-        healthy: what it gave
-        quantile: share of the healthy windows that stays below the threshold, 0.5 to 1 (1 takes the largest)
+        healthy: its outputs
+        quantile: share of the fault-free windows that stays below the threshold, 0.5 to 1 (1 takes the largest)
 
     Raises:
         ParameterError: a quantile out of range

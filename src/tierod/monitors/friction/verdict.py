@@ -37,7 +37,7 @@ Fault-free driving has below 0.01 (simulated); a recorded minute under lane keep
 
 @dataclass(frozen=True)
 class FrictionLimits:
-    """What a car's friction is judged against, named as in a vehicle file.
+    """Limits of a car's friction, named as in a vehicle file.
 
     Args:
         nominal_friction: of the fault-free steering [N*m]
@@ -112,7 +112,7 @@ class FrictionVerdict:
         return cls(limits, sample_time=sample_time, learnt_level=learnt_level, learnt_deviation=learnt_deviation)
 
     def init(self) -> State:
-        """Nothing seen, nothing learnt but what was handed in."""
+        """State before the first sample, with nothing learnt but the given baseline."""
         own = LearntBaseline(0.0, 0.0, 0.0)
         if self.learnt_level is not None:
             own = LearntBaseline(self.learnt_level, self.learnt_deviation, self.tuning.learning_time)
@@ -177,7 +177,7 @@ class FrictionVerdict:
         )
 
     def _obstacles(self, figures: FrictionFigures, sample: VerdictSample) -> Obstacles:
-        """What withholds a verdict after this sample."""
+        """Obstacles to a verdict after this sample."""
         tuning, friction, gain = self.tuning, sample.friction_torque, sample.aligning_gain
         settled, enough = figures.settled_seconds > 0.0, figures.enabled_seconds >= tuning.ready_time
         positive, factor = both(friction > 0.0, gain > 0.0), tuning.largest_aligning_factor
@@ -229,7 +229,7 @@ class FrictionVerdict:
         return figures._replace(**counted, unfit_seconds=where(enabled, unfit, figures.unfit_seconds))
 
     def _cautious(self, friction: Scalar, deviation: Scalar) -> Scalar:
-        """Friction less what the torques' gain and the estimate may be off: it is held against absolute limits."""
+        """Friction less the possible error by the torques' gain and the estimate, for absolute limits."""
         gain = self.tuning.gain_deviation * friction
         return friction - self.tuning.confidence * sqrt(deviation * deviation + gain * gain)
 
@@ -304,7 +304,7 @@ class FrictionVerdict:
         judged: Scalar,
         now: Scalar,
     ) -> Onset:
-        """When friction was last unsuspicious by either measure, and which of them alarms."""
+        """Times at which friction was last unsuspicious by either measure, and which of them alarms."""
         near = both(judged, ratio < self.tuning.onset_ratio)
         return Onset(
             where(near, now, onset.relative),

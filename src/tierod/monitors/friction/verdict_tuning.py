@@ -1,4 +1,4 @@
-"""When the verdict on friction alarms, and when it is withheld: every limit with its reason."""
+"""Conditions of the verdict on friction for an alarm and for a withheld verdict: every limit with its reason."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tierod.methods.detectors import Cusum
 
 @dataclass(frozen=True)
 class AlarmTuning:
-    """When an excess becomes an alarm.
+    """Conditions under which an excess becomes an alarm.
 
     Args:
         ready_time: enabled time before any verdict [s]; 50 as printed by Mohtat et al., section 5
@@ -19,13 +19,13 @@ class AlarmTuning:
             the estimate (1 to 2 % over a drive, simulated) and is over after six minutes of mixed driving
         shortest_learning: the ratio speaks from here on [s]; one time constant of the estimator
         learning_tolerance: while friction is above the learnt level by more than this share, nothing is learnt [-];
-            twice what healthy drives with scatter reached. Nor is anything learnt above the limit of rising friction
-        rising_ratio, fault_ratio: of friction to the baseline [-]; 1.2 and 1.6. Healthy drives with scatter
+            twice what fault-free drives with scatter reached. Nor is anything learnt above the limit of rising friction
+        rising_ratio, fault_ratio: of friction to the baseline [-]; 1.2 and 1.6. Fault-free drives with scatter
             stayed within 0.96 to 1.05
         wander: standard deviation of a fault-free car's estimate about its baseline, as a share of it [-]: the unit of
             the distance from a limit. 0.036 in wind, ruts and banked bends, the worst of fault-free cars (24 drives);
             0.008 on usual roads (48 cars, simulated)
-        excess: how long times how far a limit must be exceeded, as a share of the limit [s]: 0.25 is 10 % for 2.5 s or
+        excess: time integral of the excess over a limit, as a share of the limit [s]: 0.25 is 10 % for 2.5 s or
             50 % for 0.5 s. Larger alarms later and rides out longer excursions; see `RISING_DESIGN` for what it costs
         ceiling: the excess counted is held to this [s], so an alarm ends that soon after friction is back
         gain_deviation: standard deviation of the torques' common gain, relative [-]; two torques of 10 % each, the
@@ -33,12 +33,12 @@ class AlarmTuning:
         confidence: standard deviations that friction must be above an absolute limit, and that a level handed in is
             raised by [-]. With 1, and limits 1.2 times nominal, one fault-free car in 14 000 is "rising" at a gain
             deviation of 8 %
-        onset_ratio: a change is said to have begun when friction was last below this multiple of the level [-]
+        onset_ratio: onset of a change is when friction was last below this multiple of the level [-]
         largest_deviation: standard deviation over friction above which the value is withheld [-]; half of the smallest
             change to be seen is 0.1, with a reserve for poor roads
         smallest_excitation: mean build-up of friction below which it cannot be separated from stiffness [-]; simulated
             strokes shorter than the Dahl angle give 0.3, usual roads 0.8 to 0.95
-        largest_residual: what the torque balance may leave open (root mean square), as a share of friction [-]. Where
+        largest_residual: residual allowed in the torque balance (root mean square), as a share of friction [-]. Where
             it leaves more than `fitting_misfit` allows, 63 fault-free drives without a step (50 ms of delay and unknown
             laws among them) gave at most 0.10, and with gusts and ruts 0.21 for 19 s; a wrong sign of the rate gives
             0.36 to 0.54, a yaw rate in degrees 0.13 to 0.29, no lateral acceleration 0.15 to 0.27, simulated

@@ -1,1 +1,1 @@
-"""What all monitors share: running over a recording, checks of the inputs, judged time, contradictions, baseline."""
+"""Common parts of all monitors: running over a recording, checks of inputs, judged time, contradictions, baseline."""

@@ -1,4 +1,4 @@
-"""Whether a monitor takes a recording: what it refuses, before it runs and with its first piece."""
+"""Acceptance of a recording by a monitor: grounds of refusal, before it runs and with its first piece."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recordin
     """Refuse a recording without a signal that the monitor needs, or with one in counts where a torque is needed.
 
     Args:
-        monitor: what judges
+        monitor: the judging monitor
         vehicle: whose torques may be counts; None where none is given
         piece: the first one of the recording, with all derived signals
 
@@ -47,7 +47,7 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recordin
 
 
 def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None:
-    """Raw counts are judged only as torques of a vehicle whose file says so: taken as N*m, any verdict is wrong."""
+    """Raw counts are judged only as torques of a vehicle whose file allows it: taken as N*m, any verdict is wrong."""
     for name in monitor.required:
         torque = SIGNALS[name].unit == "N*m"
         if piece[name].unit == COUNT and (vehicle.calibrated or not torque):
@@ -59,7 +59,7 @@ def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None
 
 
 def _in_their_place(monitor: Monitor, missing: list[str]) -> str:
-    """What other variants take in place of the missing signals, as sentences."""
+    """Signals that other variants take in place of the missing ones, as sentences."""
     sentences = ""
     for variant in monitor.variants.values():
         needed = monitor.needing(variant).required
@@ -70,7 +70,7 @@ def _in_their_place(monitor: Monitor, missing: list[str]) -> str:
 
 
 def _with_ingredients(name: str) -> str:
-    """The signal, and what it could be made from."""
+    """The signal, and those that it could be made from."""
     made_from = RECIPES[name].needs if name in RECIPES else ()
     return f"{name} (or {' and '.join(made_from)})" if made_from else name
 

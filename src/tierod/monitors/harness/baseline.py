@@ -1,4 +1,4 @@
-"""What a monitor learnt of one very vehicle, kept from recording to recording."""
+"""Baseline of one individual vehicle that a monitor learnt, kept from recording to recording."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def load_baseline(path: str | Path) -> Baseline:
 
 
 def _level(text: str) -> Baseline:
-    """The level in the text of a file; ValueError says in words why there is none."""
+    """The level in the text of a file; ValueError states in words why there is none."""
     if not text.strip():
         raise ValueError("it is empty")
     document = json_document(text)

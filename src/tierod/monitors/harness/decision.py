@@ -1,4 +1,4 @@
-"""What a monitor decides, and how seldom falsely: declared, shown to users, and checked against what runs."""
+"""Decisions of a monitor, and their false alarm rates: declared, shown to users, and checked against what runs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Unit = Literal["h", "recording", "car"]
 
 @dataclass(frozen=True)
 class Demonstrated:
-    """What was observed on healthy data that no threshold was tuned on.
+    """Observations on fault-free data that no threshold was tuned on.
 
     Args:
         observed: hours, recordings or cars
@@ -33,11 +33,11 @@ class Demonstrated:
 
     @property
     def most(self) -> float:
-        """Upper 95 % bound of the rate, false alarms per unit observed: three over what was observed where none was."""
+        """Upper 95 % bound of the rate, false alarms per unit observed: three over the observed time without any."""
         return gamma_quantile(self.alarms + 1.0, 0.95) / self.observed
 
     def stated(self, unit: Unit) -> str:
-        """In words: what was seen and what that shows."""
+        """In words: the observed time and its bound."""
         amount = f"{self.observed:.3g} h" if unit == "h" else f"{self.observed:.0f} {unit}s"
         seen = {0: "none", 1: "one"}.get(self.alarms, str(self.alarms))
         return f"{seen} in {amount}, so fewer than {self.most:.2g} per {unit} at 95 %"
@@ -45,7 +45,7 @@ class Demonstrated:
 
 @dataclass(frozen=True)
 class OwnRule:
-    """Numbers of a part that decides by its own rule: what no fault-free part can do, or a count of such events.
+    """Numbers of a part that decides by its own rule: bounds of a fault-free part, or a count of such events.
 
     Args:
         stated: the rule in words, with these numbers
@@ -61,17 +61,17 @@ class Decision:
     """One way in which a monitor turns a number into a statement: residual, distance, stopping rule.
 
     Args:
-        name: what is decided
-        distance: what the rule sees, and what that is measured in
+        name: of the decision
+        distance: statistic of the rule, and its unit
         rule: the block of `tierod.methods.detectors` that decides, with its threshold, or `OwnRule`
         place: where it is in a session, attribute by attribute ("block.verdict.alarm"); "" for the session itself
         mean_time_between_false_alarms: that it is designed for [unit]; None where only `demonstrated` is known
-        demonstrated: on healthy data; None where nothing was observed
+        demonstrated: on fault-free data; None where nothing was observed
         source: where the design was made and measured
         unit: "h", or "recording" or "car" for a rule that looks once at each
         design: from which the threshold follows; None where there is no statistic to design with
         statistic: trace of the report that the rule compares; "" where there is none
-        levels: thresholds in the unit of that trace, or of the value that one look at a recording sees
+        levels: thresholds in the unit of that trace, or of the value that one look at a recording tests
         level: where a session has the threshold, attribute by attribute, where the vehicle file gives it; "" elsewhere
         below: whether the rule acts below its levels; else it acts above positive ones and below negative ones
     """
@@ -107,7 +107,7 @@ class Decision:
 
     @property
     def false_alarms_told(self) -> str:
-        """In words: what it was designed for, and what was shown."""
+        """In words: the designed rate, and the demonstrated one."""
         shown = self.demonstrated.stated(self.unit) if self.demonstrated else "nothing observed"
         if self.mean_time_between_false_alarms is None:
             return f"demonstrated: {shown}" if self.demonstrated else shown
@@ -125,7 +125,7 @@ class Decision:
         return attrgetter(self.place)(session) if self.place else session
 
     def departures(self, session: Any) -> tuple[str, ...]:
-        """What of the rule is not in effect in a session as it is declared; empty where all is."""
+        """Departures of a session from the rule as declared; empty where there are none."""
         try:
             part = self.part_of(session)
         except AttributeError:

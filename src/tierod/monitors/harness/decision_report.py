@@ -1,4 +1,4 @@
-"""Decisions of a session for a report: how far each came, when it passed its threshold, and what its design trades."""
+"""Decisions of a session for a report: their statistics, when each passed its threshold, and its trade-off."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tierod.monitors.harness.decision import Decision
 
 
 class Passing:
-    """Follows what every decision of a session compares, piece by piece.
+    """Follows the statistics of every decision of a session, piece by piece.
 
     Args:
         decisions: those without a statistic are left out
@@ -71,12 +71,12 @@ def decided(
     reached: Mapping[str, float] = MappingProxyType({}),
     passed: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Decided, ...]:
-    """What a report states of the decisions of a session; those of parts that the vehicle lacks are left out.
+    """Decisions of a session for its report; those of parts that the vehicle lacks are left out.
 
     Args:
         decisions: of the variant
         session: that takes them
-        reached: how far each came, by name
+        reached: furthest statistic of each, by name
         passed: when each was first beyond its threshold [s], by name
     """
     return tuple(
@@ -99,7 +99,7 @@ def decided(
 
 
 def curve_of(decision: Decision) -> Curve | None:
-    """What the design of a rule trades: delay against false alarms, or chances to find over the size for one look."""
+    """Trade-off in the design of a rule: delay against false alarms, or chances to find over the size for one look."""
     design = decision.design
     if design is None:
         return None

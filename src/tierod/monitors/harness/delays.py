@@ -24,7 +24,7 @@ SPAN = 20
 
 @dataclass(frozen=True)
 class Lag:
-    """How one signal follows another.
+    """Lag of one signal behind another.
 
     Args:
         delay: of the second against the first; negative where the first is late [s]
@@ -74,7 +74,7 @@ class LagOverDrive:
         self._delays.append((_peak(cross)[0], power))
 
     def found(self) -> Lag | None:
-        """What the drive says; None where it was too short or the signals do not follow each other."""
+        """Lag over the drive; None where it was too short or the signals do not follow each other."""
         norm, slow = math.sqrt(self._powers.prod()), self._slow
         if len(self._delays) < 2 or not norm > 0.0:
             return None
@@ -94,7 +94,7 @@ class LagOverDrive:
 
 
 def _change(values: np.ndarray) -> np.ndarray:
-    """Change over SPAN samples: a steady turn says nothing of a delay, and offsets vanish."""
+    """Change over SPAN samples: a steady turn holds no information on a delay, and offsets vanish."""
     change: np.ndarray = values[SPAN:] - values[:-SPAN]
     return change
 

@@ -55,7 +55,7 @@ class InputChecks:
         Args:
             whole: the piece that they were taken from
             start: of the recording [s]
-            usable: what the monitor takes, without what is stuck
+            usable: input of the monitor, without stuck signals
         """
         self._there.update(name for name in usable.names if name in whole)
         self.judged.add(usable, self._there)
@@ -63,7 +63,7 @@ class InputChecks:
         self.defects.add(whole, start, float(usable.time[-1]), self.stuck.spans())
 
     def limited(self, conclusion: Conclusion, contradictions: Sequence[str]) -> Conclusion:
-        """The conclusion, with what is wrong with its signals, and with what of the recording was judged at all.
+        """The conclusion, with the defects of its signals, and with the judged part of the recording.
 
         Args:
             conclusion: of the session
@@ -85,7 +85,7 @@ class InputChecks:
     def warned(
         self, finding: Finding, contradictions: Sequence[str], metadata: Mapping[str, Any], judged_as: str
     ) -> Finding:
-        """The finding with what a reader must know of vehicle and recording besides.
+        """The finding with the notices that a reader needs on vehicle and recording besides.
 
         Args:
             finding: of the monitor

@@ -33,7 +33,7 @@ class Relation:
         first, second: signals that make them; the first of each is blamed for a delay
         smallest: root mean square of the first quantity's change in 0.4 s that is needed [its unit]
         earliest, latest: delay of the second that fault-free cars and slow messages explain [s]
-        gain: factor by which second over first may be off 1; infinite where cars differ too much to say
+        gain: factor by which second over first may be off 1; infinite where cars differ too much for a limit
         words: the second quantity and the first, for messages
         quantities: both, from the signals by name, (n,) each
     """
@@ -53,7 +53,7 @@ CHARACTERISTIC_SPEED = 22.0
 
 
 def _turned(block: Mapping[str, np.ndarray]) -> np.ndarray:
-    """What the yaw rate of a usual car is proportional to."""
+    """Quantity that the yaw rate of a usual car is proportional to."""
     speed = block["vehicle_speed"]
     turned: np.ndarray = block["steering_wheel_angle"] * speed / (1.0 + (speed / CHARACTERISTIC_SPEED) ** 2)
     return turned
@@ -184,7 +184,7 @@ class InputDefects:
             _count(high, seen, max, slice(-LEVELS, None))
 
     def found(self, units: Mapping[str, str] | None = None) -> tuple[Defect, ...]:
-        """What is wrong.
+        """Defects of the inputs.
 
         Args:
             units: of the signals in the recording, for the sentences
@@ -303,7 +303,7 @@ def contradicted(finding: Finding, contradictions: Sequence[str], monitor: Monit
 
 
 def _named_first(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding:
-    """The finding that identified nothing, with what is known of its signals before what followed from it."""
+    """The finding that identified nothing, with the defects of its signals before those that followed from them."""
     new = [each for each in why if each not in finding.cause]
     if not new:
         return finding

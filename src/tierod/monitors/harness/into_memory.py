@@ -21,7 +21,7 @@ RATE = 10.0
 
 
 class MemoryFeed:
-    """Collects what a fault memory wants of one run of a monitor; the memory is read again and written at the end.
+    """Collects a run's entries for a fault memory; the memory is read again and written at the end.
 
     Args:
         path: of the memory's file; it need not exist

@@ -1,4 +1,4 @@
-"""Until when a recording was judged: a verdict says nothing of what came after its signals were lost."""
+"""Judged part of a recording: a verdict does not cover the time after its signals were lost."""
 
 from __future__ import annotations
 

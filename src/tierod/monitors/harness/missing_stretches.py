@@ -67,12 +67,12 @@ class MissingStretches:
             self._seen[name] = float(time[np.flatnonzero(there)[-1]])
 
     def _keep(self, name: str, start: float, end: float, count: int) -> None:
-        """Note a stretch; its length is counted in samples, for what was recorded of no signal is skipped."""
+        """Note a stretch; its length is counted in samples, for time in which no signal was recorded is skipped."""
         if count / self.rate > LEAST and len(self._kept[name]) < MOST:
             self._kept[name].append((start, end, count / self.rate))
 
     def warnings(self, rates: Mapping[str, float], others: Collection[str] = ()) -> tuple[str, ...]:
-        """Which signal was missing when, and what that means for the verdict.
+        """Warnings about signals that were missing: when, and what that means for the verdict.
 
         Args:
             rates: at which the signals come [Hz]

@@ -1,4 +1,4 @@
-"""Which shipped vehicle a recording says it was made with."""
+"""Shipped vehicle that a recording names as its own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a monitor reads and estimates, sample by sample, for those who go on with it: substitutes, estimates, states."""
+"""Inputs and estimates of a monitor, sample by sample, for further use: substitutes, estimates, states."""
 
 from __future__ import annotations
 

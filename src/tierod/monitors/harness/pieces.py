@@ -1,4 +1,4 @@
-"""A recording piece by piece, and how the pieces are joined again so that no cut is seen."""
+"""A recording piece by piece, and the joining of the pieces so that no cut has an effect."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ work grows with the samples, not with their stamps."""
 
 
 class Stretch(NamedTuple):
-    """A stretch of time to be judged [s]: from where the last one ended, or where `skip_to` says, until `stop`."""
+    """A stretch of time to be judged [s]: from the end of the last one, or from `skip_to`, until `stop`."""
 
     skip_to: float
     stop: float
@@ -133,7 +133,7 @@ class Silence:
         self._judged = 0.0
 
     def stretches(self, stamps: Iterable[np.ndarray], begin: float, stop: float) -> Iterator[Stretch]:
-        """What of a piece is judged, in the order of time; the result does not depend on how the recording is cut.
+        """Stretches of a piece to judge, in the order of time; the result does not depend on how the recording is cut.
 
         Args:
             stamps: of every signal of the piece [s]

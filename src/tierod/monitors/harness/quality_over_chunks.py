@@ -1,4 +1,4 @@
-"""Data quality of a recording that is seen piece by piece."""
+"""Data quality of a recording that is read piece by piece."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class QualityOverChunks:
         return {name: row.rate for name, row in self._rows.items()}
 
     def contradictions(self) -> tuple[str, ...]:
-        """Which signal has probably the wrong sign, or which of them the wrong unit, beside the others."""
+        """Signals that have probably the wrong sign, or the wrong unit, beside the others."""
         if not len(self._reduced):
             return ()
         table = self._reduced.values
@@ -82,7 +82,7 @@ class QualityOverChunks:
         return (*sign_warnings(together), *turn_warnings(together))
 
     def range_warnings(self) -> tuple[str, ...]:
-        """Which signal leaves its plausible range: with a wrong unit no verdict is worth anything."""
+        """Signals that leave their plausible range: with a wrong unit no verdict is worth anything."""
         return tuple(
             f"{name}: {remark}"
             for name, row in self._rows.items()
@@ -115,7 +115,7 @@ class QualityOverChunks:
         return all(name in self._rows and np.isfinite(self._rows[name].rate) for name in names)
 
     def refuse_unusable(self, required: Iterable[str]) -> None:
-        """Stop where a signal says nothing in the whole recording.
+        """Stop where a signal has no valid value in the whole recording.
 
         Raises:
             InputError: a required signal is missing or constant throughout

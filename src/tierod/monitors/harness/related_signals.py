@@ -1,4 +1,4 @@
-"""Which signals of a car move together, so that one of them shows that another is stuck."""
+"""Related signals of a car, which move together, so that one of them shows that another is stuck."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def witnesses(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def is_ordered(name: str) -> bool:
-    """Whether a signal may rest at will: a request, or what no sensor measures."""
+    """Whether a signal may rest at will: a request, or a quantity that no sensor measures."""
     return any(part in name for part in ORDERED)
 
 

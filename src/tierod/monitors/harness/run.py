@@ -1,4 +1,4 @@
-"""One monitor at work on one recording, piece by piece; what it found is put together at the end."""
+"""Run of one monitor over one recording, piece by piece; its results are put together at the end."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ class Run:
     """One monitor over one recording, piece by piece; the result does not depend on how the recording is cut.
 
     Args:
-        monitor: what is watched
-        variant: how it is watched
+        monitor: of the run
+        variant: of the monitor
         vehicle: that the recording is judged as
         baseline: of this car; the monitor learns one where not given
         memory: path of the fault memory that takes the recording as one operation cycle
@@ -181,7 +181,7 @@ class Run:
             self._spread = self._uncertain.spread()
 
     def _judge(self, whole: Recording, begin: float, stop: float) -> None:
-        """Judge what follows on what was judged already, up to a time."""
+        """Judge the samples after those judged already, up to a time."""
         waiting: list[tuple[Aligned, Aligned]] = []
         count = 0
         for aligned in self._grid(whole, begin, stop):
@@ -194,7 +194,7 @@ class Run:
         self._absorb(waiting, whole)
 
     def _grid(self, whole: Recording, begin: float, stop: float) -> Iterator[Aligned]:
-        """What is judged of a piece, on the grid of the monitor, in the order of time."""
+        """Samples of a piece to judge, on the grid of the monitor, in the order of time."""
         assert self._start is not None
         stamps = [whole[name].time for name in self.session.signals if name in whole]
         for skip_to, end in self._silence.stretches(stamps, begin, stop):
@@ -206,7 +206,7 @@ class Run:
                 yield aligned
 
     def _aligned(self, whole: Recording, stop: float) -> Aligned:
-        """What follows on what was judged already, no more than CHUNK of it: a long piece must fit into memory."""
+        """Samples after those judged already, no more than CHUNK of them: a long piece must fit into memory."""
         assert self._start is not None
         start = self._start + self._steps / self.monitor.rate
         return whole.align(
@@ -218,7 +218,7 @@ class Run:
         )
 
     def _absorb(self, parts: Sequence[tuple[Aligned, Aligned]], whole: Recording) -> None:
-        """What follows on what was judged already, as it was recorded and without what is stuck."""
+        """Absorb the samples after those judged already, as they were recorded and without those that are stuck."""
         if not parts:
             return
         aligned, usable = (together(each) for each in zip(*parts, strict=True))
@@ -267,7 +267,7 @@ class Run:
         return diagnosis
 
     def _concluded(self) -> tuple[Conclusion, tuple[ParameterEffect, ...]]:
-        """What the session concludes, with the spread of the parameters, and what these do to it."""
+        """Conclusion of the session, with the spread of the parameters, and their effects on it."""
         conclusion = self.session.conclude()
         if self._uncertain is None or self._spread is None:
             return conclusion, ()

@@ -1,4 +1,4 @@
-"""What a monitor brings so that it can be run over recordings of any length."""
+"""Session of a monitor, which runs over recordings of any length."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class StatusChange(NamedTuple):
 
 @dataclass(frozen=True)
 class Conclusion:
-    """What a session says at the end of a recording.
+    """Conclusion of a session at the end of a recording.
 
     Args:
         finding: the verdict
@@ -39,14 +39,14 @@ class Conclusion:
         loops: name -> (angle [rad], torque)
         consistency: figures of the innovations by name
         parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
-        baseline: what was learnt of this vehicle and may be kept as its fault-free state; None where nothing was or may
-        remarks: how to read a part of the report: "estimate" or "consistency" -> a sentence or two
+        baseline: learnt parameters of this vehicle that may be kept as its fault-free state; None where there are none
+        remarks: hints for parts of the report: "estimate" or "consistency" -> a sentence or two
         withheld: traces that a report must not show, since their value was withheld
         course: the running verdict from change to change; empty for a monitor that judges a recording as a whole
         code_courses: the same for single trouble codes by name, of a monitor that distinguishes several faults
         elements: state of every sensor and actuator, of a monitor that judges several
         defects: of its input signals, over the whole drive
-        distances: by the name of a decision that looks once at a recording, what it saw
+        distances: by the name of a decision that looks once at a recording, its statistic
     """
 
     finding: Finding
@@ -150,7 +150,7 @@ class BlockSession(ABC):
 
     @abstractmethod
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Keep what the conclusion needs of one piece: time [s], signals by name, outputs, (n,) each."""
+        """Keep the part of one piece that the conclusion needs: time [s], signals by name, outputs, (n,) each."""
 
     @abstractmethod
     def conclude(self) -> Conclusion:
@@ -233,7 +233,7 @@ class Monitor:
         subjects: signals whose faults it judges itself, so that it must see them stuck as well
         reaction: time that it needs to find a fault [s]; where required signals are lost for longer at the end of a
             recording, that is not healthy
-        condition: what the recording must be and no channel shows, as a half-sentence after "if"; "" where any will do
+        condition: requirement that no channel shows, as a half-sentence after "if"; "" where any will do
         learns: whether it learns a baseline of the vehicle, which later recordings are judged against
     """
 
@@ -259,7 +259,7 @@ class Monitor:
         return self if variant.required is None else replace(self, required=variant.required)
 
     def variant_for(self, recording: Recording) -> Variant | None:
-        """The default where the recording has what it needs, else the first variant of which that holds, or None.
+        """The default where the recording fits it, else the first variant that it fits, or None.
 
         Args:
             recording: the whole, or the first piece of it, with its derived signals

@@ -93,7 +93,7 @@ class StuckOverDrive:
         return replace(aligned, values=values)
 
     def spans(self) -> tuple[Stuck, ...]:
-        """When which signal was stuck, in the order of time."""
+        """Times in which signals were stuck, in the order of time."""
         return tuple(sorted((*self._closed, *self._open.values()), key=lambda each: (each.start, each.name)))
 
     def lasting(self) -> Mapping[str, Stuck]:
@@ -101,7 +101,7 @@ class StuckOverDrive:
         return dict(self._open)
 
     def warnings(self, units: Mapping[str, str]) -> tuple[str, ...]:
-        """What a reader must know: which signal is stuck, from when to when, at which value.
+        """Warnings for a reader: which signal is stuck, from when to when, at which value.
 
         Args:
             units: of the signals in the recording

@@ -164,7 +164,7 @@ class StuckSignals:
         return all(name in self.all_names for name in names)
 
     def init(self) -> State:
-        """No signal has been seen yet."""
+        """State before the first sample."""
         pairs = 2 * len(self.rates) + len(self.turns) + len(self.speeds) + len(self.followers) + len(self.steered)
         none = (Contradiction(0.0, 0.0, 0.0),) * pairs
         return self.State((NEW,) * len(self.all_names), none, (0.0,) * len(self.rates), 0.0, 0.0)

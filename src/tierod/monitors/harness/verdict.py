@@ -1,4 +1,4 @@
-"""Findings in the form that all monitors share: withheld for a reason, or doubted for what is wrong with the inputs."""
+"""Findings in the form that all monitors share: withheld for a reason, or doubted for defects of the inputs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Obstacle(NamedTuple):
     Args:
         status: that it gives
         cause: half a sentence
-        action: what to do about it
+        action: the remedy
     """
 
     status: Status
@@ -35,7 +35,7 @@ def withheld(
 
     Args:
         monitor: name of monitor and variant
-        subject: what is watched, with a capital letter: begins the headline
+        subject: watched element, with a capital letter: begins the headline
         obstacles: at least one, the decisive one first
         evidence: figures that are known all the same
         warnings: beside it

@@ -1,4 +1,4 @@
-"""What the lock-to-lock test decides, and how its threshold was designed."""
+"""Decisions of the lock-to-lock test, and the design of its threshold."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ SIGNALS_USED = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", 
 
 @dataclass(frozen=True)
 class IncreaseLimits:
-    """What an increase over the unfaulted loop means, named as in a vehicle file.
+    """Limits of an increase over the unfaulted loop, named as in a vehicle file.
 
     Args:
         nominal_friction, rising_friction, fault_friction: the limits, whose distances to nominal judge an increase
@@ -61,10 +61,10 @@ class IncreaseLimits:
 
 @dataclass(frozen=True)
 class GroundSuspicion:
-    """When a test that is called one on the hoist looks like one on the ground.
+    """Limits beyond which a test that is called one on the hoist looks like one on the ground.
 
     Args:
-        noticeable_friction: that a driver feels [N*m]
+        noticeable_friction: that a driver notices [N*m]
         ratio: to it, above which the tyres probably scrub [-]. Faults reach 1.1 (12.5 N·m, Mohtat et al., Table 1), the
             fault-free car on the ground 2.6 (simulated); between them
     """
@@ -73,7 +73,7 @@ class GroundSuspicion:
     ratio: Annotated[float, ""] = 1.7
 
     def warnings(self, friction: float) -> tuple[str, ...]:
-        """What to say of a friction found on the hoist [N m]."""
+        """Warnings about a friction found on the hoist [N m]."""
         if not friction > self.ratio * self.noticeable_friction:
             return ()
         return (
@@ -117,7 +117,7 @@ class HysteresisSession:
         return {}
 
     def conclude(self) -> Conclusion:
-        """The friction of the loop, and what it means."""
+        """The friction of the loop, and its judgement."""
         found = self.identification.identify(self._recording(), self.support)
         level = Baseline(
             self.vehicle.name, self.name, found.friction_torque, found.standard_deviation, "N*m",

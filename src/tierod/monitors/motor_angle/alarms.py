@@ -1,4 +1,4 @@
-"""The alarms of the motor angle's monitor: what each means, and the courses of their trouble codes over a drive."""
+"""The alarms of the motor angle's monitor: the meaning of each, and the courses of their trouble codes over a drive."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Alarm(NamedTuple):
         name: of its output
         decision: that raises it
         code: trouble code that stands for it
-        cause: what it means
-        action: what to do
+        cause: its meaning
+        action: the remedy
     """
 
     name: str

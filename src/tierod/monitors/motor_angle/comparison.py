@@ -70,7 +70,7 @@ class ResidualGate:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, self.spacing, self.holding.init())
 
     def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
@@ -95,11 +95,11 @@ class ResidualGate:
 
 @dataclass(frozen=True)
 class SensorComparison:
-    """What the observer indicates about the sensor: sums of the differences of angle and speed, and two more tests.
+    """Comparison of the sensor with the observer: sums of the differences of angle and speed, and two more tests.
 
     Args:
         gate: when the difference counts
-        increments: what both gain over a window
+        increments: of both over a window
         stuck: whether the sensor stands still while the observer turns
         backwards: sum of windows in which the sensor turns against the observer, less those with it
         angle, speed: sums of the differences of angle and of speed
@@ -125,7 +125,7 @@ class SensorComparison:
         speed: Cusum.State
 
     class Output(NamedTuple):
-        """Whether the difference counts, the sums, what both gain, 1 while a test alarms, and what two tests see.
+        """Whether the difference counts, the sums, both gains, 1 while a test alarms, and the statistics of two tests.
 
         `early` is 1 while the observer still learns; `complete` where a window ends over which both gains are known.
         """
@@ -147,7 +147,7 @@ class SensorComparison:
         turned_meanwhile: Annotated[Scalar, "rad"]
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(
             self.gate.init(),
             self.increments.init(),

@@ -1,4 +1,4 @@
-"""What the monitor of the motor's angle decides, and how its thresholds were designed."""
+"""Decisions of the monitor of the motor's angle, and the design of their thresholds."""
 
 from __future__ import annotations
 

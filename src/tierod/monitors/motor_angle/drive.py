@@ -1,4 +1,4 @@
-"""What is collected over a drive of the motor: time in which its angle was known, residuals, gains, what was learnt."""
+"""Results over a drive of the motor: time with a known angle, residuals, gains, learnt parameters."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ KNEE_REACHED = 0.95
 
 
 class InverterLoss(NamedTuple):
-    """What the inverter was found to take from its command.
+    """Voltage loss of the inverter, estimated against its command.
 
     Args:
         voltage_loss: of a phase far above the knee
@@ -56,7 +56,7 @@ class InverterLoss(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """What was collected over a drive.
+    """Results over a drive.
 
     Args:
         seconds, known: of the drive, and of these with a known angle
@@ -69,7 +69,7 @@ class Drive(NamedTuple):
         suspect: code of the angle that plausibility suspects
         starts: first instants of alarms
         voltages: that the observer was fed with
-        lost: what the inverter took; None where the voltages were measured
+        lost: voltage loss of the inverter; None where the voltages were measured
         misread: cause and cure, where the whole recording is consistent once it is read otherwise
         contradicting: share of the induced voltage that contradicts its turning since `model` alarmed; else NaN
         mismatch: greatest one of the three angles while they did not fit, at the pinion

@@ -33,7 +33,7 @@ LEARNT = 0.2
 
 
 class ElectricalAlarms(NamedTuple):
-    """1 while a check fails, 0 while it does not, or what it needs is missing.
+    """1 while a check fails, 0 while it does not, or its inputs are missing.
 
     Args:
         supply_low: of the controller
@@ -56,7 +56,7 @@ class ElectricalAlarms(NamedTuple):
 
 
 class ElectricalFigures(NamedTuple):
-    """What the checks compare with their limits; 0 where what it takes is missing.
+    """Figures that the checks compare with their limits; 0 where an input is missing.
 
     Args:
         angle_age: of the last reading of the angle
@@ -146,7 +146,7 @@ class ElectricalChecks:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         fresh = Clipped(0.0, 0.0, 0.0)
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (fresh,) * 7, (self.holding.init(),) * 4)
 
@@ -219,7 +219,7 @@ class ElectricalChecks:
     def _saturation(
         self, state: State, sample: MotorAngleSample
     ) -> tuple[tuple[Clipped, ...], tuple[Scalar, Scalar], tuple[Scalar, Scalar]]:
-        """What stands still, whether a current or a voltage is saturated, and for how many samples it has been so."""
+        """Stuck signals, whether a current or a voltage is saturated, and for how many samples it has been so."""
         names = (
             "current_alpha",
             "current_beta",

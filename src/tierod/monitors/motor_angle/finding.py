@@ -1,4 +1,4 @@
-"""The finding over a drive: the sensor of a motor's angle, and what was recorded with it."""
+"""The finding over a drive: the sensor of a motor's angle, and defects of the recording."""
 
 from __future__ import annotations
 
@@ -79,10 +79,10 @@ NOT_THE_SENSOR = ("model", "angle", "speed", "stuck", "backwards", "not_followin
 
 
 def judge(drive: Drive, vehicle: Vehicle) -> Finding:
-    """The finding over a drive; it says which voltages it rests on.
+    """The finding over a drive; it names the voltages it rests on.
 
     Args:
-        drive: what was collected
+        drive: its results
         vehicle: whose motor it is
     """
     finding = _judged(drive, vehicle)
@@ -92,7 +92,7 @@ def judge(drive: Drive, vehicle: Vehicle) -> Finding:
 
 
 def _wrong_recording(drive: Drive, vehicle: Vehicle) -> tuple[str, str] | None:
-    """Cause and cure of what makes the sensor unjudgeable."""
+    """Cause and cure of a defect that makes the sensor unjudgeable."""
     if wrong := _wrong_scale(drive, vehicle["motor_pole_pairs"]):
         return wrong
     suspect = root_of(drive) in NOT_THE_SENSOR or (not drive.starts and drive.known < LEAST_KNOWN)
@@ -179,7 +179,7 @@ def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: 
 
 
 def _cause_of(root: str, drive: Drive) -> tuple[str, str]:
-    """What the first alarm means, and what to do."""
+    """Cause of the first alarm, and the remedy."""
     if root == "model" and drive.surprised < PASSING:
         return ONCE
     if root == "model" and drive.voltages == MEASURED and drive.contradicting < FITS:
@@ -243,10 +243,10 @@ def _evidence(drive: Drive) -> dict[str, float]:
 
 
 def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...]:
-    """Which voltages a finding rests on, and whether the inverter is another than the vehicle file's.
+    """Voltages that a finding rests on, and whether the inverter is another than the vehicle file's.
 
     Args:
-        lost: what the inverter was found to take; None where the voltages were measured
+        lost: estimated voltage loss of the inverter; None where the voltages were measured
         voltages: that the observer was fed with
     """
     if lost is None:
@@ -265,7 +265,7 @@ def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...
 
 
 def knee_beyond(lost: InverterLoss) -> tuple[str, str] | None:
-    """Cause and cure where the knee may be further away than an observer learns."""
+    """Cause and cure where the knee may be beyond the range of an observer's estimate."""
     if not lost.beyond:
         return None
     return (

@@ -1,4 +1,4 @@
-"""What was recorded wrongly, by name: signs, phases and scales, found with the balance of the voltage."""
+"""Errors of the recording, by name: signs, phases and scales, found with the balance of the voltage."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise:
 
 
 def _agrees(half: Balance | None, whole: Balance) -> bool:
-    """What changed on the way was recorded rightly at first, and is a fault."""
+    """Whether the first half agrees with the whole: a later change is then a fault and no error of the recording."""
     if half is None or abs(math.remainder(half.flux_direction - whole.flux_direction, math.tau)) > SAME_DIRECTION:
         return False
     return all(_near(getattr(half, name) / getattr(whole, name), 1.0) for name in ("resistance", "inductance", "flux"))
@@ -132,7 +132,7 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
 
 
 def _other_inductance(ratio: float) -> tuple[str, str]:
-    """A motor that is driven by currents across the flux shows the inductance across it alone."""
+    """Cause and cure where only the inductance differs: currents across the flux show that across it alone."""
     return (
         f"the inductance is {ratio:.2f} of the vehicle file's, resistance and flux are those of the file: it gives one "
         "inductance, and those along and across the flux may differ",

@@ -58,7 +58,7 @@ class Alarms(NamedTuple):
 
 
 class Tested(NamedTuple):
-    """What the tests compare with their thresholds and other outputs do not hold.
+    """Statistics that the tests compare with their thresholds and other outputs do not hold.
 
     Args:
         model_sum: of the innovations
@@ -115,7 +115,7 @@ class MotorAngleMonitor:
         since: Annotated[Scalar, "s"]
 
     class Output(NamedTuple):
-        """What the observer estimates, what the tests see, alarms, the statement, and the voltage it all rests on.
+        """Estimate of the observer, test statistics, alarms, the statement, and the voltage it all rests on.
 
         The kind of the statement is the place of the alarm in `ALARMS`, its magnitude the electrical difference of the
         sensor from the observer.
@@ -161,7 +161,7 @@ class MotorAngleMonitor:
         )
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(
             observer=self.observer.init(),
             comparison=self.comparison.init(),

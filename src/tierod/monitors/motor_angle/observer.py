@@ -49,7 +49,7 @@ class Pace(NamedTuple):
 
 
 class Surprise(NamedTuple):
-    """What measurements said beyond their last prediction, squared, in variances, and how often that was too much.
+    """Innovations squared and normalised by their variances, and how often they were too large.
 
     Args:
         last: of the sample before
@@ -73,7 +73,7 @@ class MotorAngleObserver:
     follows the increments with a variance that grows, and nothing drifts.
 
     Args:
-        parameters: of the motor; a vehicle file gives them. Those of `CommandedMotorParameters` say that its samples
+        parameters: of the motor; a vehicle file gives them. Those of `CommandedMotorParameters` state that its samples
             bring the voltages that the inverter is commanded to make, and not those that were measured
         tuning: noises, limits and times
 
@@ -100,7 +100,7 @@ class MotorAngleObserver:
         motor_angle_mechanical: Annotated[Scalar, "rad"]
 
     class State(NamedTuple):
-        """Belief of the filter, whether it has begun, the sensor's last angle, what it gained in how many samples."""
+        """Estimate of the filter, whether it has begun, the sensor's last angle, its gain and number of samples."""
 
         belief: Belief
         begun: Annotated[Scalar, ""]
@@ -166,7 +166,7 @@ class MotorAngleObserver:
         return cls(parameters, tuning or MotorAngleTuning())
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         # A motor that stands at first, as most do, would be turned by what resistance and voltages are wrong by.
         return self.State(self.filter.init(), 0.0, 0.0, 0.0, 0.0, Pace(0.0, 1.0, 1.0, 0.0), Surprise(0.0, 0.0))
 
@@ -217,12 +217,12 @@ class MotorAngleObserver:
         return Belief(mean, state.belief.covariance), where(whole, 1.0, state.begun)
 
     def _increment(self, state: State, sample: Sample) -> Scalar:
-        """What the sensor has gained since its last reading, within half a turn [rad]; 0 at its first one."""
+        """Increment of the sensor since its last reading, within half a turn [rad]; 0 at its first one."""
         gained = sample.motor_angle_mechanical - state.sensed
         return where(state.begun, wrapped(gained), 0.0 * gained)
 
     def _rate(self, state: State, increment: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-        """Speed that increments give while the motor is slow, what the sensor has gained since, in how many samples."""
+        """Speed by increments while the motor is slow, gain of the sensor since, number of its samples."""
         known, time = present(increment), self.parameters.sample_time
         gained, waited = state.gained + where(known, increment, 0.0), minimum(state.waited + 1.0, _LONGEST_WAIT)
         window = maximum(self.tuning.increment_time / time, 1.0)
@@ -249,7 +249,7 @@ class MotorAngleObserver:
         return tuple(noise)
 
     def _surprise(self, before: Surprise, estimate: Tree, begun: Scalar) -> Surprise:
-        """What currents, and increments of a slow motor, say beyond their prediction; missing ones say nothing."""
+        """Innovations of currents, and of increments of a slow motor, against predictions; missing ones add nothing."""
         last = where(begun, estimate.nis, 0.0)
         if self.commanded:
             # A knee that is not learnt yet surprises as a load does, and more often.

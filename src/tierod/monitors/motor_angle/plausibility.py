@@ -32,7 +32,7 @@ class Superposition:
 
 @dataclass(frozen=True)
 class VariableGain:
-    """Over the speed, what the superposition adds to the turn of the steering wheel; named as in a vehicle file.
+    """Turn added by the superposition to the steering wheel's, over the speed; named as in a vehicle file.
 
     Args:
         superposition_gain_standing, superposition_gain_fast: turn of the pinion over that without motor []
@@ -88,7 +88,7 @@ class AnglePlausibility:
         gain: of the superposition over the speed; None where the vehicle file does not give it
         which: decides which angle is wrong, with the observer of the motor as a fourth opinion
 
-    Where the gain is known, the motor is compared with what it wants of the steering wheel's angle, too: a detour that
+    Where the gain is known, the motor is compared with its target for the steering wheel's angle, too: a detour that
     grows while motor and pinion agree otherwise shows that the recorded angle of the wheel is wrong.
 
     Source: Reinelt et al., eqs (1) and (4); the twist of the torsion bar, which the paper leaves out, is added: under
@@ -108,7 +108,7 @@ class AnglePlausibility:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Last readings and what the motor has turned; how all angles moved; zeros and what is compared; holds."""
+        """Last readings and turn of the motor; increments of all angles; zeros and compared angles; holds."""
 
         motor: Held
         turned: Annotated[Scalar, "rad"]
@@ -126,9 +126,9 @@ class AnglePlausibility:
         which: WhichAngle.State
 
     class Output(NamedTuple):
-        """Pinion less what the other two give, whether that is too far, and the wrong angle (code).
+        """Pinion angle less that of the other two, whether the difference is too large, and the wrong angle (code).
 
-        The detour is where the motor puts the pinion less where the gain over the speed wants it; 0 where unknown.
+        The detour is the pinion angle by the motor less that by the gain over the speed; 0 where unknown.
         `by_motion` is the angle that stood still or jumped; `suspect` is decided with the observer beside it.
         """
 
@@ -143,7 +143,7 @@ class AnglePlausibility:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         unread, still = Held(0.0, 1.0), Moved(0.0, 0.0, 0.0)
         return self.State(
             motor=unread,
@@ -219,13 +219,13 @@ class AnglePlausibility:
         return after, self.Output(mismatch, out.active, by_motion, detour, decided.suspect)
 
     def _expected(self, motor: Scalar, wheel: Scalar, torque: Scalar) -> Scalar:
-        """Where motor and steering wheel put the pinion [rad]."""
+        """Pinion angle by motor and steering wheel [rad]."""
         g = self.gear
         superposed = superposed_angle(motor, wheel, g.superposition_motor_ratio, g.superposition_input_ratio)
         return superposed - torque * g.superposition_input_ratio / g.torsion_bar_stiffness
 
     def _detour(self, motor: Scalar, wheel: Scalar, speed: Scalar) -> Scalar:
-        """Where the motor puts the pinion less where the variable gain wants it [rad]."""
+        """Difference of the pinion angle by the motor from that by the variable gain [rad]."""
         if self.gain is None:
             return 0.0
         ratios = self.gear.superposition_motor_ratio, self.gear.superposition_input_ratio

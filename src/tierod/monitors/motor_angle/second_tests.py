@@ -1,4 +1,4 @@
-"""What a cumulative sum of the angle's difference misses: sensors that stand still, turn backwards, or too far."""
+"""Tests for sensors that stand still, turn backwards, or too far, which a cumulative sum of the angle misses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tierod.physics.angle import wrapped
 
 
 class SensorBesideObserver(NamedTuple):
-    """What the observer estimates, and the sensor's reading.
+    """Estimate of the observer, and the sensor's reading.
 
     Args:
         estimate: of the observer
@@ -28,7 +28,7 @@ class SensorBesideObserver(NamedTuple):
 
 @dataclass(frozen=True)
 class Increments:
-    """What sensor and observer gain over windows in which the motor turns: compared, they show direction and scale.
+    """Increments of sensor and observer over windows in which the motor turns: compared, they show direction and scale.
 
     Args:
         sample_time: [s]
@@ -45,7 +45,7 @@ class Increments:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """Last reading, whether there is one, what was gained by the sensor, the observer's start, time, standing."""
+        """Last reading, whether there is one, gain of the sensor, the observer's start, time, standing."""
 
         last: Annotated[Scalar, "rad"]
         begun: Annotated[Scalar, ""]
@@ -65,7 +65,7 @@ class Increments:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
     def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
@@ -110,7 +110,7 @@ class Stuck:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """Where the sensor was when it last moved, and the observer then; whether there is such a place; the alarm."""
+        """Angles of sensor and observer when the sensor last moved; whether there is such a place; the alarm."""
 
         sensor: Annotated[Scalar, "rad"]
         observer: Annotated[Scalar, "rad"]
@@ -118,7 +118,7 @@ class Stuck:
         alarm: Annotated[Scalar, ""]
 
     class Output(NamedTuple):
-        """What the observer has turned meanwhile, and whether that is too far (1.0, 0.0)."""
+        """Angle that the observer has turned meanwhile, and whether that is too far (1.0, 0.0)."""
 
         turned: Annotated[Scalar, "rad"]
         alarm: Annotated[Scalar, ""]
@@ -127,13 +127,13 @@ class Stuck:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: SensorBesideObserver, enabled: Scalar | bool = True) -> tuple[State, Output]:
         """One sample on, judged where it brings a reading.
 
-        A standing motor, and a sample that is not enabled (logic), begin anew: the observer knows nothing then.
+        A standing motor, and a sample that is not enabled (logic), begin anew: the angle is unknown then.
         """
         fresh = present(sample.motor_angle_mechanical)
         away = where(fresh, sample.motor_angle_mechanical, state.sensor) - state.sensor
@@ -173,7 +173,7 @@ class NotFollowing:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Target, sensor, whether each was seen, the first target, whether it has moved since, and the holds."""
+        """Target, sensor, whether each was received, the first target, whether it has moved since, and the holds."""
 
         target: Annotated[Scalar, "rad"]
         sensor: Annotated[Scalar, "rad"]
@@ -196,7 +196,7 @@ class NotFollowing:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.holding.init(), self.holding_on.init())
 
     def step(self, state: State, sample: MotorAngleSample, confirmed: Scalar | bool = False) -> tuple[State, Output]:

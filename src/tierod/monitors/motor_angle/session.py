@@ -1,4 +1,4 @@
-"""The monitor of the motor's angle over one recording: what it collects on the way, and its finding at the end."""
+"""Session of the motor angle's monitor over one recording: its results on the way, and its finding at the end."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ INVERTER_TRACES = {
 
 
 class MotorAngleSession(BlockSession):
-    """Runs the block, and collects what the finding about the sensor of the motor's angle rests on.
+    """Runs the block, and collects the grounds of the finding about the sensor of the motor's angle.
 
     Args:
         block: the monitor

@@ -1,4 +1,4 @@
-"""What the monitor of the motor's angle reads, and which voltages its observer is fed with."""
+"""Signals of the monitor of the motor's angle, and the choice of the voltages for its observer."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class MotorVoltages:
             raise ParameterError(f"the voltages are '{self.source}'; expected one of {', '.join(SIGNALS)}")
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:

@@ -21,7 +21,7 @@ _TINY = 1e-14
 
 @dataclass(frozen=True)
 class MotorAngleTuning:
-    """What the observer assumes of its measurements and of itself.
+    """Assumptions of the observer about its measurements and itself.
 
     Args:
         current_noise: standard deviation of a measured current; shunts and converters of such a drive
@@ -29,9 +29,9 @@ class MotorAngleTuning:
         sensor_noise: of one reading of the angle sensor, used for increments only
         speed_wander: that the balance of torques leaves out, per sample
         load_wander: of the load torque, per sample: it may reverse within some 10 ms
-        surprising: square of what measurements say beyond their prediction, in variances, from which the load has
+        surprising: square of the normalised innovations, from which the load has
             stepped: noise of two currents goes beyond once in 22 000 samples, of increments besides once in 6 000
-        stepped_speed, stepped_load: what both may then have changed by: a load at its limit within one sample
+        stepped_speed, stepped_load: possible change of both by then: a load at its limit within one sample
         most_surprises, step_memory: a step surprises less often than this within that time; more is a wrong model
         resistance_wander: of its logarithm per square root of a second: a winding heats over seconds
         flux_wander: the same of the flux: magnets warm over minutes

@@ -71,9 +71,9 @@ class Balance:
         resistance: [ohm]
         inductance: mean of those along and across the flux [H]
         flux: [V s]
-        flux_direction: electrical, from where the sensor says that it points [rad]
+        flux_direction: electrical, relative to its direction by the sensor [rad]
         unexplained: root mean square of what is left over, share of the voltage's
-        windows: how many were counted
+        windows: number of counted ones
         change: of the current over a window, root mean square [A]
         turn: of the rotor's direction over a window, likewise, electrical [rad]
     """
@@ -194,7 +194,7 @@ class VoltageBalance:
         )
 
     def _columns(self, reading: Reading, zero: float, signs: bool) -> np.ndarray:
-        """What the rows are weighted with under a reading: one line each for R, L, flux along, across, and signs."""
+        """Weights of the rows under a reading: one line each for R, L, flux along, across, and signs."""
         side, turn = int(reading.mirrored), np.exp(1j * reading.shifted)
         rotor = _ROTOR + int(reading.backwards)
         weights = np.zeros((5 if signs else 4, _VOLTAGE + 1), complex)

@@ -1,4 +1,4 @@
-"""Which of three angles is the wrong one: motion, the motor's observer, and the variable ratio together."""
+"""Isolation of the wrong one of three angles: motion, the motor's observer, and the variable ratio together."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NONE, MOTOR, WHEEL, PINION, NOT_MOTOR = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
 class Opinions(NamedTuple):
-    """What is known at one instant.
+    """Comparison of the angles at one instant.
 
     Args:
         mismatch, alarm, suspect, detour: of `AnglePlausibility`
@@ -37,7 +37,7 @@ class WhichAngle:
 
     The observer is a fourth opinion: since the disagreement began it has stood by the motor's sensor, or against it. If
     against, the motor's is the wrong one. If by it, one of the other two is: the one that motion betrays; or the
-    steering wheel's, where the motor goes another way than the variable ratio wants of the recorded angle. Otherwise
+    steering wheel's, where the motor departs from the variable ratio's target for the recorded angle. Otherwise
     only that it is not the motor's is known: a control that reads the same wrong wheel follows it.
 
     Args:
@@ -60,7 +60,7 @@ class WhichAngle:
     Sample = Opinions
 
     class State(NamedTuple):
-        """Whether the angles disagree, the angle that motion showed first, the observer's score, hold of the detour."""
+        """Whether the angles disagree, the first angle by motion, the observer's score, hold of the detour."""
 
         apart: Annotated[Scalar, ""]
         by_motion: Annotated[Scalar, ""]
@@ -77,7 +77,7 @@ class WhichAngle:
         check_ranges(self)
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, NONE, 0.0, self.holding.init())
 
     def step(self, state: State, sample: Opinions) -> tuple[State, Output]:

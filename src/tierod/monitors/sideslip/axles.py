@@ -1,4 +1,4 @@
-"""What is not known of the axles, and what it makes of an estimated sideslip angle to the first order."""
+"""Unknowns of the axles, and their effect on an estimated sideslip angle to the first order."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Slips(NamedTuple):
 
 @dataclass(frozen=True)
 class Axles:
-    """How well the axles are known, whose slip a wrong stiffness moves in proportion.
+    """Uncertainty of the axles, whose slip a wrong stiffness moves in proportion.
 
     Args:
         front_distance, rear_distance: from the centre of gravity

@@ -20,7 +20,7 @@ from tierod.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class ErrorFigures:
-    """How far an estimate is from the truth.
+    """Errors of an estimate against the truth.
 
     Args:
         mean_absolute, rms: of the error [rad]

@@ -1,7 +1,7 @@
 """The combined sideslip estimator: one extended Kalman filter over all that a car measures.
 
 It reads yaw rate, lateral acceleration and, in a car steered by wire, angle and torque of the road wheels, and follows
-what the car does not know about itself beside the motion.
+unknown parameters of the car beside the motion.
 """
 
 from __future__ import annotations
@@ -71,10 +71,10 @@ NARROWEST = 1.0
 
 
 class CombinedState(NamedTuple):
-    """Belief of the filter, what it was given last, and what watches over both.
+    """Estimate of the filter, its last inputs, and the state of the watch over both.
 
     Args:
-        belief: of the filter
+        belief: estimate of the filter with its covariance
         vehicle_speed, road_wheel_angle: last ones [m/s], [rad]
         angle_gate: of the road-wheel angle
         lateral_acceleration: low-passed [m/s**2]
@@ -93,7 +93,7 @@ class CombinedState(NamedTuple):
 
 
 class SteeringAngle(NamedTuple):
-    """What the gate against jumps watches."""
+    """Signal that the gate against jumps watches."""
 
     road_wheel_angle: Annotated[float, "rad"]
 
@@ -203,7 +203,7 @@ class CombinedSideslip:
         return state.yaw_noise.logarithm + state.acceleration_noise.logarithm > 0.0
 
     def _within_usual_slip(self, belief: Belief, speed: Scalar, counted: Scalar) -> Belief:
-        """The belief with what is known of a car on wheels, whatever its tyres do."""
+        """The estimate with the constraints of a car on wheels, whatever its tyres do."""
         sampled, mean = self.filter.parameters, belief.mean
         slopes = {"lateral_speed": 1.0 / speed, "yaw_rate": -sampled.car.rear_distance / speed}
         slip = sum(slope * getattr(mean, name) for name, slope in slopes.items())
@@ -302,7 +302,7 @@ class CombinedSideslip:
         )
 
     def _inputs(self, sample: CombinedSample) -> tuple[Tree, Scalar]:
-        """What drives the model, every value finite but the speed's, and whether the road wheels turn freely."""
+        """Inputs of the model, every value finite but the speed's, and whether the road wheels turn freely."""
         along = where(present(sample.longitudinal_acceleration), sample.longitudinal_acceleration, 0.0)
         speed = where(present(sample.vehicle_speed), maximum(sample.vehicle_speed, self.slowest), self.slowest)
         if not self.filter.model.steering:
@@ -333,7 +333,7 @@ class CombinedSideslip:
         return tuple(noise)
 
     def _factors(self, state: CombinedState, inputs: Tree) -> dict[str, Scalar]:
-        """What scales the variance that a state gains: innovations, the speed (wind), the angle (steering ratio)."""
+        """Factors of the variance that a state gains: innovations, the speed (wind), the angle (steering ratio)."""
         speed = inputs.vehicle_speed / WIND_SPEED
         factors: dict[str, Scalar] = {
             "yaw_rate": self.yaw_noise.scale(state.yaw_noise),
@@ -359,7 +359,7 @@ class CombinedSideslip:
         return Belief(type(belief.mean)(*mean), tuple(where(lost, first, now) for first, now in pairs))
 
     def _kept(self, mean: Tree, lateral: Scalar) -> Tree:
-        """The mean with every factor held within what its prior makes possible.
+        """The mean with every factor held within the bounds of its prior.
 
         Friction is at least what the lateral acceleration shows, as far as that is below the usual friction.
         """

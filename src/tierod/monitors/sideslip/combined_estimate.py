@@ -50,7 +50,7 @@ class CombinedSample(NamedTuple):
 
 
 class CombinedEstimate(NamedTuple):
-    """What is known after a sample; a `_deviation` is one standard deviation, `identified` the share of the prior
+    """Estimate after a sample; a `_deviation` is one standard deviation, `identified` the share of the prior
     variance that the data took away.
 
     Args:
@@ -117,7 +117,7 @@ class CombinedEstimate(NamedTuple):
 
 
 class Derived(NamedTuple):
-    """What follows from the states and gets a standard deviation of its own."""
+    """Quantities derived from the states, each with a standard deviation of its own."""
 
     sideslip_angle: Annotated[Scalar, "rad"]
     self_aligning_torque: Annotated[Scalar, "N*m"]

@@ -1,4 +1,4 @@
-"""Which unknowns of the combined estimator the drive identifies, and which direction among them it does not."""
+"""Unknowns of the combined estimator that the drive identifies, and the direction among them that it does not."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Identifiability:
-    """How far the data identify the unknowns.
+    """Identifiability of the unknowns from the data.
 
     Args:
         shares: of the prior variance that the data took away, by unknown, 0 to 1
@@ -56,7 +56,7 @@ class Identifiability:
 
     @property
     def least(self) -> str:
-        """The direction that is known least, in words: "side force - yaw moment of the wind"."""
+        """The least identified direction, in words: "side force - yaw moment of the wind"."""
         parts = {name: part for name, part in self.direction.items() if abs(part) >= NAMED}
         first = next(iter(parts.values()))
         named = [f"{'+' if part * first > 0.0 else '-'} {WORDS[name]}" for name, part in parts.items()]
@@ -72,13 +72,13 @@ class Identifiability:
 
 
 def identifiability(estimator: CombinedSideslip, state: CombinedState | Memory) -> Identifiability:
-    """How far the unknowns have been identified up to a state.
+    """Identifiability of the unknowns up to a state.
 
     Args:
         estimator: whose state it is
         state: after a sample, or the `state` of a result of `scan`
 
-    An eigenvalue of the covariance, scaled by the priors, near one says that the data do not show its direction;
+    An eigenvalue of the covariance, scaled by the priors, near one shows that the data do not identify its direction;
     parameters may be identified one by one and yet not be separated, or separated and yet not one by one.
     """
     reached: CombinedState = rebuild(estimator.init(), state.values.tolist()) if isinstance(state, Memory) else state

@@ -64,7 +64,7 @@ class Noises:
 
 @dataclass(frozen=True)
 class CombinedTuning:
-    """What the estimator follows beside the motion (None: not at all), and its noises.
+    """Quantities that the estimator follows beside the motion (None: not at all), and its noises.
 
     Args:
         log_front_stiffness, log_rear_stiffness: a fifth wrong at first, and changing over an hour
@@ -246,7 +246,7 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
 
 
 def _guarded(vehicle: Vehicle, usual: CombinedTuning) -> CombinedTuning:
-    """The tuning with what guards a car without noises of its own; none of it where the file names its own.
+    """The tuning with the guards for a car without noises of its own; none of them where the file names its own.
 
     A car steered by wire is a test car, whose sensors and parameters are known.
     """
@@ -263,7 +263,7 @@ def _guarded(vehicle: Vehicle, usual: CombinedTuning) -> CombinedTuning:
 
 
 def _tyres(vehicle: Vehicle, axle: str) -> Wandering:
-    """How far the stiffness of an axle may be from the file's value."""
+    """Deviation of an axle's stiffness from the file's value."""
     parameter = vehicle.parameters.get(f"{axle}_cornering_stiffness")
     if parameter is None or not parameter.standard_deviation or not parameter.value > 0.0:
         return UNKNOWN_TYRES
@@ -272,7 +272,7 @@ def _tyres(vehicle: Vehicle, axle: str) -> Wandering:
 
 
 def _wandering(usual: Wandering | None, deviation: float | None, time: float | None) -> Wandering | None:
-    """The wander with what is given of it; None where it is given as zero, or is neither usual nor given."""
+    """The wander with its given values; None where it is given as zero, or is neither usual nor given."""
     if deviation == 0.0 or (usual is None and deviation is None):
         return None
     start = usual or Wandering(1.0, USUAL_TIME)

@@ -1,4 +1,4 @@
-"""What the sideslip monitor decides, and how its thresholds were designed."""
+"""Decisions of the sideslip monitor, and the design of their thresholds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is collected over a drive of the car: the estimate beside a truth, signs of signals, sensors and motion."""
+"""Results over a drive of the car: the estimate beside a truth, signs of signals, sensors and motion."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ class EstimateFigures:
 
 
 def truth_in(signals: Mapping[str, np.ndarray]) -> np.ndarray:
-    """What the estimate is held against [rad]; NaN where the recording has nothing."""
+    """Reference that the estimate is compared with [rad]; NaN where the recording has none."""
     measured, simulated = (signals[name] for name in TRUTHS)
     return np.where(np.isfinite(simulated), simulated, measured)
 
@@ -166,7 +166,7 @@ class SignsOverDrive:
             self._counts[i, j] += len(x)
 
     def agreements(self) -> dict[tuple[str, str], float]:
-        """Correlation about zero of every pair that was seen long enough, -1 to 1."""
+        """Correlation about zero of every pair with enough samples, -1 to 1."""
         found = {}
         for (i, one), (j, other) in combinations(enumerate(TOGETHER), 2):
             size = np.sqrt(self._squares[i, j] * self._squares[j, i])

@@ -1,4 +1,4 @@
-"""The finding over a drive: how far the car slipped, how well that is known, and why nothing can be stated."""
+"""The finding over a drive: the car's sideslip, its uncertainty, and the obstacles to a statement."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool) -> Ob
     """Why nothing can be stated; None where something can.
 
     Args:
-        drive: what was collected
+        drive: its results
         needs_torque: whether the estimator cannot run without the torque of the steering
         torque_known: whether the vehicle file converts the motor's torque into it
     """
@@ -66,7 +66,7 @@ def withheld(drive: SideslipDrive, name: str, reason: Obstacle) -> Finding:
     """The finding where nothing can be stated.
 
     Args:
-        drive: what was collected
+        drive: its results
         name: of monitor and variant
         reason: as `obstacle` gives it
     """
@@ -79,7 +79,7 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
     """The finding where the sideslip was estimated.
 
     Args:
-        drive: what was collected
+        drive: its results
         name: of monitor and variant
         misfit_rule: decides whether the parameters fit
         nis: mean per reading
@@ -158,7 +158,7 @@ def _contradicted(finding: Finding, drive: SideslipDrive) -> Finding:
 
 
 def distances(finding: Finding) -> dict[str, float]:
-    """What the decisions saw that look once at the recording, by name."""
+    """Statistics of the decisions that look once at the recording, by name."""
     evidence = finding.evidence
     found = {MISFIT_DECISION.name: math.log(max(evidence["nis_mean"], 1e-12)) / USUAL_MISFIT}
     if OFFSET in evidence:

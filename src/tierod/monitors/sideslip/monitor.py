@@ -35,7 +35,7 @@ BY_WIRE = "gearhead_ratio"
 
 
 class SideslipEstimate(NamedTuple):
-    """What every sideslip block gives out after a sample.
+    """Output of every sideslip block after a sample.
 
     Args:
         sideslip_angle, sideslip_angle_deviation: at the centre of gravity, and one standard deviation of it

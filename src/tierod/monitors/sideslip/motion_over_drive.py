@@ -22,7 +22,7 @@ STEPS = 5
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """When two quantities that are one motion contradict each other.
+    """Limits beyond which two quantities that are one motion contradict each other.
 
     Args:
         contradicts: share of the larger one that the other leaves unexplained, its mean aside; virtual and real cars
@@ -55,7 +55,7 @@ class MotionLimits:
 
 
 class _Pair:
-    """Sums of two quantities over the blocks in which both are known."""
+    """Sums of two quantities over the blocks in which both are valid."""
 
     def __init__(self) -> None:
         self._sums = np.zeros(6)
@@ -139,7 +139,7 @@ class MotionOverDrive:
         self._rolling += rows.T @ rows
 
     def yaw_rate_offset(self) -> float:
-        """Offset of the yaw rate, two standard deviations nearer to zero than estimated [rad/s]; 0 where none is known.
+        """Offset of the yaw rate, two standard deviations nearer to zero than estimated [rad/s]; 0 without an estimate.
 
         Of a = g v r + c r + o v + k the term in v is that of an offset -o of the yaw rate; an offset of the
         acceleration or the bank of the road goes into k, one of the speed into c, roll and gains into g.
@@ -155,7 +155,7 @@ class MotionOverDrive:
         return -math.copysign(max(abs(term) - 2.0 * deviation, 0.0), term)
 
     def wrong(self) -> tuple[Defect, ...]:
-        """What contradicts the motion that the other signals give."""
+        """Defects by contradiction to the motion that the other signals give."""
         limits = self.limits
         leaps = self._leaps / max(self._steps, 1)
         if self._steps * BLOCK / STEPS >= limits.seconds and leaps > limits.leaping:

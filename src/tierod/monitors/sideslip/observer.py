@@ -1,4 +1,4 @@
-"""What the observers of the paper have in common: their sample, when they run, low speed, which cars they follow."""
+"""Common part of the paper's observers: their sample, when they run, low speed, which cars they follow."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST = 1.8
 
 
 class ObserverSample(NamedTuple):
-    """What an observer of the paper reads, NaN where missing.
+    """Input of an observer of the paper, NaN where missing.
 
     Args:
         vehicle_speed: forward; with it the observer changes
@@ -55,7 +55,7 @@ class Seen(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What an observer estimates from a sample: values, their variances, and the innovations."""
+    """Estimates of an observer from a sample: values, their variances, and the innovations."""
 
     sideslip_angle: Annotated[Scalar, "rad"]
     sideslip_variance: Annotated[Scalar, "rad**2"]
@@ -69,7 +69,7 @@ class Found(NamedTuple):
 
 
 class ObserverEstimate(NamedTuple):
-    """What an observer of the paper gives out: a `SideslipEstimate`, and its other states.
+    """Output of an observer of the paper: a `SideslipEstimate`, and its other states.
 
     Args:
         sideslip_angle, sideslip_angle_deviation: at the centre of gravity, and one standard deviation of it
@@ -101,7 +101,7 @@ class ObserverState(NamedTuple):
 
 @dataclass(frozen=True)
 class LowSpeed:
-    """When the observer runs, and what it gives where the car crawls.
+    """Speeds at which the observer runs, and its output where the car crawls.
 
     Args:
         slowest: below it nothing is estimated: wheel speed sensors see nothing slower
@@ -135,7 +135,7 @@ class LowSpeed:
 
 @dataclass(frozen=True)
 class ObserverNoise:
-    """Noise of sensors (of one reading) and of what the model lacks (after one second).
+    """Noise of sensors (of one reading) and of the model's error (after one second).
 
     Chosen on drives of two virtual cars at 6.7 and 25 m/s: less noise of the yaw rate's model serves crosswind and bank
     better and curved tyres worse, more the other way round.
@@ -173,7 +173,7 @@ class SteeringTorqueObserver(ABC):
 
     Args:
         low_speed: when it runs
-        axles: how well they are known
+        axles: their uncertainty
     """
 
     low_speed: LowSpeed
@@ -217,7 +217,7 @@ class SteeringTorqueObserver(ABC):
 
 
 def low_speed(p: SteeredVehicle.Parameters) -> LowSpeed:
-    """What is given where a car of these parameters crawls."""
+    """Output where a car of these parameters crawls."""
     return LowSpeed(p.rear_distance / (p.front_distance + p.rear_distance))
 
 

@@ -36,7 +36,7 @@ SLOWEST = 2.0
 
 
 def _place(speed: Scalar) -> Scalar:
-    """Where a speed [m/s] lies in the table, in rows; the rows are evenly spaced over V / (V + HALF)."""
+    """Place of a speed [m/s] in the table, in rows; the rows are evenly spaced over V / (V + HALF)."""
     low, high = LOWEST / (LOWEST + HALF), HIGHEST / (HIGHEST + HALF)
     return (speed / (speed + HALF) - low) * ((COUNT - 1) / (high - low))
 
@@ -97,7 +97,7 @@ class ScheduledState(NamedTuple):
 
 
 class Scheduled(NamedTuple):
-    """What a scheduled observer gives: mean, variances of what was asked for, and the innovations."""
+    """Output of a scheduled observer: mean, variances of the requested quantities, and the innovations."""
 
     mean: Tree
     variances: tuple[Scalar, ...]
@@ -113,7 +113,7 @@ class ScheduledObserver:
         model: discrete, linear in its state apart from friction
         parameters: of the model
         schedule: gain row by row, variances, and the inverse of the innovations' covariance (packed), by speed
-        asked: how many variances there are
+        asked: number of requested variances
         growth: of each variance per sample, while the observer is held
         fading: share of that growth which is left after a sample of observing
     """
@@ -127,7 +127,7 @@ class ScheduledObserver:
 
     @classmethod
     def of(cls, model: Any, parameters: Any, schedule: Schedule) -> Self:
-        """The observer of sideslip angle and aligning torque; what grows while it is held, and how that fades.
+        """The observer of sideslip angle and aligning torque, with the growth and fading of its held variance.
 
         Args:
             model: discrete
@@ -177,7 +177,7 @@ class _Sample(NamedTuple):
 
 
 class Design(NamedTuple):
-    """What the gain of one speed is designed for.
+    """Model that the gain of one speed is designed for.
 
     Args:
         system: the sampled model at that speed, without friction
@@ -236,8 +236,8 @@ def scheduled(
 
     Args:
         model: at any speed
-        gain: how a gain is designed
-        functionals: what variances are wanted
+        gain: design of a gain
+        functionals: quantities with requested variances
         process: variance that each state gains per sample
         reading: variance of each measurement
 

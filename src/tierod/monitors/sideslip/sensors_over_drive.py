@@ -17,7 +17,7 @@ from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 
 @dataclass(frozen=True)
 class SensorLimits:
-    """When a signal counts as wrong.
+    """Limits beyond which a signal counts as wrong.
 
     Args:
         standing: speed below which the car stands
@@ -45,7 +45,7 @@ class SensorLimits:
 
 
 class Offset(NamedTuple):
-    """Offset of the yaw rate, and what shows it."""
+    """Offset of the yaw rate, and its evidence."""
 
     value: Annotated[float, "rad/s"]
     shown_by: str
@@ -120,7 +120,7 @@ class SensorsOverDrive:
         return Offset(float(value), shown_by) if named else None
 
     def wrong_unit(self) -> str | None:
-        """Which signals cannot have their units right, as half a sentence; None where they can."""
+        """Signals whose units cannot be right, as half a sentence; None where they can."""
         if self._beyond > self.limits.largest_share * max(self._readings, 1):
             return f"the yaw rate is beyond {self.limits.largest:g} rad/s, as if it were in degrees per second"
         count, x, a, xx, aa, xa = self._turning

@@ -1,4 +1,4 @@
-"""A sideslip estimator over one recording: what it collects on the way, and the conclusion at the end."""
+"""Session of a sideslip estimator over one recording: its results on the way, and the conclusion at the end."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class SideslipSession(BlockSession):
 
 
 class CombinedSession(SideslipSession):
-    """A `SideslipSession` that also collects what the drive shows of stiffness, bank, wind and the limit of grip.
+    """A `SideslipSession` that also collects stiffness, bank, wind and the limit of grip over the drive.
 
     Args:
         estimator: the combined one
@@ -129,7 +129,7 @@ class CombinedSession(SideslipSession):
         self._first_ahead: float | None = None
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Beside what every sideslip session collects: new starts, and when the limit was announced."""
+        """Results beside those of every sideslip session: new starts, and when the limit was announced."""
         super().collect(time, signals, result)
         ahead = result["estimate.limit_ahead"] > 0.5
         self._restarts += int(np.sum(result["estimate.restarted"] > 0.5))
@@ -139,7 +139,7 @@ class CombinedSession(SideslipSession):
             self._first_ahead = float(time[np.argmax(ahead)])
 
     def conclude(self) -> Conclusion:
-        """The finding, with shares of what was identified, the limit, and new starts."""
+        """The finding, with shares of identified unknowns, the limit, and new starts."""
         conclusion = super().conclude()
         finding = conclusion.finding
         if finding.status not in (Status.HEALTHY, Status.SUSPECT, Status.NOT_IDENTIFIABLE) or self.memory is None:

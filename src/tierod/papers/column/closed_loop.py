@@ -36,7 +36,7 @@ BEGIN = 2.0
 
 
 class Outside(NamedTuple):
-    """What comes from outside: the reference, noise of the sensors, the driver.
+    """External inputs: the reference, noise of the sensors, the driver.
 
     Args:
         reference: of the output shaft
@@ -113,7 +113,7 @@ class ClosedLoop:
 
 
 class Belief(NamedTuple):
-    """What observer and controller assume of the column; the plant has numbers of its own.
+    """Assumptions of observer and controller about the column; the plant has numbers of its own.
 
     Args:
         column: its parameters
@@ -127,7 +127,7 @@ class Belief(NamedTuple):
 
 
 def belief(vehicle: str = "column-bench") -> Belief:
-    """What the file of a vehicle says."""
+    """Assumptions by the file of a vehicle."""
     known = load(vehicle)
     uncertain = 2.0 * (known.parameters["steering_wheel_inertia"].standard_deviation or 0.0)
     return Belief(known.parameters_for(ColumnParameters), known["motor_friction"], uncertain)

@@ -1,4 +1,4 @@
-"""Friction at the motor of a steering column: its torque, and its level, by a Kalman filter that knows Dahl's law."""
+"""Friction at the motor of a steering column: its torque, and its level, by a Kalman filter with Dahl's law."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class FrictionTuning:
         level: with which it starts [N m]; that of the vehicle where there is one
         level_deviation: of the start, as a share of the level
         level_walk: 1e-4 N·m lets the level wander by 0.006 N·m in an hour
-        normalised_walk: of the friction over its level: what the law does not say; 1 also bears an angle wrong by two
+        normalised_walk: of the friction over its level: error of the law; 1 also bears an angle wrong by two
         remaining_walk: of the disturbance torque beside friction
         hand_torque_walk: of the hands' torque, for smooth hands and jumps alike
     """
@@ -106,7 +106,7 @@ class FrictionTuning:
 
 
 class FrictionEstimate(NamedTuple):
-    """What is known of the friction at the motor's shaft.
+    """Estimate of the friction at the motor's shaft.
 
     Args:
         disturbance_torque: friction and what remains
@@ -167,7 +167,7 @@ class ColumnFrictionObserver:
             sample_time: [s]
 
         Raises:
-            ParameterError: parameters are missing, or as `require_fit` says
+            ParameterError: parameters are missing, or as of `require_fit`
         """
         level = vehicle["motor_friction"]
         angle = level / vehicle["motor_friction_stiffness"]
@@ -193,7 +193,7 @@ class ColumnFrictionObserver:
             friction: noises of the friction; the defaults where None
 
         Raises:
-            ParameterError: as `require_fit` says, or an angle that is not positive
+            ParameterError: as of `require_fit`, or an angle that is not positive
         """
         if not dahl_angle > 0.0:
             raise ParameterError(f"dahl_angle is {dahl_angle}; expected an angle of the motor above zero [rad]")

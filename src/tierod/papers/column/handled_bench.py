@@ -51,7 +51,7 @@ class Piece(NamedTuple):
 
 
 class Score(NamedTuple):
-    """How a monitor did.
+    """Score of a monitor.
 
     Args:
         grabs, releases: delays until hands were found on, and off [s]; infinite where they never were
@@ -88,7 +88,7 @@ def drawn(seed: int, share: float, seconds: float, tremor: float = 0.03) -> Benc
 
 
 def pieces(bench: Bench) -> Iterator[Piece]:
-    """What a bench does, one piece after the other."""
+    """Pieces of a bench run, one after the other."""
     names = kernel(bench.plant).graph.sample
     draw, state = np.random.default_rng([bench.seed, 8]), None
     count, size = round(bench.course.duration / STEP), round(PIECE / STEP)
@@ -108,7 +108,7 @@ def pieces(bench: Bench) -> Iterator[Piece]:
 
 
 def scored(monitors: Sequence[HandsMonitor], bench: Bench) -> list[Score]:
-    """How some monitors do on one bench."""
+    """Scores of some monitors on one bench."""
     states: list[Memory | None] = [None] * len(monitors)
     states_of: list[list[np.ndarray]] = [[] for _ in monitors]
     for piece in pieces(bench):
@@ -168,11 +168,11 @@ class HeldRecord(NamedTuple):
 
 
 class HandsDesign(NamedTuple):
-    """What was measured for both changes.
+    """Measured design for both changes.
 
     Args:
-        to_on: evidence that it takes to say "on", from data without hands
-        to_off: evidence that it takes to say "off", from data with hands
+        to_on: evidence required for "on", from data without hands
+        to_off: evidence required for "off", from data with hands
     """
 
     to_on: RatioDesign
@@ -206,7 +206,7 @@ def design_thresholds(monitor: HandsMonitor, records: Iterable[HeldRecord], hour
 
 
 def _settled(held: np.ndarray, count: int) -> np.ndarray:
-    """Where nothing has changed for so many samples."""
+    """Mask of samples before which nothing has changed for so many samples."""
     place = np.arange(len(held))
     changed = np.maximum.accumulate(np.where(np.diff(held, prepend=np.nan) != 0.0, place, 0))
     return place - changed >= count

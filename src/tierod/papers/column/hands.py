@@ -1,4 +1,4 @@
-"""How soon hands that come and go are seen on benches that differ from the vehicle file, and how often wrongly."""
+"""Delay until hands that come and go are seen on benches that differ from the vehicle file, and false detections."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ RELEASE_MEDIAN = 416.0
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """What the study finds out about hands on and off."""
+    """Items of the study of hands on and off."""
     yield Heading(
         "Hands on and hands off",
         (

@@ -70,7 +70,7 @@ class Sensing:
 
 
 class Figures(NamedTuple):
-    """What came of one drive; torques are root mean squares of the error [N m]."""
+    """Figures of one drive; torques are root mean squares of the error [N m]."""
 
     bar: float
     torque: float
@@ -84,7 +84,7 @@ class Figures(NamedTuple):
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """What the study finds out on drives of the virtual car."""
+    """Items of the study on drives of the virtual car."""
     yield Heading(
         "Natural drives of the virtual car",
         (

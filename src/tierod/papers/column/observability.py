@@ -1,4 +1,4 @@
-"""What the sensors of a column show of it: Tables 2 and 3 of the paper, and the rank with disturbances."""
+"""Observability of a column by its sensors: Tables 2 and 3 of the paper, and the rank with disturbances."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def _table_2(systems: dict[str, LinearSystem]) -> Iterator[Item]:
 
 
 def single_angle_ranks(systems: list[LinearSystem]) -> dict[str, Counter[int]]:
-    """How often each rank comes out by one angle alone, by method; of tolerances each counts.
+    """Number of times that each rank comes out by one angle alone, by method; of tolerances each counts.
 
     Args:
         systems: columns
@@ -277,7 +277,7 @@ def _other_ranks(system: LinearSystem) -> dict[str, int]:
 
 
 def _bounds(system: LinearSystem) -> Table:
-    """How well each choice of sensors can do at best."""
+    """Bounds on the accuracy of each choice of sensors."""
     rows = output_subsets(extended(system, UNKNOWN_TORQUES), SAMPLING)
     return Table(
         "Least standard deviation after one second, and condition of the Gramian, by sensors",

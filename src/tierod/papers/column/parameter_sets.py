@@ -105,7 +105,7 @@ def _ratios(p: ColumnParameters) -> np.ndarray:
 
 
 def _mismatch(ratios: np.ndarray, stiffness: float) -> np.ndarray:
-    """How far the characteristic polynomial of a column is off that of the table, motor angle as seen at the shaft."""
+    """Deviation of a column's characteristic polynomial from that of the table, motor angle as seen at the shaft."""
     wheel_damping, motor_damping, motor, bar, gear = ratios
     A = np.zeros((6, 6))
     A[3:, :3] = np.eye(3)

@@ -112,7 +112,7 @@ def differences(values: np.ndarray) -> np.ndarray:
 
 
 def hand_torque(done: Run, loop: ClosedLoop) -> np.ndarray:
-    """What another loop's observer makes of a run."""
+    """Hand torque by another loop's observer over a run."""
     acted = np.concatenate([[0.0], done.signals["plant.motor_target_torque"][:-1]])
     measured = [
         done.signals[f"measured.{name}"] for name in ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")

@@ -192,7 +192,7 @@ def _ranks(found: ColumnAnalysis) -> Claim:
 
 
 def _weights(system: LinearSystem) -> Table:
-    """What the scaling of inputs and outputs does to a balanced reduction."""
+    """Effect of the scaling of inputs and outputs on a balanced reduction."""
     ratio, degree = SETS["S1"].motor_ratio, math.radians(1.0)
     torques, usual = balancing_sizes(ratio)
     rows = []

@@ -1,4 +1,4 @@
-"""The closed loop where its belief is wrong, where friction is another, and where the motor is too weak."""
+"""The closed loop with wrong assumptions, with another friction, and with a motor that is too weak."""
 
 from __future__ import annotations
 

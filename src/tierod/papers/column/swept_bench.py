@@ -209,7 +209,7 @@ def driven(hands: str, effort: Effort, pace: str = "octaves") -> list[dict[str, 
 
 
 def samples(run: Mapping[str, np.ndarray]) -> np.ndarray:
-    """What an observer is given, in the order of `ColumnSample`."""
+    """Inputs of an observer, in the order of `ColumnSample`."""
     return np.column_stack([run[name] for name in SIGNALS])
 
 

@@ -41,7 +41,7 @@ class Taken(NamedTuple):
 
 
 def taken(done: Run, grip: float) -> Taken:
-    """What happened after a grip."""
+    """Delays after a grip."""
     after = done.time >= grip
     hands = np.abs(done.signals["plant.truth_hand_torque"]) > CROSSED
     crossed = _first(done.time, after & hands)

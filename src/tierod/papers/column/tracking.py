@@ -1,4 +1,4 @@
-"""How well the closed loop follows: sines and the sweep, with every observer, and how far it is from instability."""
+"""Tracking of the closed loop: sines and the sweep, with every observer, and its margins to instability."""
 
 from __future__ import annotations
 

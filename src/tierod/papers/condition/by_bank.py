@@ -55,12 +55,12 @@ def calibrate(number: int, quick: bool) -> Known:
 
 
 def declare(known: Known, recording: Recording, name: str) -> Declared:
-    """What the bank states over a drive."""
+    """Statements of the bank over a drive."""
     return declared_of(scan(known.bank, aligned(recording)), recording["yaw_rate"].time)
 
 
 def declared_of(result: Result, time: np.ndarray) -> Declared:
-    """What any variant of the monitor has stated.
+    """Statements of any variant of the monitor.
 
     Args:
         result: of a block whose output holds statements

@@ -26,7 +26,7 @@ class Known:
     """Rules on a vehicle with its calibrations; put together where they are needed, since blocks are not sent.
 
     Args:
-        car: as its file says
+        car: as in its file
         calibrations: by whether the misprints are kept
     """
 

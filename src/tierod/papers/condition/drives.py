@@ -1,4 +1,4 @@
-"""Drives of the demonstrator: calibration, healthy ones, the tests of the paper, and more faults beyond them."""
+"""Drives of the demonstrator: calibration, fault-free ones, the tests of the paper, and more faults beyond them."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Drive:
 
     @property
     def name(self) -> str:
-        """What fails, where, in what vehicle."""
+        """Name by fault, place and vehicle."""
         faults = ", ".join(each.name for each in self.injected) or "healthy"
         later = f", {self.later[0]} times {self.later[1]:g}" if self.later else ""
         return f"{faults}, {self.course}, vehicle {self.vehicle}{later}, seed {self.seed}"
@@ -73,7 +73,7 @@ class Drive:
 
 
 def calibration_drives(vehicle: int = 1, swing: bool = True) -> tuple[Drive, tuple[Drive, ...]]:
-    """Five healthy minutes for parameters, and an hour for thresholds, on rounds drawn at random.
+    """Five fault-free minutes for parameters, and an hour for thresholds, on rounds drawn at random.
 
     Args:
         vehicle: number of the demonstrator

@@ -1,4 +1,4 @@
-"""What fails in the drives: which sensor or actuator, how, how much, when."""
+"""Faults of the drives: which sensor or actuator, how, how much, when."""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ class _View:
         )
 
     def _ratios(self, recording: Recording) -> dict[str, np.ndarray]:
-        """How many thresholds each residual is off; zero where it is not there."""
+        """Residuals in thresholds; zero where a residual is not there."""
         monitor = self.monitor
         result = scan(AllResiduals(monitor.sensors, monitor.actuators), samples_of(recording))
         lively = Excitation._make(result[f"excitation.{name}"] for name in Excitation._fields)

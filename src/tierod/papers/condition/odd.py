@@ -59,7 +59,7 @@ def said(recording: Recording, vehicle: Vehicle) -> Diagnosis | str:
 
 
 def declared_faulty(each: Diagnosis | str) -> tuple[str, ...]:
-    """What is called faulty."""
+    """Elements that were declared faulty."""
     if isinstance(each, str):
         return ()
     return tuple(element.name for element in each.elements if element.status == Status.FAULT)

@@ -46,7 +46,7 @@ TEXT = (
 
 
 class Judged(NamedTuple):
-    """What a diagnosis made of the recording of a car.
+    """Diagnosis of the recording of a car.
 
     Args:
         quiet: as it was made, after the learning
@@ -277,6 +277,6 @@ def _scored(
 
 
 def _failing(each: Injected, time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """What a sensor reads with a fault."""
+    """Readings of a sensor with a fault."""
     name = each.element
     return injected(Recording({name: Channel(name, time, values, "")}), [each.fault])[name].values

@@ -53,7 +53,7 @@ class RealCar:
 
     @property
     def known(self) -> Vehicle:
-        """Its vehicle file."""
+        """Vehicle that the file of the car holds."""
         return load(self.vehicle)
 
     def recording(self) -> Recording | None:

@@ -96,7 +96,7 @@ def _recording(columns: dict[str, np.ndarray]) -> Recording:
 
 
 def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
-    """How far everything that fails in a drive is from what it would be without the fault, sample by sample.
+    """Deviation of everything that fails in a drive from its value without the fault, sample by sample.
 
     Args:
         drive: with its faults
@@ -117,7 +117,7 @@ def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
 
 
 def fault_free(sensor: str, recording: Recording, sensors: SensorSet) -> np.ndarray:
-    """What a sensor would read without fault and noise, in its unit."""
+    """Readings of a sensor without fault and noise, in its unit."""
     return sensors[sensor].gain * recording[f"truth_{sensor}"].values + sensors[sensor].bias
 
 
@@ -127,7 +127,7 @@ def truth(actuator: str) -> str:
 
 
 def each(work: Callable[[Drive, Recording], Any], drives: Sequence[Drive], effort: Effort) -> list[Any]:
-    """What a function makes of every drive's recording, in the order of the drives.
+    """Results of a function for every drive's recording, in the order of the drives.
 
     Args:
         work: importable function of drive and recording, with picklable results, or a partial of one
@@ -163,7 +163,7 @@ class CalibrationSet(NamedTuple):
 
 
 def calibration_set(number: int, quick: bool, drives: int = QUICK_DRIVES) -> CalibrationSet:
-    """Five healthy minutes of a vehicle and an hour; 80 seconds and a few drives of ten minutes if quick.
+    """Five fault-free minutes of a vehicle and an hour; 80 seconds and a few drives of ten minutes if quick.
 
     Args:
         number: of the vehicle

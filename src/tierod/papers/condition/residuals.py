@@ -67,7 +67,7 @@ class JudgedResidual:
 
     @property
     def condition(self) -> str:
-        """When it is judged, in words."""
+        """Condition under which it is judged, in words."""
         words = {
             "moving": "above walking speed",
             "gentle": "below 6 m/s2 across",

@@ -45,7 +45,7 @@ _scored: dict[tuple[Any, ...], list[DriveScore]] = {}
 
 
 def calibrations(names: Iterable[str], vehicles: Iterable[int], effort: Effort) -> dict[tuple[str, int], Any]:
-    """What every variant has learnt of every vehicle, by (module of the variant, number of the vehicle).
+    """Calibrations of every variant to every vehicle, by (module of the variant, number of the vehicle).
 
     Args:
         names: of the variants

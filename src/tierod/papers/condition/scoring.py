@@ -31,7 +31,7 @@ UNNAMED, AMBIGUOUS, NEVER = "none", "ambiguous", "never shows"
 
 
 class StrictScore(NamedTuple):
-    """How a fault was diagnosed, observable as soon as a likelihood-ratio test with true parameters sees it.
+    """Score of a fault, observable as soon as a likelihood-ratio test with true parameters detects it.
 
     Args:
         outcome, accuracy_excused, delay_shown: as of `FaultScore`
@@ -43,7 +43,7 @@ class StrictScore(NamedTuple):
 
 
 class FaultScore(NamedTuple):
-    """How one fault was diagnosed.
+    """Score of one fault's diagnosis.
 
     Args:
         injected: the fault
@@ -84,7 +84,7 @@ class FaultScore(NamedTuple):
 
 
 class DriveScore(NamedTuple):
-    """How one drive was diagnosed.
+    """Score of one drive's diagnosis.
 
     Args:
         drive: what was driven
@@ -92,7 +92,7 @@ class DriveScore(NamedTuple):
         wrong_share: share of the time with faults in which a fault-free element is declared
         false_alarms: declarations that begin while nothing, or something else, is at fault, those within a fault aside
         healthy_hours: without fault
-        flagged_share: share of the healthy time in which anything at all is declared
+        flagged_share: share of the fault-free time in which anything at all is declared
         named: what was declared at most samples at which a fault shows and all have shown for a while
     """
 
@@ -184,7 +184,7 @@ def _graded(
 
 
 def _excited(shows: np.ndarray, first: int | None, time: np.ndarray) -> float:
-    """How long a fault has shown before a sample [s]; infinite where there is none."""
+    """Time for which a fault has shown before a sample [s]; infinite where there is none."""
     return math.inf if first is None else float(np.sum(shows[:first])) * _step(time)
 
 

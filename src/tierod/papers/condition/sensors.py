@@ -123,7 +123,7 @@ def _claims(of: Sequence[DriveScore]) -> Iterator[Claim]:
 
 
 def _strict_claims(known: Summary) -> Iterator[Claim]:
-    """The same, where a fault is observable as soon as a test with true parameters and motion sees it."""
+    """The same, where a fault is observable as soon as a test with true parameters and motion detects it."""
     sees = "seen by a likelihood-ratio test with true parameters"
     yield _claim("strict-missed", f"Faults missed, {sees}.", known.strict.missed, exactly(0.0))
     yield _claim("strict-worst", f"Accuracy of the worst test of faults {sees}.", known.strict.worst, at_least(0.96))

@@ -39,7 +39,7 @@ ASIDE = {
 
 
 class Seen(NamedTuple):
-    """What a residual made of a fault.
+    """Response of a residual to a fault.
 
     Args:
         share: of the fault's time beyond the threshold
@@ -55,7 +55,7 @@ Signatures = Mapping[tuple[str, str], Mapping[str, Seen]]
 
 
 def signatures(tests: Sequence[Drive], recordings: Sequence[Recording], monitor: RuleMonitor) -> Signatures:
-    """What every residual makes of the faults of some drives, mean over all of one element and kind.
+    """Responses of every residual to the faults of some drives, mean over all of one element and kind.
 
     Args:
         tests: drives with one fault each

@@ -24,13 +24,13 @@ from tierod.papers.condition.scoring import (
 
 
 class Strict(NamedTuple):
-    """Figures of the faults that a likelihood-ratio test with true parameters sees.
+    """Figures of the faults that a likelihood-ratio test with true parameters detects.
 
     Args:
         missed: never declared
         not_testable: not even seen by that test
-        worst: least accuracy without the samples at which that test sees nothing
-        delays: from the first sample at which that test sees them, of those found, ascending
+        worst: least accuracy without the samples at which that test detects nothing
+        delays: from the first sample at which that test detects them, of those found, ascending
     """
 
     missed: int
@@ -59,7 +59,7 @@ class Summary(NamedTuple):
         false_alarms: outside faults
         healthy_hours: without fault
         bound: upper 95 % bound of the rate of false alarms
-        strict: the same faults, observable as soon as a likelihood-ratio test with true parameters sees them
+        strict: the same faults, observable as soon as a likelihood-ratio test with true parameters detects them
     """
 
     drives: int
@@ -144,7 +144,7 @@ def share_within(delays: np.ndarray, limit: float) -> float:
 
 
 def confusion(scores: Iterable[DriveScore]) -> dict[str, Counter[str]]:
-    """How often the faults of a drive went by which name, by what had failed."""
+    """Counts of the names that were declared for the faults of a drive, by what had failed."""
     found: dict[str, Counter[str]] = defaultdict(Counter)
     for each in scores:
         if each.faults:
@@ -153,7 +153,7 @@ def confusion(scores: Iterable[DriveScore]) -> dict[str, Counter[str]]:
 
 
 def injected_name(each: DriveScore) -> str:
-    """What has failed in a drive, in the form of `DriveScore.named`."""
+    """Name of the failed elements of a drive, in the form of `DriveScore.named`."""
     failed = {fault.injected.element for fault in each.faults}
     return " + ".join(element for element in ELEMENTS if element in failed)
 

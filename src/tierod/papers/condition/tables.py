@@ -68,7 +68,7 @@ def by_group(title: str, scores: Scores, group: Callable[[DriveScore], str], hea
 
 
 def confused(title: str, scores: Sequence[DriveScore], note: str = "") -> Table:
-    """What went by which name, a row for everything that failed."""
+    """Table of declared names, a row for everything that failed."""
     found = confusion(scores)
     names = sorted({name for row in found.values() for name in row}, key=lambda name: (name not in found, name))
     rows = tuple((failed, *(str(row.get(name, 0)) for name in names)) for failed, row in found.items())
@@ -76,7 +76,7 @@ def confused(title: str, scores: Sequence[DriveScore], note: str = "") -> Table:
 
 
 def named(title: str, scores: Sequence[DriveScore], note: str = "") -> Table:
-    """What went by which name, in words: for many names."""
+    """Table of declared names in words, for many names."""
     rows = tuple((failed, _words(row)) for failed, row in confusion(scores).items())
     return Table(title, ("failed", "named"), rows, note)
 

@@ -67,7 +67,7 @@ def where_shown(
 
 
 def known_by_noise(drive: Drive) -> dict[str, float]:
-    """Standard deviation of each true value for whoever knows the motion and all parameters, over `ALIKE` seconds.
+    """Standard deviation of each true value given the motion and all parameters, over `ALIKE` seconds.
 
     No test can do better: only white noise and steps of the sensors are left, and a likelihood ratio averages them.
     Lost torque of a motor is read from the shaft's torque, that of a drive from the acceleration along the road.
@@ -91,7 +91,7 @@ def known_by_noise(drive: Drive) -> dict[str, float]:
 
 
 class Declared(NamedTuple):
-    """A diagnosis over time; elements that a mapping lacks are as if nothing were ever said of them.
+    """A diagnosis over time; elements that a mapping lacks count as never stated.
 
     Args:
         time: of the samples
@@ -114,7 +114,7 @@ class Declared(NamedTuple):
     deviation: Mapping[str, np.ndarray] = NOTHING
 
     def since(self, place: int) -> Declared:
-        """What is said from one sample on."""
+        """Statements from one sample on."""
         parts = (getattr(self, name) for name in self._fields[1:])
         return Declared(self.time[place:], *({key: each[place:] for key, each in part.items()} for part in parts))
 
@@ -134,7 +134,7 @@ def truths(drive: Drive, time: np.ndarray) -> dict[str, np.ndarray]:
 
 
 class Truth(NamedTuple):
-    """What a diagnosis of a drive is held against, on the samples of its recording.
+    """Ground truth for a diagnosis of a drive, on the samples of its recording.
 
     Args:
         off: by element that fails, how far it is from what it would be without fault, see `recorded.deviations`
@@ -152,7 +152,7 @@ class Truth(NamedTuple):
 
     @property
     def strict(self) -> Truth:
-        """The same, where a fault is observable as soon as a test with true parameters sees it."""
+        """The same, where a fault is observable as soon as a test with true parameters detects it."""
         return self._replace(known=self.noise or self.known)
 
     def shows(self, element: str, there: np.ndarray) -> np.ndarray:

@@ -49,7 +49,7 @@ _BOTH = ("two bodies, the angle measured", "two bodies, both measured (eqs 4, 5)
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """What each way of sampling costs and loses, and r1 of both filters."""
+    """Items on cost and loss of each way of sampling, and r1 of both filters."""
     yield Heading("The steering as two bodies (eqs 3, 4)", TEXT)
     samplings = sampled(0.5 if effort.quick else 2.0)
     yield Table(
@@ -175,7 +175,7 @@ class OnDrive(NamedTuple):
 
 
 def drive_of(block: UnscentedFilter, copied: bool) -> OnDrive:
-    """What a filter makes of the test drive.
+    """Result of a filter on the test drive.
 
     Args:
         block: of `filters`

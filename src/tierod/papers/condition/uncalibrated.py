@@ -40,7 +40,7 @@ HOURS = 1.0
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """What is found on uncalibrated vehicles, and what is not."""
+    """Items on what is found on uncalibrated vehicles, and what is not."""
     plans = [(number, *plan) for number, plan in zip(vehicles(effort), PLANS, strict=False)]
     faulty = [drive for plan in plans for drive in more_kinds(*plan) if _chosen(drive)]
     faulty = faulty[::6] if effort.quick else faulty

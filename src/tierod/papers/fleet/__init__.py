@@ -1,1 +1,1 @@
-"""What a fleet shows that one car does not: the errors of a monitor, ramps over months, and cohorts."""
+"""Evidence from a fleet that one car does not give: the errors of a monitor, ramps over months, and cohorts."""

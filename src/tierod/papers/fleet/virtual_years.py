@@ -61,7 +61,7 @@ class Years:
 
 @dataclass(frozen=True)
 class Counted:
-    """What came out of one kind of fleet.
+    """Counts of one kind of fleet.
 
     Args:
         years: vehicle-years that were watched without a change

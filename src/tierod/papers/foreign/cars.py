@@ -37,7 +37,7 @@ def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """What is worse than at home first."""
+    """Items of the study; what is worse than at home comes first."""
     yield Heading("Sensors of CommonRoad's car", TEXT)
     car = MultibodyCar(
         "CommonRoad's car", ("", ""), "rav4", None, LEARNING, STARTS, LASTING, seed=SENSORS.of(CAR, 1)[0]

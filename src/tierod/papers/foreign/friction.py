@@ -110,7 +110,7 @@ def _on(
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """What is worse than at home first: bias and deviations, then verdicts."""
+    """Items of the study; what is worse than at home comes first: bias and deviations, then verdicts."""
     seed = FRICTION.of(COLUMN, 1)[0]
     cars, minutes = (1, 6.0) if effort.quick else (CARS, MINUTES)
     tasks = [(law, number, seed, minutes) for law in LAWS for number in range(cars)]

@@ -156,7 +156,7 @@ def alarms_of(outputs: Result, during: np.ndarray) -> dict[str, float]:
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """What is worse than at home first: false alarms, then faults."""
+    """Items of the study; what is worse than at home comes first: false alarms, then faults."""
     yield Heading("Motors of motulator", TEXT)
     seed, drives = MOTORS.of(BY_NAME, 1)[0], 3 if effort.thorough else 1
     machines = list(MACHINES)[:1] if effort.quick else list(MACHINES)

@@ -112,7 +112,7 @@ def course(minutes: float, seed: int) -> Course:
 
 
 def driven(car: RubbingCar, way: Course, seed: int) -> np.ndarray:
-    """What the sensors read, every 10 ms in the order of `SIGNALS`, (n, 7).
+    """Readings of the sensors, every 10 ms in the order of `SIGNALS`, (n, 7).
 
     Args:
         car: the plant

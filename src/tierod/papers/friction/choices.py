@@ -1,4 +1,4 @@
-"""What the paper claims of the choices in its filter, in section 4.3 and appendix B."""
+"""Claims of the paper about the choices in its filter, in section 4.3 and appendix B."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ FILTERS = {
 
 @dataclass(frozen=True)
 class Found:
-    """What one condition does.
+    """Result of one condition.
 
     Args:
         overlaps: of the baseline's variances, healthy and PWM 25 %, by variant
@@ -49,7 +49,7 @@ class Found:
     estimates: dict[tuple[str, float], np.ndarray]
 
     def deviations(self, name: str) -> tuple[float, float]:
-        """Standard deviation of a reading, healthy and PWM 25 % [N*m]."""
+        """Standard deviation of a reading, fault-free and PWM 25 % [N*m]."""
         healthy, faulty = (deviation(self.estimates[name, level]) for level in LEVELS)
         return healthy, faulty
 
@@ -212,6 +212,6 @@ def _claims(found: dict[str, Found]) -> Iterator[Claim]:
 
 
 def _distance(deviations: tuple[float, float]) -> float:
-    """How far the worse of two standard deviations lies outside of the printed range [N*m]."""
+    """Distance of the worse of two standard deviations outside of the printed range [N*m]."""
     low, high = PRINTED_DEVIATION
     return max(max(low - value, value - high, 0.0) if np.isfinite(value) else np.inf for value in deviations)

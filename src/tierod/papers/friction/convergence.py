@@ -1,4 +1,4 @@
-"""How long the printed filter takes to the true friction, over the variance P0 that is not printed."""
+"""Convergence time of the printed filter to the true friction, over the variance P0 that is not printed."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _mean_time(digests: Sequence[Digest], name: str, share: float) -> tuple[floa
 
 
 def _own(digests: Sequence[Digest], name: str) -> float:
-    """Enabled time [s] to 95 % of the way to the mean of what follows, which says nothing of the truth."""
+    """Enabled time [s] to 95 % of the way to the mean of what follows, which is no statement on the truth."""
     times = [reached(each, name, 0.95, each.mean(name))[0] for each in digests if math.isfinite(each.mean(name))]
     return mean(np.array(times)) if times else math.inf
 

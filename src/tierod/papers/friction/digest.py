@@ -1,4 +1,4 @@
-"""What is kept of one drive: every estimator's course, the baseline's windows, and the verdict."""
+"""Digest of one drive: every estimator's course, the baseline's windows, and the verdict."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Windows:
-    """What the baseline monitor made of a drive.
+    """Windows of the baseline monitor over a drive.
 
     Args:
         variance: of every window, once a second [(N*m)**2]
@@ -77,7 +77,7 @@ class Windows:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the default monitor said.
+    """Verdict of the default monitor.
 
     Args:
         status: at the end of the drive
@@ -98,7 +98,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Digest:
-    """What is kept of one drive.
+    """Digest of one drive.
 
     Args:
         seconds: duration [s]
@@ -218,7 +218,7 @@ def lag_between(late: np.ndarray, early: np.ndarray, longest: float = 0.5) -> fl
 
 
 def _changed_at(case: Case) -> float | None:
-    """When friction steps [s]; None where it does not."""
+    """Time at which friction steps [s]; None where it does not."""
     course = case.friction
     return course.times[0] if not isinstance(course, float) and len(course.times) == 2 else None
 

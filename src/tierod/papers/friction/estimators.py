@@ -92,7 +92,7 @@ def without(
 
 
 def _single_law() -> PreslidingFrictionFilter:
-    """What the default estimator grew from: one exponential law, 5 Hz before it, a play, six coefficients."""
+    """Predecessor of the default estimator: one exponential law, 5 Hz before it, a play, six coefficients."""
     left_out = ("finite", "long", "trail_drop", "load_share", *ROAD)
     return replace(without(*left_out, cutoff=5.0, half_width=3e-4, rigid=True), regressor_cutoff=49.0)
 

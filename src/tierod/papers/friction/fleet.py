@@ -1,4 +1,4 @@
-"""How exact the estimators are where no two cars, sensors and sets of tyres are alike."""
+"""Accuracy of the estimators where no two cars, sensors and sets of tyres are alike."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def healthy_drives(effort: Effort) -> tuple[Case, ...]:
 
 
 def faulty_drives(effort: Effort) -> dict[str, tuple[Case, ...]]:
-    """One drive of every car with every fault, on other roads and other tyres than the healthy one."""
+    """One drive of every car with every fault, on other roads and other tyres than the fault-free one."""
     chance = np.random.default_rng(1)
     tyres = list(TYRES)
     drives: dict[str, list[Case]] = {"PWM 15%": [], "PWM 20%": [], "PWM 25%": []}

@@ -17,7 +17,7 @@ from tierod.monitors.friction.refined import RefinedFrictionMonitor
 class LinearisedFrictionMonitor(RefinedFrictionMonitor):
     """The refined monitor on `LinearisedFrictionEstimation`: the operating point enters as inputs.
 
-    Angle and rate there are measured or estimated, as `operating_point` says; torque and friction are estimated.
+    Angle and rate there are measured or estimated, as of `operating_point`; torque and friction are estimated.
     Source: Mohtat et al., appendix B.
     """
 

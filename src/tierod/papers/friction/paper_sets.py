@@ -50,7 +50,7 @@ class PaperSets:
 
 
 def paper_sets(effort: Effort) -> PaperSets:
-    """98 and 78 minutes of the healthy car in drives of 13 (one of 7), and one drive of 7 and 6 minutes a fault."""
+    """98 and 78 minutes of the fault-free car in drives of 13 (one of 7), and one drive of 7 and 6 minutes a fault."""
     healthy = ((4.0, 4.0), (4.0,)) if effort.quick else ((13.0,) * 7 + (7.0,), (13.0,) * 6)
     faulty = (4.0, 4.0) if effort.quick else (7.0, 6.0)
     states = list(STATES)

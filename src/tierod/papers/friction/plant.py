@@ -174,7 +174,7 @@ def _tyre_error() -> float:
 
 
 def _or_none(work: Callable[[], Any]) -> Any:
-    """What the other simulator gives; None where it is not installed."""
+    """Result of the other simulator; None where it is not installed."""
     try:
         return work()
     except (InputError, ImportError):

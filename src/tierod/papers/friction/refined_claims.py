@@ -1,4 +1,4 @@
-"""What the paper claims of its refined algorithm, in sections 3, 5 and 6, on its drives."""
+"""Claims of the paper about its refined algorithm, in sections 3, 5 and 6, on its drives."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _on_data(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
 
 
 def _on_separation(healthy: np.ndarray, faulty: np.ndarray) -> Iterator[Claim]:
-    """How well estimates [N*m] of the fault-free and the worst health state are separated."""
+    """Separation of estimates [N*m] of the fault-free and the worst health state."""
     yield Claim(
         "paper.separation",
         "The refined algorithm distinguishes the friction fault from the healthy system with maximum accuracy.",

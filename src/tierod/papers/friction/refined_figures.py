@@ -54,7 +54,7 @@ def items(drives: Drives, effort: Effort) -> Iterator[Item]:
 
 
 def _courses(sets: PaperSets, drives: Drives) -> Iterator[Chart]:
-    """Figures 5 and 6: one healthy and one faulty drive of the development set."""
+    """Figures 5 and 6: one fault-free and one faulty drive of the development set."""
     for number, state in ((5, "Healthy"), (6, WORST)):
         case = sets.development[state][0]
         for digest in drives.of([case]):
@@ -141,7 +141,7 @@ def _boxes(estimates: dict[str, np.ndarray]) -> Chart:
 
 
 def _by_tyres(sets: PaperSets, drives: Drives) -> Iterator[Item]:
-    """Figure 9: healthy and faulty on every kind of tyre."""
+    """Figure 9: fault-free and faulty on every kind of tyre."""
     found = {
         (tyres, state): pooled(drives.of(sets.on(tyres, state)), named.PRINTED) for tyres in TYRES for state in STATES
     }

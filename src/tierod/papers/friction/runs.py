@@ -1,4 +1,4 @@
-"""Runs the drives that the parts of the study ask for: each once, on all cores, references first."""
+"""Runs the drives that the parts of the study need: each once, on all cores, references first."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ class Drives:
 
 
 def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress, first: int = 0) -> Drives:
-    """Every drive once, with all estimators that any part wants.
+    """Every drive once, with all estimators that any part needs.
 
     Args:
-        parts: what each part of the study wants
+        parts: drives that each part of the study needs
         effort: what makes the drives
         progress: called with the share of the driving done and what is driven
         first: seed from which the numbers of the drives count

@@ -1,4 +1,4 @@
-"""What the search for the paper's conditions tries: one thing at a time, and then together."""
+"""Trials in the search for the paper's conditions: one thing at a time, and then together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What cars, sensors and roads of the study differ in, by name: tyres, friction laws, conditions, scatter."""
+"""Differences between cars, sensors and roads of the study, by name: tyres, friction laws, conditions, scatter."""
 
 from __future__ import annotations
 

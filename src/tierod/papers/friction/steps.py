@@ -1,4 +1,4 @@
-"""How soon the verdict comes after friction has stepped up, and how soon the paper's filters cross a threshold."""
+"""Delay of the verdict after friction has stepped up, and of the paper's filters until they cross a threshold."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def clean_drive(
 
 
 def bench_inputs(target: np.ndarray) -> dict[str, np.ndarray]:
-    """What acts on a bench under control of its angle, nothing wrong.
+    """Inputs of a bench under control of its angle, without a fault.
 
     Args:
         target: angle, a value per step of the bench [rad]
@@ -121,7 +121,7 @@ def fine(found: Result, name: str) -> np.ndarray:
 
 
 def faulty_ports(fault: Fault, since: np.ndarray, target: np.ndarray) -> dict[str, np.ndarray]:
-    """What a fault does to the port of its signal.
+    """Effect of a fault on the port of its signal.
 
     Args:
         fault: which
@@ -140,7 +140,7 @@ def faulty_ports(fault: Fault, since: np.ndarray, target: np.ndarray) -> dict[st
 
 
 def recorded(found: Result, inputs: Mapping[str, np.ndarray], quantum: float = 0.0, start: float = 0.0) -> BenchDrive:
-    """What the bench's signals are behind their ports; slow signals at their instants.
+    """Signals of the bench behind their ports; slow signals at their instants.
 
     Args:
         found: outputs of the bench

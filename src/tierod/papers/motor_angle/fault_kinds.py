@@ -1,4 +1,4 @@
-"""What can go wrong with a motor's angle sensor, and with one current: kinds and sizes."""
+"""Faults of a motor's angle sensor, and of one current: kinds and sizes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FIVE_DEGREES = 5.0 * DEGREE
 
 @dataclass(frozen=True)
 class Fault:
-    """What becomes of a signal, over the time since the fault began.
+    """Effect of a fault on a signal, over the time since its onset.
 
     Args:
         name: in words

@@ -47,7 +47,7 @@ class Trial(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What became of one fault in one trial.
+    """Outcome of one fault in one trial.
 
     Args:
         delay: from when it is as large as five degrees to the first alarm [ms]; infinite where none came
@@ -141,7 +141,7 @@ def begin(trial: Trial) -> Begun | None:
 
 
 def found(begun: Begun, fault: Fault) -> Found:
-    """What becomes of a fault from there on."""
+    """Outcome of a fault from there on."""
     after = round(AFTER * RATE / SUBSTEPS)
     inputs = bench_inputs(target(begun.trial, begun.step + after)[begun.step :])
     since = np.arange(-1, after - 1) * SUBSTEPS / RATE

@@ -102,7 +102,7 @@ class FeedforwardAngle:
                 )
 
     def init(self) -> FeedforwardState:
-        """Nothing seen."""
+        """State before the first sample."""
         none = StatorVector(0.0, 0.0)
         return FeedforwardState(none, none, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -250,7 +250,7 @@ class FeedforwardWithLoad:
         return cls(FeedforwardAngle(p, slow=slow), tuple(row[0] for row in gain))  # type: ignore[arg-type]
 
     def init(self) -> FollowedState:
-        """Nothing seen."""
+        """State before the first sample."""
         return FollowedState(self.feedforward.init(), RotorState(0.0, 0.0, 0.0), 0.0)
 
     def step(self, state: FollowedState, sample: MotorAngleObserver.Sample) -> tuple[FollowedState, Tree]:

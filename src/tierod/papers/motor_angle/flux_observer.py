@@ -62,7 +62,7 @@ class FluxObserver:
         check_ranges(self)
 
     def init(self) -> FluxState:
-        """Nothing seen."""
+        """State before the first sample."""
         return FluxState(StatorVector(self.parameters.motor_flux, 0.0), StatorVector(0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: FluxState, sample: MotorAngleObserver.Sample) -> tuple[FluxState, Tree]:

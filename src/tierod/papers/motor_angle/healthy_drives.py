@@ -55,7 +55,7 @@ class AlarmWatch:
         counts: Annotated[float, ""]
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(self.monitor.init(), 0.0)
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
@@ -68,7 +68,7 @@ class AlarmWatch:
 
 
 class HealthyDrive(NamedTuple):
-    """What one fault-free drive gave.
+    """Result of one fault-free drive.
 
     Args:
         turning: time in which the angle was known [s]

@@ -34,7 +34,7 @@ HELD = "held, knee"
 
 
 def items(effort: Effort) -> Iterator[Item]:
-    """Errors by what is known of the inverter, the identified knee, and whether a wrong one is said."""
+    """Errors by the knowledge of the inverter, the identified knee, and whether a wrong one is reported."""
     yield Heading(
         "Voltages as commanded",
         (
@@ -63,7 +63,7 @@ def identified(seen: ObserverDrive) -> InverterFit:
 
 
 def said_wrong(seen: ObserverDrive, knee: float) -> bool:
-    """Whether a finding would say that the vehicle file's knee is wrong.
+    """Whether a finding would report that the vehicle file's knee is wrong.
 
     Args:
         seen: a drive

@@ -1,4 +1,4 @@
-"""What a load that an observer does not know does to its speed: computed, and measured on the bench."""
+"""Speed error of an observer by a load that it does not model: computed, and measured on the bench."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ NOISE = tuple(NOISES[name] for name in MotorAngleObserver.Sample._fields)
 
 @dataclass(frozen=True)
 class ObserverDrive:
-    """A drive as an observer sees it, and the truth.
+    """A drive by the inputs of an observer, and the truth.
 
     Args:
         samples: of `MotorAngleObserver.Sample`, (n, 5), at `RATE`
@@ -156,7 +156,7 @@ def with_true(p: SampledMotorParameters, resistance: float, flux: float, inducta
 
 
 class Accuracy(NamedTuple):
-    """How an observer follows: root mean squares of speed [rad/s] and angle [rad], the largest error of that [rad]."""
+    """Accuracy of an observer: root mean squares of speed [rad/s] and angle [rad], the largest error of that [rad]."""
 
     speed: float
     angle: float
@@ -190,7 +190,7 @@ def methods(vehicle: str = "motor-bench") -> dict[str, Block]:
 
 
 def accuracy(observer: Block, drives: list[ObserverDrive]) -> Accuracy:
-    """How an observer follows some drives."""
+    """Accuracy of an observer over some drives."""
     squares, largest = np.zeros(2), 0.0
     for seen in drives:
         found = seen.observed(observer)

@@ -48,7 +48,7 @@ class KalmanSpeed:
 
     @property
     def extras(self) -> tuple[str, ...]:
-        """What it estimates besides the speed."""
+        """Further estimates beside the speed."""
         return ("motor_load_torque", "nis") if self._loaded else ("nis",)
 
     @property
@@ -60,7 +60,7 @@ class KalmanSpeed:
         return self.filter.init()
 
     def advance(self, before: Belief, voltage: RotorVector, current: RotorVector) -> tuple[Belief, tuple[Scalar, ...]]:
-        """One sample on: (belief, (speed, load, nis))."""
+        """One sample on: (estimate, (speed, load, nis))."""
         model = self.filter.model
         inputs = model.Input(*voltage) if self._loaded else model.Input(*voltage, 0.0)
         after, estimate = self.filter.step(before, self.filter.Sample(inputs, model.Output(*current)))

@@ -100,7 +100,7 @@ class RotorFrameObserver:
             raise ParameterError(f"axes is '{self.axes}'{nearest(self.axes, AXES)}; expected {' or '.join(AXES)}")
 
     def init(self) -> RotorFrameState:
-        """Nothing seen."""
+        """State before the first sample."""
         return RotorFrameState(self.inner.start(), 0.0, 0.0, 0.0)
 
     def step(self, state: RotorFrameState, sample: MotorAngleObserver.Sample) -> tuple[RotorFrameState, Tree]:

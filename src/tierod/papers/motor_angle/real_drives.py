@@ -247,7 +247,7 @@ def _observers() -> dict[str, Block]:
 
 
 def _samples(recording: Recording, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    """What an observer sees, between the samples by splines, and the drive's own estimate [rad]."""
+    """Inputs of an observer, between the samples by splines, and the drive's own estimate [rad]."""
     from scipy.interpolate import CubicSpline
 
     time = recording[_CURRENTS[0]].time

@@ -55,7 +55,7 @@ WRONG = {
 
 
 class Course(NamedTuple):
-    """One drive to be measured: of the motor, of the bench, what the file says, whether it is fast."""
+    """One drive to be measured: of the motor, of the bench, values in the file, whether it is fast."""
 
     ratio: float
     seed: int
@@ -64,7 +64,7 @@ class Course(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """What became of a fault-free drive: time with a known angle [s], whether anything alarmed."""
+    """Result of a fault-free drive: time with a known angle [s], whether anything alarmed."""
 
     known: float
     alarmed: bool

@@ -1,4 +1,4 @@
-"""Benches with salient motors, loads that step within one sample, and the monitor with what a file says of them."""
+"""Benches with salient motors, loads that step within one sample, and the monitor with a file's values of them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ WEAKENING = 0.9
 
 @dataclass(frozen=True)
 class Assumed:
-    """What the vehicle file says of a motor, over what is true.
+    """Parameters of a motor in the vehicle file over the true ones.
 
     Args:
         direct, quadrature: inductances along and across the flux
@@ -144,7 +144,7 @@ def fast_drive(ratio: float, seed: int, seconds: float) -> BenchDrive:
 
 
 def found_on_salient(ratio: float, seed: int, fault: Fault, assumed: Assumed = RIGHT) -> Found | None:
-    """What becomes of a fault that begins at a random instant at which the angle is known; None without such an one.
+    """Outcome of a fault from a random instant at which the angle is known; None without such an instant.
 
     Args:
         ratio: of the inductances

@@ -36,7 +36,7 @@ TEXT = (
 
 @dataclass(frozen=True)
 class Delays:
-    """What became of one fault in some trials.
+    """Delays of one fault in some trials.
 
     Args:
         found: of every trial

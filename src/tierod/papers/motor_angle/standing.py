@@ -156,7 +156,7 @@ class Held(NamedTuple):
     Args:
         drift: of the angle from the first to the last second [rad]
         early, late: standard deviation that it claims, after the first second and at the end [rad]
-        back: time from turning again until it knows the angle [s]
+        back: time from turning again until the angle is known [s]
     """
 
     drift: float

@@ -32,7 +32,7 @@ TARGET = "target of tierod"
 
 @dataclass(frozen=True)
 class AtTemperature:
-    """How the default follows drives at one temperature, or over a ramp.
+    """Accuracy of the default over drives at one temperature, or over a ramp.
 
     Args:
         name: in words
@@ -96,7 +96,7 @@ def ramp(seed: int, begin: float, end: float) -> ObserverDrive:
 
 
 def judged(name: str, degrees: float, drives: list[ObserverDrive]) -> AtTemperature:
-    """How the default follows, and what its monitor alarms.
+    """Accuracy of the default, and the alarms of its monitor.
 
     Args:
         name: of the drives

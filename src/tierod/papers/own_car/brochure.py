@@ -17,7 +17,7 @@ SOURCE = "brochure"
 
 
 def brochure_car(name: str, kind: str, mass: float, wheelbase: float, torques_known: bool = True) -> Vehicle:
-    """What `tierod new NAME.toml --class KIND mass=... wheelbase=...` writes.
+    """Vehicle as `tierod new NAME.toml --class KIND mass=... wheelbase=...` writes it.
 
     Args:
         name: of the car
@@ -45,7 +45,7 @@ def brochure_car(name: str, kind: str, mass: float, wheelbase: float, torques_kn
 
 
 def identified(car: Vehicle, found: VehicleIdentification) -> Vehicle:
-    """What `tierod identify vehicle` leaves in the file: as before where it gives a reason to doubt.
+    """Vehicle as `tierod identify vehicle` leaves it in the file: as before where it gives a reason to doubt.
 
     Args:
         car: the file before

@@ -1,4 +1,4 @@
-"""Virtual cars drawn over the classes, each with what a brochure says of it, and with its true parameters."""
+"""Virtual cars drawn over the classes, each with its brochure data, and with its true parameters."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ SENSOR_FORWARD = 0.25
 
 @dataclass(frozen=True)
 class UnknownCar:
-    """A virtual car of which its user knows the brochure.
+    """A virtual car with a brochure.
 
     Args:
         name: number and class
@@ -180,7 +180,7 @@ def _axle(axle: Any, load: float) -> float:
 
 
 def _knowing(driver: Any, chassis: Any, ratio: float) -> Any:
-    """The driver who knows the car."""
+    """The driver with the parameters of the car."""
     return replace(
         driver,
         mass=chassis.mass,
@@ -192,7 +192,7 @@ def _knowing(driver: Any, chassis: Any, ratio: float) -> Any:
 
 
 def true_values(block: Any) -> dict[str, float]:
-    """What the plant has of the parameters of a vehicle file, in SI units.
+    """Values of the plant for the parameters of a vehicle file, in SI units.
 
     Args:
         block: an `EpsCar` on two tracks

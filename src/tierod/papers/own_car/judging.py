@@ -152,7 +152,7 @@ def driven(car: UnknownCar, minutes: float, seed: int) -> Recording:
 
 
 def without_truth(recording: Recording) -> Recording:
-    """What the bus of a production car gives."""
+    """Recording of the signals that the bus of a production car carries."""
     return Recording({name: recording[name] for name in ON_BUS if name in recording})
 
 

@@ -30,7 +30,7 @@ CLASSES = ("small", "midsize", "large", "suv", "van", "race-car")
 
 @dataclass(frozen=True)
 class Known:
-    """What a brochure says of a real car.
+    """Brochure data of a real car.
 
     Args:
         vehicle: its shipped file, of which the channel map alone is used, and the files of the others

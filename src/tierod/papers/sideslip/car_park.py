@@ -85,7 +85,7 @@ def items(drive: Recording | None) -> Iterator[Item]:
 
 
 def _any_noises(drive: Recording, cars: tuple[Vehicle, ...], until: float) -> Claim:
-    """What the worst choice of the noises would have cost."""
+    """Cost of the worst choice of the noises."""
     found = [math.degrees(beside_truth(drive, each, RATE).figures(until).rms) for each in cars]
     return Claim(
         "cars.passenger-car-any-noises",

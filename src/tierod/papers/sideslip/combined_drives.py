@@ -1,4 +1,4 @@
-"""What the combined sideslip estimator is judged on: drives of the virtual car steered by wire, and its beliefs."""
+"""Drives of the combined sideslip study: the virtual car steered by wire, and the estimator's assumptions."""
 
 from __future__ import annotations
 
@@ -215,7 +215,7 @@ def estimator(belief: Belief = right, readings: str = WITH, tuning: CombinedTuni
     """The combined estimator for the virtual car.
 
     Args:
-        belief: what it takes the car for
+        belief: assumed parameters of the car
         readings: name in `READINGS`
         tuning: the default one where None
     """

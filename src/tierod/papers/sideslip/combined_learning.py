@@ -1,4 +1,4 @@
-"""How soon the combined estimator learns a wrong stiffness, and how much a drive identifies of its other unknowns."""
+"""Convergence of the combined estimator from a wrong stiffness, and identification of its other unknowns by a drive."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _times() -> Iterator[Claim]:
 
 
 def _learnt(seed: int, readings: str) -> float:
-    """When both stiffnesses stay near the true ones [s], from the beginning of the steering."""
+    """Time from which both stiffnesses stay near the true ones [s], from the beginning of the steering."""
     drive = on("random steering", seed)
     result = estimated(drive, both_stiff, readings)
     error = np.maximum(*(np.abs(result[f"{axle}_stiffness"] / TRUE - 1.0) for axle in ("front", "rear")))

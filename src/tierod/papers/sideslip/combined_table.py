@@ -36,11 +36,11 @@ UNFOLLOWED = "nothing followed"
 
 @dataclass(frozen=True)
 class Case:
-    """A drive and a belief, with the claim that is made of it.
+    """A drive and assumptions of the estimator, with the claim that is made of it.
 
     Args:
         course: name of the drive
-        belief: what the estimator takes the car for
+        belief: parameters of the car that the estimator assumes
         goal: root mean square error at most, with all signals [deg]; None where none was set
         claim: name after the group
     """

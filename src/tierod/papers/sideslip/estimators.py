@@ -34,7 +34,7 @@ NAMES = (*OBSERVERS, MODEL, INVERSION)
 
 @dataclass(frozen=True)
 class Course:
-    """What an estimator said over a drive.
+    """Estimate over a drive.
 
     Args:
         sideslip_angle: [rad], (n,)
@@ -46,7 +46,7 @@ class Course:
 
 
 def samples(drive: Driven) -> np.ndarray:
-    """What an observer reads, in the order of its sample, (n, 4)."""
+    """Inputs of an observer, in the order of its sample, (n, 4)."""
     names = ("vehicle_speed", "yaw_rate", "road_wheel_angle")
     return np.column_stack([*(drive.signals[name] for name in names), drive.torque()])
 

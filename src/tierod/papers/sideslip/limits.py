@@ -1,4 +1,4 @@
-"""What limits the observers at low speed: the virtual car without the one or the other of its peculiarities."""
+"""Limits of the observers at low speed: the virtual car without the one or the other of its peculiarities."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ def _picture(seen: BesideTruth) -> Chart:
 
 
 def _recovery(laps: Recording, car: Vehicle, fixed: Vehicle, until: float) -> Iterator[Item]:
-    """What becomes of an error of the stiffness that the estimator is given."""
+    """Recovery from an error of the stiffness that the estimator is given."""
     rows: list[tuple[str, ...]] = []
     worst = ErrorFigures(0.0, 0.0, 1.0)
     for axle in ("front", "rear"):

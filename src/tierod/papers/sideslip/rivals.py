@@ -43,7 +43,7 @@ class LeakyKinematic:
     leak_time: Annotated[float, "s"]
 
     class Sample(NamedTuple):
-        """What it reads."""
+        """Input."""
 
         vehicle_speed: Annotated[Any, "m/s"]
         yaw_rate: Annotated[Any, "rad/s"]

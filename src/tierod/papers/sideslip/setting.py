@@ -1,4 +1,4 @@
-"""What the sideslip is estimated on: two virtual cars steered by wire, their sensors, their drives."""
+"""Setting of the sideslip studies: two virtual cars steered by wire, their sensors, their drives."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def on(drive: Drive, name: str, seed: int) -> Driven:
 
 
 def of_recording(recording: Recording) -> Driven:
-    """What a recording of one of the cars holds."""
+    """Signals and truths of a recording of one of the cars."""
     time = recording["yaw_rate"].time
     truths = {
         name.removeprefix("truth_"): np.interp(time, recording[name].time, recording[name].values)

@@ -22,7 +22,7 @@ LINEAR_NOISES = {"yaw_rate": 0.01, "lateral_acceleration": 0.5, "sideslip_drift"
 
 @dataclass(frozen=True)
 class Class:
-    """What is typical of a class of cars; assumed.
+    """Typical values of a class of cars; assumed.
 
     Args:
         front_stiffness, rear_stiffness: cornering stiffness of an axle over its load [1/rad]

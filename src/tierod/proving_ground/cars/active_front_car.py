@@ -57,7 +57,7 @@ class ActiveFrontCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """What the control units read, the motors, and the lock: with an offset of one it holds the motor."""
+        """Signals that the control units read, the motors, and the lock: with an offset of one it holds the motor."""
         return (
             "driver_torque",
             "steering_wheel_angle",

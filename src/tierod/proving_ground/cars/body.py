@@ -1,4 +1,4 @@
-"""What a car's body shows: inertial sensors, the place along the path and over ground, and all signals of the body."""
+"""Outputs of a car's body: inertial sensors, the place along the path and over ground, and all signals of the body."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ ROLLING = 0.5
 
 
 class Body(NamedTuple):
-    """Signals of body and wheels before sensors, and what no sensor sees (`truth_`)."""
+    """Signals of body and wheels before sensors, and quantities without a sensor (`truth_`)."""
 
     yaw_rate: Annotated[Scalar, "rad/s"]
     lateral_acceleration: Annotated[Scalar, "m/s**2"]

@@ -1,4 +1,4 @@
-"""What every virtual car on a road shares: one step of chassis, steering, driver and control units together."""
+"""Common part of every virtual car on a road: one step of chassis, steering, driver and control units together."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Motion(NamedTuple):
 
 
 class Held(NamedTuple):
-    """What is updated once a step."""
+    """Values that are updated once a step."""
 
     steering: Memory
     driver: Memory
@@ -76,7 +76,7 @@ class Held(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """What acts on a car from outside at one instant; every car has a class of its own with its `ports`."""
+    """External inputs of a car at one instant; every car has a class of its own with its `ports`."""
 
     road: Road
     wind: Wind
@@ -92,13 +92,13 @@ class State(NamedTuple):
 
 
 class Observed(NamedTuple):
-    """What a car's control units can read at one instant, before sensors and ports.
+    """Signals that a car's control units can read at one instant, before sensors and ports.
 
     Args:
         reaction: of the chassis
         steering: signals of the steering
-        view: what the driver sees
-        demand: what the course asks for
+        view: inputs of the driver
+        demand: of the course
     """
 
     reaction: Reaction
@@ -151,14 +151,14 @@ class Car:
     def ports(self) -> tuple[str, ...]:
         """Names of the signals that control units read, and of the actuators, where faults can act.
 
-        An actuator without a port of its own gives what its control unit asks for. What a control unit has passed
+        An actuator without a port of its own gives what its control unit commands. What a control unit has passed
         through the port of an actuator itself, before a drive of its own, does not pass it again.
         """
         return self.steering.actuators
 
     @property
     def Sample(self) -> type:
-        """What acts on the car from outside at one instant."""
+        """Type of the external inputs of the car at one instant."""
         return _sample(self.ports)
 
     def reset(self) -> Memory:

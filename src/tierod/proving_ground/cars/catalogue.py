@@ -55,7 +55,7 @@ class CarFile:
 
 @dataclass(frozen=True)
 class Choice:
-    """How a car differs from its file.
+    """Differences of a car from its file.
 
     Args:
         tyres: by name; its own where empty
@@ -73,7 +73,7 @@ class VirtualCar:
     """A car of the virtual proving ground.
 
     Args:
-        file: what its file says
+        file: content of its file
         document: the file
         block: the car itself
     """
@@ -93,14 +93,14 @@ class VirtualCar:
         return self.file.vehicle or (self.name if self.name in vehicles.shipped() else "")
 
     def source_of(self, path: str) -> str:
-        """Where the value of a parameter comes from; "" for what the file does not set."""
+        """Source of the value of a parameter; "" for what the file does not set."""
         given = _sourced(self.file.parameters).get(path)
         return "" if given is None else given.source
 
     def varied(self, choice: Choice, document: Document, location: tuple[str | int, ...] = ()) -> Plant:
         """The car with other tyres, parts and parameters, as a block.
 
-        What the car's file says about a part that is replaced holds for the new one as far as it has the same
+        Values in the car's file for a part that is replaced apply to the new one as far as it has the same
         parameters.
 
         Args:

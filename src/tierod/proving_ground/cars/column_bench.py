@@ -37,13 +37,13 @@ class BenchState(NamedTuple):
 
 
 class BenchPorts(NamedTuple):
-    """Where faults reach the motor."""
+    """Ports through which faults reach the motor."""
 
     motor_torque: Port
 
 
 class Acting(NamedTuple):
-    """What acts on the bench from outside.
+    """External inputs of the bench.
 
     Args:
         motor_torque: that is asked of the motor, at its shaft
@@ -84,7 +84,7 @@ class BenchSignals(NamedTuple):
 
 @dataclass(frozen=True)
 class Arms:
-    """What hands on the wheel add to it, at full grip; stiffness only where they hold an angle."""
+    """Contribution of hands to the wheel, at full grip; stiffness only where they hold an angle."""
 
     inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.007
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.08

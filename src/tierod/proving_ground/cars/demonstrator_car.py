@@ -49,7 +49,7 @@ class DemonstratorCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """What the automated driver reads, and the four motors."""
+        """Signals that the automated driver reads, and the four motors."""
         return (
             "steering_wheel_angle",
             "yaw_rate",
@@ -86,5 +86,5 @@ class DemonstratorCar(Car):
         return self.powertrain.wheels(torques[2], torques[3], 0.0)
 
     def drive_force(self, intent: Intent, torques: Torques) -> Scalar:
-        """What the wheel motors give along the road [N]."""
+        """Force of the wheel motors along the road [N]."""
         return (torques[2] + torques[3]) / self.powertrain.wheel_radius

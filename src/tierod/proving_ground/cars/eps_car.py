@@ -34,7 +34,7 @@ class EpsCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """What the assist unit reads, and its motor."""
+        """Signals that the assist unit reads, and its motor."""
         return (
             "driver_torque",
             "steering_wheel_angle",
@@ -101,7 +101,7 @@ class PmEpsCar(EpsCar):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """What assist unit and drive read, and the motor."""
+        """Signals that assist unit and drive read, and the motor."""
         return (*super().ports, *IN_LOOP)
 
     def reset(self) -> Units:

@@ -1,4 +1,4 @@
-"""What virtual cars are made of, by the names that files use."""
+"""Parts of virtual cars, by the names that files use."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def car_of(kind: str, document: Document) -> Plant:
 
 
 def choices(block: Any, path: str = "") -> dict[str, dict[str, type | None]]:
-    """What may stand in the exchangeable places of a car, by dotted path and name; None leaves a part out."""
+    """Choices for the exchangeable places of a car, by dotted path and name; None leaves a part out."""
     found: dict[str, dict[str, type | None]] = {}
     kind: Any = type(block)
     for field in dataclasses.fields(block):
@@ -79,7 +79,7 @@ def _choice(part: object, annotation: object) -> dict[str, type | None]:
 
 
 def parts_of(block: object) -> dict[str, str]:
-    """What stands in the exchangeable places of a car: name of the part by dotted path."""
+    """Parts in the exchangeable places of a car: name of the part by dotted path."""
     return {place: _name(_at(block, place)) for place in choices(block)}
 
 

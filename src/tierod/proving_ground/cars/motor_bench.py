@@ -18,7 +18,7 @@ PORTS = ports_type((*IN_LOOP, "motor_torque"))
 
 
 class Acting(NamedTuple):
-    """What acts on the bench from outside.
+    """External inputs of the bench.
 
     Args:
         target_motor_angle: of the angle control

@@ -23,7 +23,7 @@ class Steered(NamedTuple):
 class SteerByWireCar(Car):
     """Chassis, steer-by-wire steering, driver, and the control of road wheels and feel.
 
-    The angle control knows the damping of the steering (Yih, Ryu, Gerdes give it that much) and learns the rest.
+    The angle control has the damping of the steering (Yih, Ryu, Gerdes give it that much) and learns the rest.
 
     Args:
         steering_ratio: wanted turn of the road wheels per turn of the steering wheel, where the gain is one
@@ -44,7 +44,7 @@ class SteerByWireCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """What the control units read, and both motors."""
+        """Signals that the control units read, and both motors."""
         return (
             "steering_wheel_angle",
             "steering_wheel_rate",

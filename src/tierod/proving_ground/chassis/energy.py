@@ -1,4 +1,4 @@
-"""Where the energy of a chassis goes: a check of its equations."""
+"""Energy balance of a chassis: a check of its equations."""
 
 from __future__ import annotations
 

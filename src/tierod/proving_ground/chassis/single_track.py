@@ -27,7 +27,7 @@ from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 
 
 class SingleTrackMotion(NamedTuple):
-    """What the differential equations of the single track carry on."""
+    """State of the differential equations of the single track."""
 
     speed: Scalar
     lateral_speed: Scalar
@@ -49,7 +49,7 @@ class _Tyres(NamedTuple):
 
 
 class _Balance(NamedTuple):
-    """What the derivative needs of a reaction: finished rates, and the forces along the body without the tyres'."""
+    """Quantities of a reaction for the derivative: finished rates, and the forces along the body without the tyres'."""
 
     rates: SingleTrackMotion
     driving: Scalar

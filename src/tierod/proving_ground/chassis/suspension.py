@@ -1,4 +1,4 @@
-"""What carries the body: two axles with their wheels, the kingpins, and the parameters of the two-track chassis."""
+"""Suspension: two axles with their wheels, the kingpins, and the parameters of the two-track chassis."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tierod.proving_ground.parts import Road, Wheels, Wind
 
 
 class Planar(Protocol):
-    """The motion of a chassis, as far as the air feels it."""
+    """Motion of a chassis that determines the air forces."""
 
     @property
     def speed(self) -> Scalar:
@@ -98,7 +98,7 @@ class Axle:
 
 @dataclass(frozen=True)
 class Kingpins:
-    """Where the axes lie about which the front wheels turn; typical of a front-driven car.
+    """Axes about which the front wheels turn; typical of a front-driven car.
 
     Args:
         mechanical_trail: of the contact centre behind the axis, at the ground

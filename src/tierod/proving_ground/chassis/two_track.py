@@ -21,7 +21,7 @@ STOPPING_TIME = 0.004
 
 
 class TwoTrackMotion(NamedTuple):
-    """What the differential equations of the two-track chassis carry on.
+    """State of the differential equations of the two-track chassis.
 
     Args:
         roll_angle, roll_rate: positive when the right side goes down [rad], [rad/s]
@@ -66,7 +66,7 @@ class Scrub(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """What the derivative needs of a reaction: finished rates, and what acts on the wheels' rotation."""
+    """Quantities of a reaction that the derivative needs: finished rates, and the loads of the wheels' rotation."""
 
     rates: TwoTrackMotion
     wheel_forces: Wheels
@@ -175,7 +175,7 @@ class TwoTrack(TwoTrackParameters):
         )
 
     def contacts(self, motion: TwoTrackMotion, loads: Wheels, hubs: Wheels[Hub], road: Road) -> Wheels[Contact]:
-        """What every contact patch does."""
+        """Forces and rates of every contact patch."""
         sides = Wheels(road.adhesion_left, road.adhesion_right, road.adhesion_left, road.adhesion_right)
         wheels = zip(
             self.axles,
@@ -192,7 +192,7 @@ class TwoTrack(TwoTrackParameters):
     def scrub(
         self, motion: TwoTrackMotion, steer: Steer, loads: Wheels, hubs: Wheels[Hub], contacts: Wheels[Contact]
     ) -> Scrub:
-        """What turns the front contact patches without rolling."""
+        """Torques that turn the front contact patches without rolling, and their rates."""
         tyre, torques, rates = self.front.tyre, [], []
         for twist, steer_rate, load, side, patch in (
             (motion.left_twist, steer.left_rate, loads.front_left, hubs.front_left, contacts.front_left),

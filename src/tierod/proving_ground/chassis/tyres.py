@@ -183,7 +183,7 @@ def contact(
     longitudinal_deflection: Scalar,
     deflection: Scalar,
 ) -> Contact:
-    """What the contact patch of a tyre does.
+    """Forces and rates of the contact patch of a tyre.
 
     Args:
         tyre: its coefficients

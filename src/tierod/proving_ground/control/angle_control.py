@@ -12,7 +12,7 @@ from tierod.physics.gear import variable_gain
 
 
 class AngleMemory(NamedTuple):
-    """What the control keeps from step to step.
+    """State of the control from step to step.
 
     Args:
         angle, target: of the step before [rad]

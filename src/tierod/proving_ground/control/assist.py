@@ -12,7 +12,7 @@ from tierod.physics.assist import active_return_share, active_return_torque, ass
 
 
 class AssistMemory(NamedTuple):
-    """What the unit keeps from step to step.
+    """State of the unit from step to step.
 
     Args:
         driver_torque: of the step before [N*m]

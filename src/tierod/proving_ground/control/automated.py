@@ -23,7 +23,7 @@ class Sensed(NamedTuple):
 
 
 class Targets(NamedTuple):
-    """What the automated driver asks for.
+    """Targets of the automated driver.
 
     Args:
         steering_wheel_angle: [rad]
@@ -42,7 +42,7 @@ class Targets(NamedTuple):
 
 
 class Command(NamedTuple):
-    """What the automated driver remembers: its controls, its last target angle [rad], and the time of the split [s]."""
+    """State of the automated driver: its controls, its last target angle [rad], and the time of the split [s]."""
 
     angle: AngleMemory
     speed: Scalar
@@ -52,7 +52,7 @@ class Command(NamedTuple):
 
 @dataclass(frozen=True)
 class Split:
-    """How the steering torque is shared between two motors.
+    """Split of the steering torque between two motors.
 
     Args:
         share: of the first motor, in the mean
@@ -74,7 +74,7 @@ class AutomatedDriver:
     """Pure pursuit with the path's curvature ahead, an angle control for two steering motors, and a speed control.
 
     Localisation (offset and course against the path) is exact; speed, yaw rate and steering-wheel angle are what
-    sensors say. The driver knows the car by numbers of its own.
+    sensors say. The driver assumes numbers of its own for the car.
 
     Args:
         mass, wheelbase, understeer_gradient, steering_ratio: assumed; the ratio is road wheel per steering wheel

@@ -15,7 +15,7 @@ from tierod.proving_ground.parts import Demand, Driver, Hand, Memory, Motion, Re
 
 
 class AssistInputs(NamedTuple):
-    """What an assist unit reads."""
+    """Inputs of an assist unit."""
 
     driver_torque: Annotated[Scalar, "N*m"]
     vehicle_speed: Annotated[Scalar, "m/s"]
@@ -24,7 +24,7 @@ class AssistInputs(NamedTuple):
 
 
 class AssistOutputs(NamedTuple):
-    """What an assist unit asks of its motor, at the motor's shaft."""
+    """Motor command of an assist unit, at the motor's shaft."""
 
     motor_target_torque: Annotated[Scalar, "N*m"]
 
@@ -52,7 +52,7 @@ class AssistController:
 
 
 class Sensed(NamedTuple):
-    """What a driver sees of road and vehicle, and feels at the steering wheel."""
+    """Inputs of a driver: motion of the vehicle, the road, and the feel of the steering wheel."""
 
     vehicle_speed: Annotated[Scalar, "m/s"]
     lateral_speed: Annotated[Scalar, "m/s"]
@@ -64,7 +64,7 @@ class Sensed(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """What a driver does, and where the vehicle is on its path.
+    """Outputs of a driver, and the vehicle's place on its path.
 
     Args:
         hand_torque: of the hands on the steering wheel
@@ -84,7 +84,7 @@ class Driven(NamedTuple):
 
 
 class DrivingMotion(NamedTuple):
-    """What obeys a differential equation: muscles, and the motion along the path."""
+    """Driver's states that obey a differential equation: muscles, and the motion along the path."""
 
     driver: Motion
     path: Path

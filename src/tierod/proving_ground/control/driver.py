@@ -17,7 +17,7 @@ STANDING = 0.02
 
 
 class Foot(NamedTuple):
-    """What the foot remembers, as accelerations [m/s**2].
+    """State of the foot, as accelerations [m/s**2].
 
     Args:
         learnt: what gradients and drag have asked for
@@ -70,7 +70,7 @@ class Pedals:
     def press(
         self, foot: Foot, speed: Scalar, wanted_speed: Scalar, planned: Scalar, step: Scalar
     ) -> tuple[Foot, Scalar]:
-        """Once a step: the foot afterwards, and the acceleration [m/s**2] that it asks of the car.
+        """Once a step: the foot afterwards, and the acceleration [m/s**2] that it commands.
 
         Args:
             foot: before
@@ -102,7 +102,7 @@ class Pedals:
 
 
 class Muscles(NamedTuple):
-    """What the arms' differential equations carry on: angle of the muscles, its rate, and patience [rad], ..."""
+    """State of the arms' differential equations: angle of the muscles, its rate, and patience [rad], ..."""
 
     angle: Scalar
     rate: Scalar
@@ -110,7 +110,7 @@ class Muscles(NamedTuple):
 
 
 class Mind(NamedTuple):
-    """What a driver remembers: offsets not yet reacted to, curvature that is being steered, and the foot."""
+    """State of a driver: offsets not yet reacted to, curvature that is being steered, and the foot."""
 
     offset_ahead: Ring
     curvature: Scalar
@@ -123,7 +123,7 @@ class HumanDriver:
 
     The arms are a spring and damper that pull the wheel towards an angle the muscles have reached; the muscles follow
     the wanted angle with a lag of second order, critically damped. After Pick and Cole, Vehicle System Dynamics 46
-    (2008). The person knows a car by four numbers of their own, which need not be those of the car.
+    (2008). The person assumes four numbers of their own for a car, which need not be those of the car.
 
     Args:
         mass: assumed, of the car

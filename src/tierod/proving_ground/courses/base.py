@@ -1,4 +1,4 @@
-"""What the kinds of courses have in common: over a way, or over time."""
+"""Common part of the kinds of courses: over a way, or over time."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class WayCourse(Described):
 
     @cached_property
     def plan(self) -> Plan:
-        """When the car is where."""
+        """Plan of the car's place over time."""
         return self.pace.plan(self.way)
 
     @property

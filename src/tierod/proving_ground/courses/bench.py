@@ -26,7 +26,7 @@ class BenchTorque(Described):
         amplitude: of the motor's torque at its shaft
         settle: at rest before the test
         time: of the whole
-        wheel: locked, free, or held by hands without stiffness, of which a motor alone knows nothing
+        wheel: locked, free, or held by hands without stiffness, which a motor alone ignores
         gear_torque: constant, on the output of the gear, as from a road; of a column alone
     """
 
@@ -143,7 +143,7 @@ class BenchMultisine(BenchTorque):
     count: Annotated[int, "", COUNT] = 16
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Their sum, of the power of one sine of the amplitude; its peak is about three times its mean size."""
+        """Sum of the sines, of the power of one sine of the amplitude; its peak is about three times its mean size."""
         number = np.arange(self.count)
         frequency = np.geomspace(self.lowest, self.highest, self.count)
         phase = 2.0 * math.pi * _GOLDEN * number**2
@@ -209,7 +209,7 @@ class BenchHands(Described):
 
     @cached_property
     def switches(self) -> np.ndarray:
-        """When hands come (even places) and leave (odd places) [s]; off at first."""
+        """Times at which hands come (even places) and leave (odd places) [s]; off at first."""
         return np.cumsum(_drawn(self.generator(_EPISODES), self.shortest, self.longest, self.time))
 
     @cached_property

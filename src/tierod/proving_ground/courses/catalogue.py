@@ -54,7 +54,7 @@ def shipped() -> tuple[str, ...]:
 
 
 def described(name: str) -> str:
-    """What a shipped course is, in one sentence.
+    """Description of a shipped course, in one sentence.
 
     Raises:
         ParameterError: there is no course of this name; the nearest are named

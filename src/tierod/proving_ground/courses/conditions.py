@@ -1,4 +1,4 @@
-"""What may act on a car and its driver on any course, and when or where: road, air, hands."""
+"""Conditions that act on a car and its driver on any course, and when or where: road, air, hands."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class During:
         _in_order(self.start, self.end, "s")
 
     def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
-        """How much of the condition holds, 0 to 1; one number where it is always so, None where it does not hold."""
+        """Share of the condition that holds, 0 to 1; one number where it is always so, None where it does not hold."""
         return _share(time, self.start, self.end, self.ramp, self.every)
 
 
@@ -56,7 +56,7 @@ class Along:
         _in_order(self.start, self.end, "m")
 
     def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
-        """How much of the condition holds, 0 to 1; one number where it is always so, None where it does not hold."""
+        """Share of the condition that holds, 0 to 1; one number where it is always so, None where it does not hold."""
         return _share(distance, self.start, self.end, self.ramp, self.every)
 
 
@@ -189,7 +189,7 @@ class HandTorque(_Steady):
 
 @dataclass(frozen=True)
 class Grip(_Share):
-    """How firmly the wheel is held.
+    """Firmness of the grip on the wheel.
 
     Args:
         window: when or where
@@ -204,7 +204,7 @@ class Grip(_Share):
 
 @dataclass(frozen=True)
 class Attention(_Share):
-    """How much of the offset from the lane the driver corrects.
+    """Share of the offset from the lane that the driver corrects.
 
     Args:
         window: when or where

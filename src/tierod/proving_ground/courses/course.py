@@ -1,4 +1,4 @@
-"""What every course is: inputs of a car over time and distance, piece by piece; and the curves that they come from."""
+"""Courses: inputs of a car over time and distance, piece by piece; and the curves that they come from."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FACTORS = frozenset(
 
 
 class Start(NamedTuple):
-    """How a run over a course begins.
+    """Start of a run over a course.
 
     Args:
         speed: rolling straight ahead
@@ -34,7 +34,7 @@ class Start(NamedTuple):
 
 
 class Course(Protocol):
-    """What is asked of a car and its driver, and the road and air around them."""
+    """Demand on a car and its driver, and the road and air around them."""
 
     @property
     def name(self) -> str:
@@ -42,11 +42,11 @@ class Course(Protocol):
 
     @property
     def duration(self) -> float:
-        """How long it takes as planned [s]."""
+        """Duration as planned [s]."""
 
     @property
     def start(self) -> Start:
-        """How a run begins."""
+        """Start of a run."""
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         """Inputs at some instants; what is left out is as usual: flat dry road, no wind, hands on the wheel.
@@ -54,7 +54,7 @@ class Course(Protocol):
         Args:
             time: instants [s]
             distance, speed: of the car along the path, as foreseen for these instants [m], [m/s]
-            ahead: how much earlier the driver wants to know the curvature [s]
+            ahead: time by which the driver reads the curvature earlier [s]
         """
 
 

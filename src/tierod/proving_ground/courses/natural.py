@@ -88,7 +88,7 @@ class Roundabouts:
 
 @dataclass(frozen=True)
 class RoadKind:
-    """What a stretch of road is like.
+    """Properties of a stretch of road.
 
     Args:
         speed: where no bend slows the car down, drawn anew for every bend

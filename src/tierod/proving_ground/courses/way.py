@@ -21,7 +21,7 @@ class Way:
 
     Args:
         curvature: positive to the left [1/m]
-        speed: limit where no bend or stop asks for less [m/s]
+        speed: limit where no bend or stop requires less [m/s]
         lateral_acceleration: limit in bends [m/s**2]
         slopes: "road.bank_angle", "road.grade_angle" where the road is not level [rad]
         stops: (distance [m], duration [s]) of every halt, in order
@@ -81,7 +81,7 @@ class Plan(NamedTuple):
 
 @dataclass(frozen=True)
 class Pace:
-    """How a driver takes a way.
+    """Pace at which a driver takes a way.
 
     Args:
         acceleration: out of bends and from rest
@@ -102,7 +102,7 @@ class Pace:
         return reachable(limit, way.step, self.acceleration, self.braking)
 
     def plan(self, way: Way) -> Plan:
-        """When the car is where, halts included."""
+        """Plan of the car's place over time, halts included."""
         speed = self.fastest(way, stopping=True)
         mean = np.maximum(0.5 * (speed[1:] + speed[:-1]), 1e-3)
         took = np.concatenate([[0.0], way.step / mean])

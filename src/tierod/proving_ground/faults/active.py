@@ -121,7 +121,7 @@ class Active:
         return (time >= self.start - _EARLY) & (time < self.end - _EARLY)
 
     def change(self, number: int, time: np.ndarray) -> Change:
-        """What the effect of this number does at times at which the fault lasts [s]."""
+        """Change by the effect of this number at times at which the fault lasts [s]."""
         return self.effects[number].behaviour.change(time - self.start, self.chances[number])
 
 
@@ -178,7 +178,7 @@ def _aimed(fault: Fault, effect: Effect, reach: Reach, seconds: float) -> AimedE
 
 
 def _wrong_reading(behaviour: Behaviour, reach: Reach, target: Target) -> str:
-    """What a recorded channel cannot do, such as a bit flip without a last bit; "" where it can."""
+    """Behaviour that a recorded channel cannot show, such as a bit flip without a last bit; "" where it can."""
     nothing = np.empty(0)
     try:
         behaviour.on_channel(nothing, nothing, nothing > 0.0, reach.sensors[target.name], Chance((0,), 0.0, 0.0))
@@ -188,7 +188,7 @@ def _wrong_reading(behaviour: Behaviour, reach: Reach, target: Target) -> str:
 
 
 def _out_of_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: float) -> str:
-    """What takes a parameter or the surroundings out of their range, each fault by itself; "" where nothing does."""
+    """Fault that takes a parameter or the surroundings out of range, each by itself; "" where none does."""
     assert target.limits is not None
     core = behaviour.core
     since = np.linspace(0.0, _longest(fault, seconds), 101)
@@ -206,7 +206,7 @@ def _out_of_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: f
 
 
 def _longest(fault: Fault, seconds: float) -> float:
-    """How long a fault can last in a run [s]."""
+    """Longest duration of a fault in a run [s]."""
     trigger = fault.trigger
     start = trigger.time if isinstance(trigger, AtTime) else trigger.earliest if isinstance(trigger, Within) else 0.0
     return max(min(_lasts(fault) or seconds, seconds - start), 0.0)

@@ -1,4 +1,4 @@
-"""What every behaviour of a fault has in common, and its seeded chance."""
+"""Common part of every behaviour of a fault, and its seeded chance."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ Values = float | np.ndarray
 
 
 class Change(NamedTuple):
-    """What becomes of a value: held at the one before the fault where `held` is true, then gain * value + offset."""
+    """Change of a value: held at the one before the fault where `held` is true, then gain * value + offset."""
 
     gain: Values = 1.0
     offset: Values = 0.0
@@ -150,7 +150,7 @@ class Behaviour:
         return self
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """What the fault does at times since its beginning [s], while it lasts."""
+        """Change by the fault at times since its onset [s], while it lasts."""
         raise NotImplementedError
 
     def on_channel(

@@ -1,4 +1,4 @@
-"""How actuators, parameters and surroundings of a car change; all behaviours, and the one that comes and goes."""
+"""Behaviours of actuators, parameters and surroundings of a car; all behaviours, and the one that comes and goes."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ class Intermittent(Behaviour):
 
     @property
     def core(self) -> Behaviour:
-        """What comes and goes."""
+        """Behaviour that comes and goes."""
         return self.behaviour
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:

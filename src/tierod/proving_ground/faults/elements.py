@@ -1,4 +1,4 @@
-"""What of a car a fault can change, and in what unit."""
+"""Elements of a car that a fault can change, and their units."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ class MisfitError(ParameterError):
 
 
 class Target(NamedTuple):
-    """Where an effect of a fault goes.
+    """Target of an effect of a fault.
 
     Args:
         role: SIGNAL, LOOP, ACTUATOR, PARAMETER or SURROUNDING
         name: channel, port, dotted path of a parameter, or input of the car
-        unit: of its values; None where nothing says
+        unit: of its values; None where none is given
         usual: value without fault, of a parameter; None where it is known in the run only
         limits: of a parameter, or of what is around the car
     """
@@ -79,7 +79,7 @@ def unit_without_car(element: str) -> str | None:
 
 
 def _around(name: str) -> Meaning | None:
-    """What the annotation of something around the car means; None for what is not around it."""
+    """Meaning of something around the car, from its annotation; None for what is not around it."""
     head, _, rest = name.partition(".")
     known = hints(_AROUND[head]) if head in _AROUND else {}
     return meaning(known[rest]) if rest in known else None
@@ -108,7 +108,7 @@ class Reach:
 
     @cached_property
     def outputs(self) -> dict[str, str | None]:
-        """Unit of every channel of the car, None where nothing says."""
+        """Unit of every channel of the car, None where none is given."""
         declared = declared_units(trace(self._plant).output_tree)
         return {
             name: SIGNALS[name].unit if name in SIGNALS else declared.get(name) for name in channel_names(self._plant)
@@ -158,7 +158,7 @@ class Reach:
         }
 
     def targets(self, element: str, behaviour: Behaviour) -> tuple[Target, ...]:
-        """Where a behaviour of an element goes: a signal that is recorded and read in the loop is two targets.
+        """Targets of a behaviour of an element: a signal that is recorded and read in the loop is two targets.
 
         Args:
             element: name, or several with "|" between them, of which the first that the car has is taken; "nothing" is
@@ -219,7 +219,7 @@ class Reach:
 
 
 def _chosen(name: str, roles: list[str], behaviour: Behaviour) -> list[str]:
-    """What a name means beside a behaviour."""
+    """Roles of a name beside a behaviour."""
     fits, kind = behaviour.core.fits, kind_name(type(behaviour.core))
     if SIGNAL in roles and ACTUATOR in roles:
         if {SIGNAL, ACTUATOR} <= fits:

@@ -18,7 +18,7 @@ from tierod.proving_ground.faults.triggers import Always, AnyTrigger
 
 @dataclass(frozen=True)
 class Origin:
-    """Where in a file a fault stands."""
+    """Place of a fault in a file."""
 
     document: Document
     location: tuple[str | int, ...]

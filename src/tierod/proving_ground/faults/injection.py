@@ -16,7 +16,7 @@ from tierod.proving_ground.sensors import Sensor, SensorSet
 
 
 class _OfRecording(Reach):
-    """What faults can change about a recording: its channels, and nothing behind them."""
+    """Targets of faults in a recording: its channels, and nothing behind them."""
 
     def __init__(self, recording: Recording, sensors: SensorSet):
         given = {name: sensors.sensors.get(name, Sensor()) for name in recording.names if name in SIGNALS}

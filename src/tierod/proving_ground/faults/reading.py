@@ -75,7 +75,7 @@ def fault_of(table: Mapping[str, Any], document: Document, location: Location = 
             `kind` or a text as of `trigger_of`, or `start`; `duration` or `end`; `name`; `also`. With `use`, the
             name of a shipped fault or a file beside the document, the rest changes that one.
         document, location: where the table stands
-        base: what holds where the table says nothing
+        base: values where the table has none
 
     Raises:
         ParameterError: a slip, with file and line

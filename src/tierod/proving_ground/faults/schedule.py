@@ -68,7 +68,7 @@ class PortCourse:
         return into
 
     def inputs(self, name: str) -> dict[str, np.ndarray]:
-        """What a car takes for a port of this name."""
+        """Inputs of a car for a port of this name."""
         return {f"ports.{name}.{part}": getattr(self, part) for part in ("gain", "offset", "held")}
 
 
@@ -152,13 +152,13 @@ class Schedule:
                 active.begin(float(time[-1]) + step, self.seconds)
 
     def inputs(self, time: np.ndarray, usual: Usual | None = None) -> dict[str, np.ndarray]:
-        """What faults give the car at the steps of the next piece; only what differs from a fault-free car.
+        """Inputs of the car by faults at the steps of the next piece; only those that differ from a fault-free car.
 
         To be asked for one piece after the other, since what is held goes over from one to the next.
 
         Args:
             time: of the steps [s]
-            usual: gives what the course says about an input of the car, shape of `time`; needed where a fault changes
+            usual: gives the course's value of an input of the car, shape of `time`; needed where a fault changes
                 what is around the car
 
         Returns:
@@ -239,7 +239,7 @@ def _input(target: Target) -> str:
 
 
 def _without_fault(target: Target, time: np.ndarray, usual: Usual | None) -> np.ndarray:
-    """What a parameter or an input would be."""
+    """Values of a parameter or an input without the fault."""
     if target.role == PARAMETER:
         return np.full(len(time), target.usual)
     if usual is None:

@@ -1,4 +1,4 @@
-"""How signals fail: in a recording, in a control loop of the car, and on the bus."""
+"""Failures of signals: in a recording, in a control loop of the car, and on the bus."""
 
 from __future__ import annotations
 

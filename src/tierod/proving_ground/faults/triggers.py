@@ -1,4 +1,4 @@
-"""When a fault begins."""
+"""Triggers at which faults begin."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class AtTime:
 
 @dataclass(frozen=True)
 class AtDistance:
-    """Where the car has gone so far along its path."""
+    """Trigger once the car has gone so far along its path."""
 
     distance: Annotated[float, "m", NOT_NEGATIVE]
 
@@ -84,7 +84,7 @@ _EXAMPLE = "write it like 'vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s'"
 
 @dataclass(frozen=True)
 class When:
-    """When a condition on signals of the car has held for a while, as they are, before sensors.
+    """Trigger once a condition on signals of the car has held for a while, as they are, before sensors.
 
     Args:
         condition: comparisons joined by "and": "vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s"
@@ -102,7 +102,7 @@ class When:
 
     @cached_property
     def comparisons(self) -> tuple[Comparison, ...]:
-        """What has to hold at once."""
+        """Conditions that have to hold at once."""
         return tuple(_comparison(part) for part in re.split(r"\s+and\s+", self.condition.strip()))
 
 

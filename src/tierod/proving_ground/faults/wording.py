@@ -14,7 +14,7 @@ from tierod.proving_ground.faults.triggers import Always, AnyTrigger, AtDistance
 
 
 def of_effect(effect: Effect) -> str:
-    """What an element does: "step: to 12.5 N*m"."""
+    """Effect on an element, in words: "step: to 12.5 N*m"."""
     return _of_behaviour(effect.behaviour, unit_without_car(effect.element))
 
 
@@ -53,7 +53,7 @@ def _amount(value: float | str, unit: str) -> str:
 
 
 def of_beginning(fault: Fault) -> str:
-    """When a fault begins."""
+    """Onset of a fault, in words."""
     trigger = fault.trigger
     if isinstance(trigger, Always):
         return "from the beginning"
@@ -69,13 +69,13 @@ def of_beginning(fault: Fault) -> str:
 
 
 def of_duration(fault: Fault) -> str:
-    """How long a fault lasts."""
+    """Duration of a fault, in words."""
     lasts = fault.duration or fault.behaviour.usual_duration
     return "until the end" if lasts is None else f"{lasts:g} s"
 
 
 def of_fields(kind: type[Behaviour]) -> str:
-    """What a behaviour takes: "to [unit of the element], over [s]"; what may be left out is in parentheses."""
+    """Fields of a behaviour: "to [unit of the element], over [s]"; optional ones are in parentheses."""
     parts = []
     known = hints(cast("Any", kind))
     for field in dataclasses.fields(kind):
@@ -87,7 +87,7 @@ def of_fields(kind: type[Behaviour]) -> str:
 
 
 def fault_in_words(fault: Fault) -> str:
-    """What a fault does, when and for how long."""
+    """Effect, onset and duration of a fault, in words."""
     what = "; ".join(f"{effect.element} {kind_name(type(effect.behaviour))}" for effect in fault.effects)
     lasts = fault.duration or fault.behaviour.usual_duration
     name = f"{fault.name}: " if fault.name else ""

@@ -28,7 +28,7 @@ UNIT = "unit"
 
 
 class Steered(NamedTuple):
-    """What our driver does, and where the vehicle is on its path."""
+    """Outputs of our driver, and the vehicle's place on its path."""
 
     truth_hand_torque: Annotated[Scalar, "N*m"]
     truth_drive_force: Annotated[Scalar, "N"]
@@ -74,7 +74,7 @@ class ForeignCar:
         path: of the unit
         wiring: how it is connected, as text
         driver: whose hands and feet
-        assist: unit that asks for the motor's torque; None where the vehicle brings its own
+        assist: unit that commands the motor's torque; None where the vehicle brings its own
         start: how a run begins
         step_time: between two exchanges
     """
@@ -94,7 +94,7 @@ class ForeignCar:
 
     @cached_property
     def wires(self) -> Wiring:
-        """How the unit is connected."""
+        """Connection of the unit."""
         return Wiring.from_text(self.wiring)
 
     @property
@@ -104,7 +104,7 @@ class ForeignCar:
 
     @property
     def takes(self) -> tuple[str, ...]:
-        """What the unit is given, in order."""
+        """Inputs of the unit, in order."""
         return tuple(each.signal for each in self.wires.inputs)
 
     @property
@@ -114,7 +114,7 @@ class ForeignCar:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """What our side moves in the unit, where faults can act."""
+        """Actuators of the unit that our side moves, where faults can act."""
         return tuple(dict.fromkeys(name for name in self.takes if name in DRIVER or name == ASSIST))
 
     @property
@@ -126,7 +126,7 @@ class ForeignCar:
 
     @property
     def Sample(self) -> type:
-        """What acts from outside, and the outputs of the unit."""
+        """Type of the external inputs, and of the outputs of the unit."""
         units = tuple((each.signal, each.unit) for each in self.wires.outputs)
         return _sample(self.ports, units)
 
@@ -174,7 +174,7 @@ class ForeignCar:
         return Driving(self.driver, self.step_time)
 
     def _sensed(self, state: State, unit: Any, road: Road, demand: Demand) -> Sensed:
-        """What a driver sees of the unit; the rate of the steering wheel by a difference where it gives none."""
+        """Inputs of a driver from the unit; the rate of the steering wheel by a difference where it gives none."""
         speed = next((getattr(unit, name) for name in SPEED if hasattr(unit, name)), 0.0)
         angle = getattr(unit, "steering_wheel_angle", state.angle)
         difference = (angle - state.angle) / self.step_time
@@ -186,7 +186,7 @@ class ForeignCar:
         return Sensed(speed, lateral, getattr(unit, "yaw_rate", 0.0), angle, rate, road, demand)
 
     def _shown(self, done: Any, given: Mapping[str, Scalar]) -> Tree:
-        """What the unit does not show itself; the steering wheel's motion where the unit is given it."""
+        """Signals that the unit does not give itself; the steering wheel's motion where it is an input of the unit."""
         moved = given["steering_wheel_angle"], given["steering_wheel_rate"]
         place = done.distance, done.lateral_offset, done.heading_error
         whole = Steered(given["hand_torque"], given["drive_force"], *place, *moved)

@@ -1,4 +1,4 @@
-"""What a functional mock-up unit states about itself, and whether it can run here at all."""
+"""Description of a functional mock-up unit, and whether it can run here at all."""
 
 from __future__ import annotations
 

@@ -132,7 +132,7 @@ class Instance:
             raise UnitFailure(self._words("asks for the end of the run", Exception("without a reason")))
 
     def end(self) -> None:
-        """Let it go; what it says about that no longer matters."""
+        """Let it go; its messages about that no longer matter."""
         with contextlib.suppress(Exception):
             self.fmu.terminate()
         with contextlib.suppress(Exception):

@@ -75,7 +75,7 @@ def _require_outputs(car: ForeignCar, unit: Unit) -> None:
 
 
 def remarks(car: ForeignCar, unit: Unit, acting: Iterable[str]) -> list[str]:
-    """What a user should know of the connection, in sentences.
+    """Remarks for a user on the connection, in sentences.
 
     Args:
         car: with its unit

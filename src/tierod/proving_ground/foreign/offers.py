@@ -1,4 +1,4 @@
-"""What we can give a unit that computes a vehicle, and what we read of it."""
+"""Signals that we can give a unit that computes a vehicle, and signals that we read of it."""
 
 from __future__ import annotations
 

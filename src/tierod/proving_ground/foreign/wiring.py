@@ -1,4 +1,4 @@
-"""Which variable of a unit is which signal of ours, as a file says it: names, units, signs."""
+"""Assignment of a unit's variables to our signals, as a file states it: names, units, signs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tierod.proving_ground.foreign.offers import channels, offered, port_of
 
 @dataclass(frozen=True)
 class Entry:
-    """How a variable and a signal belong together: the signal in `unit` is sign * factor * variable + offset.
+    """Relation of a variable to a signal: the signal in `unit` is sign * factor * variable + offset.
 
     Args:
         variable: name within the unit; that of the entry where empty
@@ -93,7 +93,7 @@ class Setting(NamedTuple):
 
 
 class Wiring(NamedTuple):
-    """How a unit is connected.
+    """Connection of a unit.
 
     Args:
         digest: SHA-256 of the unit
@@ -161,7 +161,7 @@ def wiring_of(document: Document) -> tuple[Unit, Wiring]:
 
 
 def connected(unit: Unit, file: PlantFile, document: Document) -> Wiring:
-    """How a unit is connected.
+    """Connection of a unit.
 
     Args:
         unit: as it describes itself

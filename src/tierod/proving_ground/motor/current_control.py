@@ -1,4 +1,4 @@
-"""Field-oriented control of the current in a permanent-magnet motor, as its control unit sees the motor."""
+"""Field-oriented control of the current in a permanent-magnet motor, by its control unit's model of the motor."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tierod.proving_ground.motor.set_points import SetPoints
 
 
 class ControlMemory(NamedTuple):
-    """What the control unit remembers.
+    """State of the control unit.
 
     Args:
         integral: of the current error, as voltage [V]

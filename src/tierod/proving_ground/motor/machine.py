@@ -157,7 +157,7 @@ class Instant(NamedTuple):
 
 
 class Mean(NamedTuple):
-    """What a period gave: torque on the shaft without dry friction [N*m], heat in the winding [W]."""
+    """Means over a period: torque on the shaft without dry friction [N*m], heat in the winding [W]."""
 
     torque: Scalar
     heat: Scalar

@@ -32,7 +32,7 @@ def _true(value: Scalar) -> Scalar:
 
 
 class Senses(NamedTuple):
-    """What the current control reads of a true value: the ports of a car's control unit.
+    """Sensed values of the current control for a true value: the ports of a car's control unit.
 
     Args:
         angle: of the shaft, mechanical [rad]
@@ -101,7 +101,7 @@ class FineSignals(NamedTuple):
 
 
 class DriveSignals(NamedTuple):
-    """What can be seen of a motor at the instant of a step, and its fine signals over the step that follows."""
+    """Signals of a motor at the instant of a step, and its fine signals over the step that follows."""
 
     fine: FineSignals
     motor_torque: Annotated[Scalar, "N*m"]

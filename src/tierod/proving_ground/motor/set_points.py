@@ -1,4 +1,4 @@
-"""Currents that a drive asks of a salient motor: least current for a torque, and less flux where the voltage ends."""
+"""Current set points of a salient motor: least current for a torque, and less flux where the voltage ends."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _ROUNDS = 6
 
 @dataclass(frozen=True)
 class SetPoints:
-    """Current along and across the flux for a torque, by what the control unit believes of the motor.
+    """Current along and across the flux for a torque, by the motor parameters that the control unit assumes.
 
     Args:
         inductance_d, inductance_q: along and across the flux [H]

@@ -16,7 +16,7 @@ from tierod.proving_ground.scenarios.scenario import Scenario
 
 
 def facts(scenario: Scenario) -> list[tuple[str, str]]:
-    """What a scenario drives, in lines of label and text."""
+    """Facts about a scenario, in lines of label and text."""
     parts = ", ".join(part for place, part in parts_of(scenario.car).items() if "." not in place)
     sensors = scenario.sensors
     found = [
@@ -34,7 +34,7 @@ def facts(scenario: Scenario) -> list[tuple[str, str]]:
 
 
 def _changes(scenario: Scenario) -> list[tuple[str, Any]]:
-    """What the scenario says about its car beside its name."""
+    """Facts about the scenario's car beside its name."""
     table = scenario.document.content["car"]
     if not isinstance(table, Mapping):
         return []

@@ -78,7 +78,7 @@ class ScenarioFile:
         car: a name, or a table
         course: a name, or a table of `name` (or `kind`) and what differs
         seconds: duration; the course's own where absent
-        seed: of all chance; that of the course too, where the course says none
+        seed: of all chance; that of the course too, where the course has none
         sensors: those of a production car where absent
         scatter: none where absent
         faults: a table each; none where absent
@@ -212,7 +212,7 @@ def _plant(name: str, own: Plant, document: Document) -> Plant:
 
 
 def _course(given: object, document: Document) -> tuple[AnyCourse, int | None]:
-    """The course, and its own seed where the table says one."""
+    """The course, and its own seed where the table has one."""
     table = {"name": given} if isinstance(given, str) else given
     if not isinstance(table, Mapping):
         raise document.error(("course",), "'course' has to be the name of a course, or a table")

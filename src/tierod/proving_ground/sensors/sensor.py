@@ -45,7 +45,7 @@ def random_walk(count: int, step_time: float, generator: np.random.Generator) ->
 
 
 def lost_frames(count: int, share: float, mean_run: float, generator: np.random.Generator) -> np.ndarray:
-    """Which of many frames get lost, shape (count,).
+    """Mask of lost frames among many, shape (count,).
 
     Args:
         count: how many frames
@@ -131,7 +131,7 @@ class Sensor:
             )
 
     def instants(self, seconds: float, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        """When the sensor reads, and what time stamps it writes; lost frames are left out.
+        """Times at which the sensor reads, and the time stamps that it writes; lost frames are left out.
 
         Args:
             seconds: duration of the run [s]

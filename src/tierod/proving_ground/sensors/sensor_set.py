@@ -1,4 +1,4 @@
-"""Which channels of a car are measured, and by what sensors."""
+"""Measured channels of a car, and their sensors."""
 
 from __future__ import annotations
 

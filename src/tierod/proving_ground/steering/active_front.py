@@ -93,7 +93,7 @@ class ActiveFront:
         return ActiveFrontMotion(self.column.stiff(), 0.0)
 
     def sticking(self, motion: ActiveFrontMotion, memory: ColumnMemory) -> dict[tuple[str, str], Scalar]:
-        """What dry friction adds to the Jacobian, see `Steering.sticking`."""
+        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
         entries = self.column.sticking(motion.column, memory)
         return {(f"column.{rate}", f"column.{angle}"): entry for (rate, angle), entry in entries.items()}
 
@@ -139,7 +139,7 @@ class ActiveFront:
         return self.column.advance(motion.column, start.column, memory, self._below(loads))
 
     def signals(self, motion: ActiveFrontMotion, memory: ColumnMemory, loads: Loads) -> ActiveFrontSignals:
-        """What can be seen at one instant."""
+        """Signals at one instant."""
         seen = self._seen(motion, loads.actuator_torques[1])
         below, column = self.column.signals(seen, memory, self._below(loads)), motion.column
         return ActiveFrontSignals(
@@ -161,7 +161,7 @@ class ActiveFront:
         )
 
     def _superposed(self, motor_angle: Scalar, motor_speed: Scalar, hand: Hand) -> Wheel:
-        """Where the pinion would be without twist of the torsion bar."""
+        """Motion of the pinion without twist of the torsion bar."""
         return Wheel(
             superposed_angle(motor_angle, hand.angle, self.motor_ratio, self.input_ratio),
             superposed_angle(motor_speed, hand.rate, self.motor_ratio, self.input_ratio),

@@ -46,7 +46,7 @@ class Rotor(NamedTuple):
 
 
 class ColumnMotion(NamedTuple):
-    """What the differential equations of a column carry on; wheel and rotor are () where they move with the column."""
+    """State of the differential equations of a column; wheel and rotor are () where they move with the column."""
 
     angle: Scalar
     rate: Scalar
@@ -120,7 +120,7 @@ class ColumnEps:
         return self.init()._replace(rotor=Rotor(self.motor.ratio * self.worm_gear.play, 0.0))
 
     def sticking(self, motion: ColumnMotion, memory: ColumnMemory) -> dict[tuple[str, str], Scalar]:
-        """What dry friction adds to the Jacobian, see `Steering.sticking`."""
+        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
         stiffness = self.friction.stiffness(memory.column, motion.rate, motion.angle)
         stiffness = stiffness + self.linkage.stiffness(motion.angle, motion.rate, memory.kingpins)
         return {("rate", "angle"): -stiffness / self._inertia()}
@@ -153,7 +153,7 @@ class ColumnEps:
         )
 
     def signals(self, motion: ColumnMotion, memory: ColumnMemory, loads: Loads) -> SteeringSignals:
-        """What can be seen at one instant."""
+        """Signals at one instant."""
         balance = self._balance(motion, motion, memory, loads)
         level = self.friction.sliding_level(motion.angle) + self.linkage.friction_level(motion.angle)
         return steering_signals(

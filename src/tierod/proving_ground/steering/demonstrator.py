@@ -55,7 +55,7 @@ class DemonstratorMotion(NamedTuple):
 
 
 class DemonstratorSignals(NamedTuple):
-    """Signals before sensors, and what no sensor sees; the steering-wheel angle is that of the column.
+    """Signals before sensors, and quantities without a sensor; the steering-wheel angle is that of the column.
 
     The drive torques are those that have acted over the step before. Friction is that of `SteeringSignals`.
     """
@@ -119,7 +119,7 @@ class Demonstrator:
         return DemonstratorMotion(self.rack.stiff(), 0.0, 0.0)
 
     def sticking(self, motion: DemonstratorMotion, memory: RackMemory) -> dict[tuple[str, str], Scalar]:
-        """What dry friction adds to the Jacobian, see `Steering.sticking`."""
+        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
         entries = self.rack.sticking(motion.rack, memory)
         return {(f"rack.{rate}", f"rack.{angle}"): entry for (rate, angle), entry in entries.items()}
 
@@ -148,7 +148,7 @@ class Demonstrator:
         return self.rack.advance(motion.rack, start.rack, memory, self._on_rack(motion, loads))
 
     def signals(self, motion: DemonstratorMotion, memory: RackMemory, loads: Loads) -> DemonstratorSignals:
-        """What can be seen at one instant."""
+        """Signals at one instant."""
         seen = self.rack.signals(motion.rack, memory, self._on_rack(motion, loads))
         acceleration = seen.truth_steering_wheel_acceleration
         motors = (self.steering_motor_1, self.steering_motor_2)
@@ -174,7 +174,7 @@ class Demonstrator:
         )
 
     def _on_rack(self, motion: DemonstratorMotion, loads: Loads) -> Loads:
-        """What acts on the column: both motors, as hands would, and hands if there are any."""
+        """Loads of the column: both motors, as hands would, and hands if there are any."""
         first = column_torque_of_motor(motion.torque_1, self.steering_motor_1.ratio)
         second = column_torque_of_motor(motion.torque_2, self.steering_motor_2.ratio)
         return loads._replace(hand_torque=loads.hand_torque + first + second, actuator_torques=())

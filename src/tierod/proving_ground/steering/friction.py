@@ -31,7 +31,7 @@ class DryFriction:
 
     Args:
         level: torque of sliding in both directions, away from bumps, at the reference load: what faults vary and
-            monitors estimate; each law of `friction_laws` says what sliding means
+            monitors estimate; each law of `friction_laws` defines sliding
         law: how friction builds up after a reversal; angles scale with nothing, so stiffness grows with the level
         load_share: share of the friction that is proportional to the load
         left_excess, right_excess: more torque while turning to one side only

@@ -1,7 +1,7 @@
-"""How dry friction of level one follows the path; what the level means is said by each law.
+"""Laws of dry friction of level one along the path; each law states the meaning of the level.
 
 The path within a step is taken as one stroke without reversal, over which every law is exact at a constant rate.
-Sticking is a stiff spring, level / angle, which the implicit integration of a steering knows by `slope` (see
+Sticking is a stiff spring, level / angle, which enters the implicit integration of a steering by `slope` (see
 `steering.implicit`). With 12.5 N*m, steps of 1 ms and angles down to 0.1 degrees the path is right within 1 %, even at
 a pinion without motor, which such a spring would let swing with a period of 1.5 ms; still lighter and stiffer things,
 and Stribeck's falling curve on them, stick and slip faster than a step resolves.

@@ -100,7 +100,7 @@ class Linkage:
         )
 
     def resistance(self, angle: Scalar, rate: Scalar, start: Scalar, memory: Memory, loads: Loads) -> Resistance:
-        """What the pinion feels.
+        """Resistance at the pinion.
 
         Args:
             angle, rate: of the pinion [rad], [rad/s]
@@ -144,7 +144,7 @@ class Linkage:
 
 
 class SteeringSignals(NamedTuple):
-    """Signals before sensors, and what no sensor sees (`truth_`).
+    """Signals before sensors, and quantities without a sensor (`truth_`).
 
     `truth_friction_torque` is the sliding level of all dry friction at the steering wheel's axis, at the reference
     loads and the present angle; `truth_friction_resistance` is what all dry friction does right now, with its sign.

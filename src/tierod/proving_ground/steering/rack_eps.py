@@ -38,7 +38,7 @@ class Mesh:
 
 
 class RackMotion(NamedTuple):
-    """What the differential equations of a rack steering carry on; motor and wheel are () where there is none."""
+    """State of the differential equations of a rack steering; motor and wheel are () where there is none."""
 
     angle: Scalar
     rate: Scalar
@@ -122,7 +122,7 @@ class RackEps:
         return self.init()._replace(position=-self.mesh.play)
 
     def sticking(self, motion: RackMotion, memory: RackMemory) -> dict[tuple[str, str], Scalar]:
-        """What dry friction adds to the Jacobian, see `Steering.sticking`."""
+        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
         rack, (inertia, mass) = self._rack(motion), self._inertias()
         kingpins = self.linkage.stiffness(rack.angle, rack.rate, memory.kingpins)
         _, rate = self._rubbed(motion, motion)
@@ -164,7 +164,7 @@ class RackEps:
         )
 
     def signals(self, motion: RackMotion, memory: RackMemory, loads: Loads) -> SteeringSignals:
-        """What can be seen at one instant."""
+        """Signals at one instant."""
         balance, rack = self._balance(motion, motion, memory, loads), self._rack(motion)
         level = self.friction.sliding_level(self._rubbing(motion)) + self.linkage.friction_level(rack.angle)
         return steering_signals(

@@ -1,4 +1,4 @@
-"""What sits on a steering's shaft: the torsion bar below the steering wheel, and the electric motor."""
+"""Parts on a steering's shaft: the torsion bar below the steering wheel, and the electric motor."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def rippled(torque: Scalar, angle: Scalar, ripple: Ripple | None) -> Scalar:
 
 @dataclass(frozen=True)
 class SpeedLimit:
-    """What the voltage leaves at speed, see `tierod.physics.motor_torque`.
+    """Limit of the torque by the voltage at speed, see `tierod.physics.motor_torque`.
 
     The defaults are typical: with a ratio of 20, all torque up to 430 degrees of column per second, none at 1000.
 

@@ -1,4 +1,4 @@
-"""Steer-by-wire: an actuator turns the road wheels, a feedback unit lets the hands feel something."""
+"""Steer-by-wire: an actuator turns the road wheels, a feedback unit gives the hands a torque."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class SteerByWireMemory(NamedTuple):
 
 
 class SteerByWireSignals(NamedTuple):
-    """Signals before sensors, and what no sensor sees (`truth_`); friction is stated at the road wheels.
+    """Signals before sensors, and quantities without a sensor (`truth_`); friction is stated at the road wheels.
 
     The driver's torque is measured between steering wheel and feedback motor; friction of the unit is below.
     """
@@ -126,7 +126,7 @@ class SteerByWire:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """The motor at the rack, and the one that the hands feel."""
+        """The motor at the rack, and the one of the steering feel."""
         return ("motor_torque", "feedback_torque")
 
     def init(self) -> SteerByWireMotion:
@@ -142,7 +142,7 @@ class SteerByWire:
         return self.init()
 
     def sticking(self, motion: SteerByWireMotion, memory: SteerByWireMemory) -> dict[tuple[str, str], Scalar]:
-        """What dry friction adds to the Jacobian, see `Steering.sticking`."""
+        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
         road = self.linkage.stiffness(motion.angle, motion.rate, memory.road_wheels)
         hands = self.hand_wheel.friction.stiffness(memory.wheel, motion.wheel.rate)
         return {
@@ -185,7 +185,7 @@ class SteerByWire:
         )
 
     def signals(self, motion: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads) -> SteerByWireSignals:
-        """What can be seen at one instant."""
+        """Signals at one instant."""
         balance, linkage, steer = self._balance(motion, motion, memory, loads), self.linkage, self.steer(motion)
         wheel, ratio = motion.wheel, linkage.ratio
         return SteerByWireSignals(

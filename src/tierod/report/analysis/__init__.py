@@ -1,4 +1,4 @@
-"""What can be analysed; a subject is a file of this package and an entry here."""
+"""Catalogue of analyses; a subject is a file of this package and an entry here."""
 
 from __future__ import annotations
 

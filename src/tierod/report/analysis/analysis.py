@@ -13,14 +13,14 @@ from tierod.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class Analysis:
-    """What an analysis found.
+    """Result of an analysis.
 
     Args:
         title: a few words
         summary: paragraphs: what it comes to
         items: headings, tables and charts, one after the other; the terminal shows the tables
         document: the same as data, SI units, for JSON
-        remarks: what a reader must know
+        remarks: notices for a reader
         fits: whether the recording, where there is one, fits the model
     """
 
@@ -37,7 +37,7 @@ Facts = Sequence[tuple[str, str]]
 
 
 def facts_of(vehicle: Vehicle, recording: str = "") -> Facts:
-    """What an analysis of a vehicle rests on.
+    """Facts that an analysis of a vehicle rests on.
 
     Args:
         vehicle: whose parameters they are

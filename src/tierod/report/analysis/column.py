@@ -144,7 +144,7 @@ def _table(title: str, rows: tuple[Shown, ...], count: int, bounds: tuple[str, .
 
 
 def _note(rows: tuple[Shown, ...]) -> str:
-    """Where methods disagree and why, and what is hidden, sensors in short."""
+    """Disagreements of methods and their causes, and what is hidden, sensors in short."""
     parts = disagreements(rows, _outputs) or ["All methods agree."]
     hidden = [row for row in rows if not row.exact.complete]
     parts += [f"{_outputs(row.outputs).capitalize()} alone: {row.exact.sentence()}." for row in hidden]

@@ -32,7 +32,7 @@ _FEWEST, _USUAL = 5, 200.0
 
 
 class Difference(NamedTuple):
-    """How far a measured response is from that of the model, where the sensor follows the motor.
+    """Difference of a measured response from that of the model, where the sensor follows the motor.
 
     Args:
         share: of the frequencies at which it does
@@ -51,7 +51,7 @@ class Difference(NamedTuple):
 
 
 def difference(response: MeasuredResponse, model: np.ndarray) -> Difference:
-    """How far a measured response is from complex gains of the model at the same frequencies."""
+    """Difference of a measured response from complex gains of the model at the same frequencies."""
     usable = response.usable() & (np.abs(response.gain) > 0.0) & (np.abs(model) > 0.0)
     frequency = response.frequency[usable]
     if not len(frequency):
@@ -77,7 +77,7 @@ class Measured:
         rate: at which the signals were compared [Hz]
         responses: measured, by output
         model: complex gain of the linear column at the same frequencies, by output
-        remarks: what a reader must know
+        remarks: notices for a reader
         differences: between both, by output
     """
 
@@ -94,7 +94,7 @@ class Measured:
         return _tells(self.differences, self.responses) and not _apart(self.differences, self.responses)
 
     def table(self) -> Table:
-        """How far measured and computed responses are from each other, by sensor."""
+        """Differences of measured and computed responses, by sensor."""
         rows = tuple(
             (
                 words(name),

@@ -102,7 +102,7 @@ def of_white(wish: Wish, rule: str | None = None) -> Analysis:
 
 
 def of_measured(wish: Wish, rule: str | None, given: Measured) -> Analysis:
-    """A threshold measured on healthy residuals of any colour.
+    """A threshold measured on fault-free residuals of any colour.
 
     Args:
         wish: what the detector must do; its deviation is measured

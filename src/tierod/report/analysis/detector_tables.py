@@ -1,4 +1,4 @@
-"""What a designed detector is asked for, and its tables."""
+"""Requirements on a detector to design, and its tables."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tierod.report.display import duration, number
 
 @dataclass(frozen=True)
 class Wish:
-    """What a detector must do.
+    """Requirements on a detector.
 
     Args:
         deviation: of the residual [its unit]
@@ -62,12 +62,12 @@ def rules_beside(wish: Wish, found: Mapping[str, Designed]) -> Table:
 
 
 def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> list[Table | Chart]:
-    """A threshold measured on healthy residuals.
+    """A threshold measured on fault-free residuals.
 
     Args:
         wish: what was asked for
         found: the threshold
-        delays: from a shift put into the healthy residuals to the alarm [s]; infinite where it was not found
+        delays: from a shift put into the fault-free residuals to the alarm [s]; infinite where it was not found
     """
     unit = found.rule.scale(found.deviation)
     median, late = (float(np.quantile(delays, share, method="higher")) for share in (0.5, 0.95))

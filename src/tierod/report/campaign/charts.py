@@ -48,13 +48,13 @@ class Square:
 
     @property
     def text(self) -> str:
-        """How many were right, of how many."""
+        """Number of right verdicts, of how many."""
         total = self.right + len(self.wrong) + len(self.lost)
         return f"{self.right}/{total}" if total else ""
 
     @property
     def title(self) -> str:
-        """What went wrong, in words."""
+        """Wrong outcomes, in words."""
         outcomes = [*self.wrong, *self.lost]
         return ", ".join(count(outcomes.count(what), what, what) for what in dict.fromkeys(outcomes))
 
@@ -75,7 +75,7 @@ class Grid:
 
 
 def grid(cells: Sequence[Mapping[str, Any]], monitor: str) -> Grid:
-    """What one monitor made of every place."""
+    """Grid of one monitor's verdicts at every place."""
     apart = ("fault", "size", "seed")
     axes = tuple(axis for axis in cells[0]["place"] if axis not in apart) if cells else ()
     # Axes with one level would only repeat it.
@@ -243,7 +243,7 @@ def _missed(sizes: Sizes, places: Sequence[Any], suffix: str) -> list[dict[str, 
 
 
 def box_figure(number_: int, states: Mapping[str, Any]) -> Figure | None:
-    """How the estimates of every state are spread, with the truth; None without estimates."""
+    """Spread of the estimates of every state, with the truth; None without estimates."""
     boxes = states["boxes"]
     if not boxes:
         return None

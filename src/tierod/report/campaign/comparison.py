@@ -117,7 +117,7 @@ def render_comparison(content: Mapping[str, Any]) -> str:
 
 
 def _sections(view: Mapping[str, Any], several: bool) -> list[Section]:
-    """What differs for one monitor: how many drives, figure by figure, verdict by verdict."""
+    """Sections on the differences for one monitor: how many drives, figure by figure, verdict by verdict."""
     verdicts = [Table("Verdicts", ("in the first", "in the second", "drives"), tuple(view["outcomes"]))]
     if view["changed"]:
         header = ("drive", "in the first", "in the second")

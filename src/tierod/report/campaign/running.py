@@ -22,7 +22,7 @@ from tierod.report.campaign.page import render_campaign
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a campaign came to.
+    """Outcome of a campaign.
 
     Args:
         content: everything as data, as it stands in the JSON document

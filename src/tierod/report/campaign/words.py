@@ -77,7 +77,7 @@ def spread(figures: Mapping[str, Any], ending: str = "") -> str:
 
 
 def found(figures: Mapping[str, Any]) -> str:
-    """How many faults were found, of how many that could be."""
+    """Number of faults found, of how many that could be."""
     could = figures["faulty"] - figures["early"]
     return f"{figures['found']} of {could}" if could else "–"
 

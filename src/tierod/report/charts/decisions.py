@@ -1,4 +1,4 @@
-"""What a monitor decided on: statistics with their thresholds over time, and what the design of each rule trades."""
+"""Charts of a monitor's decisions: statistics with their thresholds over time, and the trade-off of each rule."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def _statistics(diagnosis: Diagnosis, names: list[str], name: str, title: str) -
 
 
 def looks_figure(diagnosis: Diagnosis) -> Figure | None:
-    """What rules saw that look once at the whole recording, over the threshold of each."""
+    """Statistics of rules that look once at the whole recording, over the threshold of each."""
     seen = [(each, share) for each in diagnosis.decisions if (share := _over_threshold(each)) is not None]
     if not seen:
         return None
@@ -149,7 +149,7 @@ def looks_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def _over_threshold(each: Decided) -> float | None:
-    """How much of its threshold one look saw, 1 and more where it alarms; None where there was no look."""
+    """Share of its threshold that one look reached, 1 and more where it alarms; None where there was no look."""
     if each.statistic or each.reached is None or not each.levels:
         return None
     if each.below:

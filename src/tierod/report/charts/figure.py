@@ -1,4 +1,4 @@
-"""What all charts share: the figure as plain data, axes, bands that respect gaps, marks, the heights shown at first."""
+"""Common parts of charts: figures as plain data, axes, bands that respect gaps, marks, the heights shown at first."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def strip(trace: Trace, per_second: float, factor: float, label: str, axis_name:
 
 
 def level_colour(name: str) -> str:
-    """The colour of a reference level, from what its name says."""
+    """The colour of a reference level, by its name."""
     for word, colour in (("fault", RED), ("rising", AMBER), ("nominal", GREEN), ("learnt", GREEN)):
         if word in name.lower():
             return colour

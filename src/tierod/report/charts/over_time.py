@@ -73,7 +73,7 @@ def signal_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def result_figure(diagnosis: Diagnosis) -> Figure | None:
-    """What else the monitor computed, one strip each."""
+    """Further results of the monitor, one strip each."""
     mains = main_names(diagnosis)
     taken = {
         *(each.statistic for each in diagnosis.decisions),
@@ -224,7 +224,7 @@ def verdict_marks(
     """Lines and labels at which the change began that led to the verdict, and at which it was decided; where known.
 
     Args:
-        diagnosis: whose first finding says when
+        diagnosis: whose first finding gives the time
         per_second: what the axis counts a second as
         top: upper end of the labels, as a share of the chart
     """

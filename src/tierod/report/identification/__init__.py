@@ -33,7 +33,7 @@ SUBJECTS = {
 
 @dataclass(frozen=True)
 class Identification:
-    """What was identified.
+    """Result of an identification.
 
     Args:
         subject: what was asked for
@@ -57,7 +57,7 @@ class Identification:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was noticed."""
+        """Remarks on the identification."""
         remarks: tuple[str, ...] = self.result.remarks
         return remarks
 
@@ -144,7 +144,7 @@ class Identification:
 
 
 def subject_of(name: str) -> Subject:
-    """What can be identified under a name.
+    """Subject of identification under a name.
 
     Raises:
         ParameterError: there is no such subject

@@ -29,7 +29,7 @@ _TITLES = {
 
 
 def left_out_table(result: ColumnIdentification, short: bool = False) -> Table:
-    """What is found without each experiment, and how well that predicts it.
+    """Table of the estimates without each experiment, and how well those predict it.
 
     Args:
         result: with at least one experiment left out

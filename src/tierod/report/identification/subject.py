@@ -1,4 +1,4 @@
-"""What a thing that can be identified brings, and the table of parameters before and after."""
+"""Subjects of identification, and the table of parameters before and after."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ OWN = {name: f"tierod_{name}" for name in ("sign", *_GROUPS)}
 
 
 def prelude(operations: Iterable[str], in_lanes: bool = False) -> str:
-    """What stands at the head of a kernel: types, and the functions that it uses, in double and in float.
+    """Head of a kernel: types, and the functions that it uses, in double and in float.
 
     Args:
         operations: names of the operations that are printed
@@ -66,7 +66,7 @@ def prelude(operations: Iterable[str], in_lanes: bool = False) -> str:
 
 
 def definitions(operations: Iterable[str], single: bool) -> str:
-    """The functions alone, in one precision; what multiplies and adds, `tierod_fma`, is left to the caller.
+    """The functions alone, in one precision; `tierod_fma`, which multiplies and adds, is left to the caller.
 
     Args:
         operations: names of the operations that are printed

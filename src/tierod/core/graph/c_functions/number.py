@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 
 class Real(NamedTuple):
-    """What the functions need to know of a floating-point type.
+    """Properties of a floating-point type that the functions depend on.
 
     Args:
         name: as C writes it

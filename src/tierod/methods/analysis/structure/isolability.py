@@ -1,4 +1,4 @@
-"""Which faults a set of equations shows, which it isolates, and what another sensor would add."""
+"""Detectability and isolability of faults by a set of equations, and the gain by another sensor."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tierod.methods.analysis.structure.structural_model import Equation, Structu
 
 @dataclass(frozen=True, eq=False)
 class Isolability:
-    """What is detectable and isolable.
+    """Detectability and isolability of faults.
 
     Args:
         faults: names, in the order of rows and columns
@@ -95,7 +95,7 @@ def _faults_of(equations: Iterable[Equation]) -> set[str]:
 
 @dataclass(frozen=True)
 class SensorGain:
-    """What one more sensor would add.
+    """Gain by one more sensor.
 
     Args:
         sensor: name of its equation
@@ -111,7 +111,7 @@ class SensorGain:
 
 
 def gain_of_sensors(model: StructuralModel, sensors: Sequence[Equation], at_once: int = 1) -> tuple[SensorGain, ...]:
-    """What each of several sensors would add by itself, the most helpful first.
+    """Gains by each of several sensors alone, the most helpful first.
 
     Args:
         model: as it is

@@ -1,4 +1,4 @@
-"""Where a set of equations has more of them than unknowns, and the smallest sets from which a residual can be made."""
+"""Redundancy of a set of equations with more of them than unknowns, and the smallest sets that give a residual."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which unknown stands in which equation: all that structural analysis looks at, read from a model's own functions."""
+"""Incidence of unknowns in equations: all that structural analysis looks at, read from a model's own functions."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The bank of filters: one filter for every hypothesis, how they are weighed, and what the judge says."""
+"""The bank of filters: one filter for every hypothesis, their weights, and the outputs of the judge."""

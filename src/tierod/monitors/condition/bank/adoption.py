@@ -1,4 +1,4 @@
-"""Which lane of the bank is used in a sample, and which lanes go on from the state of another."""
+"""Adoption of lanes: the lane of the bank to use in a sample, and the lanes that go on from the state of another."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from tierod.physics.lag import lagged_ramp
 
 
 class AskedTorques(NamedTuple):
-    """What was asked for, what the motors give, and the last changes of both steering torques [N*m]."""
+    """Requested torques, torques of the motors, and the last changes of both steering torques [N*m]."""
 
     asked: Torques
     given: Torques
@@ -76,7 +76,7 @@ def torques_of(
 
 
 def _jump(change: Scalar, before: Scalar) -> Scalar:
-    """Square of what a torque has jumped by, beyond going on as it went [N**2*m**2].
+    """Square of a torque's jump beyond its trend [N**2*m**2].
 
     Product of change and change of the change: a ramp that goes on has none, nor has the sample after a jump.
     """

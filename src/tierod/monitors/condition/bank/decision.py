@@ -1,4 +1,4 @@
-"""Which sensors and actuators are at fault: the judge over the bank of filters."""
+"""Judge over the bank of filters, which decides on the faulty sensors and actuators."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from tierod.monitors.condition.signals import (
 
 
 class DecisionState(NamedTuple):
-    """What the judge remembers.
+    """State of the decision.
 
     Args:
         weights: of all hypotheses against the active one
@@ -56,7 +56,7 @@ class DecisionState(NamedTuple):
 
 
 class Grip(NamedTuple):
-    """What is known of the grip of the tyres.
+    """Grip of the tyres after a sample.
 
     Args:
         slipping, cornered: as in `DecisionState`, with this sample
@@ -72,7 +72,7 @@ class Grip(NamedTuple):
 
 @dataclass(frozen=True)
 class Decision:
-    """Declare what is at fault from the likelihoods of all hypotheses, and take back what has recovered.
+    """Declare faulty elements from the likelihoods of all hypotheses, and take back those that have recovered.
 
     A hypothesis is declared when its smoothed log-likelihood ratio against the active one is beyond its limit and it
     leads all others by a gap, for some samples in a row; without the gap, all that come close are candidates. All
@@ -122,7 +122,7 @@ class Decision:
         Args:
             state: after the sample before
             sample: of the bank, and the outputs of all lanes
-            effects: what the fault of each sensor that is declared adds to its reading; a loss if None
+            effects: additions of the declared sensor faults to their readings; a loss if None
         """
         lanes, readings = sample.lanes, readings_of(sample.sample)
         likelihoods = [lane.log_likelihood for lane in lanes]
@@ -216,7 +216,7 @@ class Decision:
         follows: Scalar,
         open_: Open,
     ) -> tuple[Weights, Ranking]:
-        """What is remembered of the hypotheses with this sample, and their ranks."""
+        """Weights of the hypotheses with this sample, and their ranks."""
         counting = [
             both(*each)
             for each in zip(self.testability.counting(self.weighing, seen, follows), open_.hypotheses, strict=True)
@@ -241,7 +241,7 @@ class Decision:
         return led >= needed
 
     def _elements_of(self, number: Scalar) -> Elements:
-        """What a hypothesis suspects."""
+        """Elements that a hypothesis suspects."""
         return Elements(*(any_of(0.0, *(number == k for k in self.weighing.naming(name))) for name in ELEMENTS))
 
     def _candidates(self, rivals: Sequence[Scalar], unsure: Scalar, faulty: Elements) -> Elements:

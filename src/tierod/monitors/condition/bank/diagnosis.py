@@ -1,4 +1,4 @@
-"""What the decision over the bank gives at one sample: what is at fault, and what every sensor should read."""
+"""Diagnosis of the bank at one sample: faulty elements, and the expected reading of every sensor."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tierod.monitors.condition.signals import Elements, Readings
 
 
 class Diagnosis(NamedTuple):
-    """What is decided at one sample.
+    """Diagnosis at one sample.
 
     Args:
-        hypothesis: the number of the active hypothesis, 0 for healthy
-        faulty: what is declared
-        candidates: what might be at fault, where several hypotheses explain the samples about as well
+        hypothesis: the number of the active hypothesis, 0 for fault-free
+        faulty: declared elements
+        candidates: elements that may be faulty, where several hypotheses explain the samples about as well
         testable: whether a total loss would show now
         recovering: declared, but as it should be for the last samples
         gated: readings that are far off in this sample alone, or not declared yet
@@ -57,7 +57,7 @@ def gated(
     Args:
         readings: of all sensors
         estimate: of the selected lane
-        faulty: what is declared
+        faulty: declared elements
         deviations: number of standard deviations beyond which a reading is far off
     """
     known = zip(readings, estimate.prediction, estimate.deviation, faulty, strict=False)
@@ -79,7 +79,7 @@ def values_of(readings: Sequence[Scalar], estimate: LeaveOutFilter.Output, fault
     Args:
         readings: of all sensors
         estimate: of the selected lane
-        faulty: what is declared
+        faulty: declared elements
         off: readings that are far off, see `gated`
     """
     known = zip(readings, estimate.estimate, faulty, off, strict=False)

@@ -1,4 +1,4 @@
-"""The judge over the bank: which elements are at fault, of what kind and magnitude, and what follows from that."""
+"""The judge over the bank: faulty elements, the kind and magnitude of their faults, and the reaction."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class JudgeState(NamedTuple):
 
 @dataclass(frozen=True)
 class ConditionJudge:
-    """Decision between the hypotheses, kind and magnitude of what is declared, and the reaction to it.
+    """Decision between the hypotheses, kind and magnitude of declared faults, and the reaction to them.
 
     Args:
         decision: between the hypotheses
@@ -115,7 +115,7 @@ class ConditionJudge:
     def _statements(self, diagnosis: Diagnosis, kinds: Sequence[Kind], loss: LostTorque) -> Statements:
         """Status, kind, magnitude and evidence of every element; since when is still open."""
         weighing, place = self.decision.weighing, len(SENSORS)
-        # A filter that knows too little of the motor may estimate a loss of more than all torque.
+        # A filter with too little information on the motor may estimate a loss of more than all torque.
         lost = Kind(LOST_TORQUE, minimum(loss.share, 1.0), loss.deviation, 0.0)
         made: list[Statement] = []
         for name, faulty, candidate, testable in zip(

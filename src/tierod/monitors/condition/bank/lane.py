@@ -56,7 +56,7 @@ SCALED = (*WHEELS, "yaw_rate")
 
 @dataclass(frozen=True)
 class LeaveOutFilter:
-    """Extended Kalman filter of the whole vehicle that leaves out what a hypothesis suspects.
+    """Extended Kalman filter of the whole vehicle that leaves out the suspects of a hypothesis.
 
     Its step: torques from targets, prediction by the model with automatic Jacobians, one scalar update per sensor on a
     symmetric covariance. A missing reading (NaN) corrects nothing; a missing target is held.
@@ -67,9 +67,9 @@ class LeaveOutFilter:
         plausible: ranges of failed sensors
         torque_jump: see `TORQUE_JUMP`
         influence: standard deviations beyond which a reading neither moves the state further nor counts more against
-            the hypothesis: far more than healthy readings reach; a fault does not throw the filter about
+            the hypothesis: far more than fault-free readings reach; a fault does not disturb the filter
         settling: after the start, while the state is found and readings do not count for hypotheses
-        slowest: speed from which the vehicle counts as moving; wheel speed sensors see nothing much slower
+        slowest: speed from which the vehicle counts as moving; wheel speed sensors detect no motion much slower
         largest_force_error: of an axle, beyond which none goes; see `process.LIMITS` for all else
         bending: acceleration across the vehicle from which it is in a bend
         braking: deceleration beyond what the drives give from which something else must brake; steep slopes give less
@@ -93,7 +93,7 @@ class LeaveOutFilter:
     Sample = ConditionSample
 
     class State(NamedTuple):
-        """The estimate, what came before, and how long ago the filter started, `settling` at most [s]."""
+        """The estimate, the samples before, and the time since the filter started, `settling` at most [s]."""
 
         mean: AutomatedVehicle.State
         covariance: tuple[Scalar, ...]
@@ -101,7 +101,7 @@ class LeaveOutFilter:
         age: Scalar
 
     class Output(NamedTuple):
-        """What one hypothesis says about one sample.
+        """Output of the filter of one hypothesis for one sample.
 
         Args:
             log_likelihood: of all readings of this sample, given the past; a failed sensor's reading has the density of
@@ -138,7 +138,7 @@ class LeaveOutFilter:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 0.01) -> LeaveOutFilter:
-        """The filter that suspects nothing; the less is known of the vehicle, the wider are its noises.
+        """The filter without a suspect; the less certain the vehicle, the wider are its noises.
 
         Args:
             vehicle: with the parameters of `AutomatedVehicle`
@@ -177,7 +177,7 @@ class LeaveOutFilter:
         )
 
     def corrected(self, state: State, sample: ConditionSample) -> tuple[State, Seen]:
-        """The estimate after a sample, and what the sample showed."""
+        """The estimate after a sample, and the sample's innovations."""
         suspected = [1.0 - each for each in self.trusted[len(SENSORS) :]]
         torques, inputs, jumped = torques_of(sample, state.torques, self.vehicle, suspected, state.age > 0.0)
         jump = self.torque_jump * self.torque_jump * jumped
@@ -195,7 +195,7 @@ class LeaveOutFilter:
 
     @property
     def _coarse(self) -> AutomatedVehicle.Parameters:
-        """The vehicle for the derivatives: what is small there would fill them with entries, to no gain."""
+        """The vehicle for the derivatives: small terms would fill them with entries, to no gain."""
         return replace(self.vehicle, turn_slip_stiffness=0.0, steering_motor_inertia=0.0)
 
     def _lack(self, mean: AutomatedVehicle.State) -> Scalar:
@@ -239,7 +239,7 @@ class LeaveOutFilter:
         """The filter of a hypothesis, made from the one that suspects nothing.
 
         Args:
-            hypothesis: what it leaves out
+            hypothesis: with the elements to leave out
         """
         error, vehicle = self.model_error, self.vehicle
         if not {*SCALED}.isdisjoint(hypothesis.sensors):

@@ -23,7 +23,7 @@ LARGEST_FORCE_ERROR = 4000.0
 
 
 class LowGripState(NamedTuple):
-    """What is remembered.
+    """State of the check for low grip.
 
     Args:
         lead: mean log-likelihood ratio of the filter of sliding tyres against the best other one
@@ -142,7 +142,7 @@ class LowGrip:
         Args:
             state: after the sample before
             likelihood: logarithm of the density of this sample where tyres slide
-            others: likewise, of all hypotheses that trust the tyres, the healthy one first
+            others: likewise, of all hypotheses with tyres that hold, the fault-free one first
             drives: likewise, of those that suspect one drive alone
             lack: of force
             moving: whether the vehicle goes forward; while it stands or goes back no time passes to find back in
@@ -171,12 +171,12 @@ class LowGrip:
         return LowGripState(lead, lead_along, gain, symmetric, held, broken, left), left > 0.5
 
     def _steady(self, held: Scalar, lack: Lack) -> Scalar:
-        """A step towards the force that is given while some of what is asked for is lacking."""
+        """A step towards the given force while some of the requested force is lacking."""
         lacks = lack.given * lack.along > 0.0
         return held + self.share * (where(lacks, absolute(lack.given), held) - held)
 
     def _broken(self, before: Scalar, held: Scalar, lack: Lack) -> Scalar:
-        """For how many samples in a row less is given than asked for, where no more is asked for than ice held.
+        """Number of samples in a row with less than the requested force, where no more is requested than ice held.
 
         Kept while too little or too much is asked for to show it; none where all is given.
         """

@@ -1,4 +1,4 @@
-"""What the state of the vehicle's filter may be, and by how much the model may miss it from sample to sample."""
+"""Limits of the state of the vehicle's filter, and its process noise from sample to sample."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How suspects come back: as they should for a while, in samples at which their fault would show."""
+"""Return of suspects: fault-free behaviour for a while, in samples at which their fault would show."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Returning:
         shows: number of standard deviations of its prediction by which a fault must change a reading to show in it
         agrees: number of standard deviations within which a reading counts as it should
         recovers: for how long it must, in samples at which its fault would show
-        doubtful: what a sample counts at which only a loss would show: a fault that went while it did not show may have
+        doubtful: weight of a sample at which only a loss would show: a fault that went while it did not show may have
             been learnt wrongly since
         hopes: after which it is called recovering; single readings of a noisy sensor are right by chance
         loss_recovered: share of lost torque below which an actuator counts as whole
@@ -46,10 +46,10 @@ class Returning:
 
         Args:
             before: the same at the sample before
-            suspected: what is declared
+            suspected: declared elements
             readings: of all sensors
             seen: output of the selected lane
-            effects: what the fault of each sensor that is declared adds to its reading; a loss if None
+            effects: additions of the declared sensor faults to their readings; a loss if None
         """
         counts = []
         for place, (name, count) in enumerate(zip(ELEMENTS, before, strict=True)):
@@ -78,7 +78,7 @@ class Returning:
         Args:
             weighing: of the hypotheses
             active: the number of the hypothesis that holds
-            suspected: what it suspects
+            suspected: elements that it suspects
             good: for how many samples each suspect has been as it should
         """
         back = [

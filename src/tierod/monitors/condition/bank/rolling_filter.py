@@ -1,4 +1,4 @@
-"""The filter behind every hypothesis about a car whose torques are not known: it leaves out what it suspects."""
+"""The filter behind every hypothesis about a car whose torques are not known: it leaves out the suspects."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 0.04,
 
 @dataclass(frozen=True)
 class RollingError:
-    """Standard deviation of what the model does not follow.
+    """Standard deviation of the model's error.
 
     Args:
         jerk: change of the acceleration, brakes included
@@ -119,7 +119,7 @@ LEAST = {"yaw_rate_offset": 0.002, "angle_offset": 0.01, "wheel_speed_difference
 
 
 def model_error_of(vehicle: Vehicle) -> RollingError:
-    """What the model does not follow, with what a vehicle file leaves open: offsets, ratio, distances, understeer.
+    """Model errors by what a vehicle file leaves open: offsets, ratio, distances, understeer.
 
     Args:
         vehicle: with the parameters of `RollingCar`; a parameter without a standard deviation takes that of its class
@@ -149,7 +149,7 @@ def model_error_of(vehicle: Vehicle) -> RollingError:
 
 @dataclass(frozen=True)
 class RollingFilter:
-    """Extended Kalman filter of a rolling car that leaves out what a hypothesis suspects; as `LeaveOutFilter` is.
+    """Extended Kalman filter of a rolling car that leaves out the suspects of a hypothesis; as `LeaveOutFilter` is.
 
     Args:
         vehicle: parameters of `RollingCar`
@@ -302,6 +302,6 @@ class RollingFilter:
         """The filter of a hypothesis, made from the one that suspects nothing.
 
         Args:
-            hypothesis: what it leaves out
+            hypothesis: with the elements to leave out
         """
         return replace(self, trusted=self.trusted._replace(**dict.fromkeys(hypothesis.suspects, 0.0)))

@@ -78,7 +78,7 @@ def lacking(state: RollingCar.State, p: RollingCar.Parameters, hands: Hands) -> 
     Args:
         state: of a filter of sliding tyres, after a sample
         p: the car
-        hands: what they do
+        hands: their action on the wheel
     """
     wheelbase = p.front_distance + p.rear_distance
     gradient = understeer_gradient(

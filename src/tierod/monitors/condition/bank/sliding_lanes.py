@@ -1,4 +1,4 @@
-"""Filters of a rolling car whose tyres slide, and when they are said to."""
+"""Filters of a rolling car whose tyres slide, and the criterion for sliding."""
 
 from __future__ import annotations
 

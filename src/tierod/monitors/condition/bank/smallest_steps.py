@@ -1,4 +1,4 @@
-"""How coarse sensors are, as their readings show it: the smallest step between two of them."""
+"""Resolution of sensors, as their readings show it: the smallest step between two of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ UNIFORM = 1.0 / 12.0
 class SmallestSteps(NamedTuple):
     """Last reading of every sensor, and its smallest change so far.
 
-    A sensor of a bus reads in steps that may be ten times its noise, and no vehicle file need say so.
+    A sensor of a bus reads in steps that may be ten times its noise, and a vehicle file need not state it.
 
     Args:
         last: readings; one that is missing keeps the one before
@@ -55,5 +55,5 @@ class SmallestSteps(NamedTuple):
 
     @property
     def variances(self) -> tuple[Scalar, ...]:
-        """What rounding adds to the variance of every reading."""
+        """Variances that rounding adds to every reading."""
         return tuple(UNIFORM * each * each for each in self.smallest)

@@ -1,4 +1,4 @@
-"""Which faults may be declared now: with the sensors that there are, in motion that the filters follow."""
+"""Testability of faults in this sample: with the available sensors, in motion that the filters follow."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TOLD_BY = {"steering_motor_1": "steering_shaft_torque", "steering_motor_2": "ste
 
 
 class Open(NamedTuple):
-    """What is observable with the sensors that are left.
+    """Observability with the sensors that are left.
 
     Args:
         hypotheses: whether each one may be declared
@@ -29,7 +29,7 @@ class Open(NamedTuple):
 
 @dataclass(frozen=True)
 class Testability:
-    """Which hypotheses may be declared, and whether a fault would show.
+    """Hypotheses that may be declared, and whether a fault would show.
 
     No fault is declared at standstill and in reverse, none of a wheel while the vehicle brakes harder than its drives,
     none of a sensor that is missing, and none of a steering motor without the sensor of the torque that both give.
@@ -56,7 +56,7 @@ class Testability:
     stays: Annotated[float, "s"] = 0.5
 
     def cornered(self, before: Scalar, acceleration: Scalar, lacks: Scalar, sample_time: float) -> Scalar:
-        """For how many samples the tyres may slide, this one counted; no bend is known of without the acceleration.
+        """Number of samples for which the tyres may slide, with this one; without the acceleration no bend is detected.
 
         Args:
             before: the same at the sample before
@@ -73,12 +73,12 @@ class Testability:
         return [braked if {*ALL_WHEELS} & {*each.sensors} else follows for each in weighing.hypotheses]
 
     def open(self, weighing: Weighing, unread: Sequence[Scalar], suspected: Elements) -> Open:
-        """Which hypotheses may be declared with the sensors that are left.
+        """Hypotheses that may be declared with the sensors that are left.
 
         Args:
             weighing: of the hypotheses
             unread: for how many samples each sensor has had no reading
-            suspected: what is declared
+            suspected: declared elements
         """
         most = self.missing / weighing.sample_time
         gone = {name: where(unread[SENSORS.index(name)] > most, 1.0, 0.0) for name in self.judged}
@@ -105,7 +105,7 @@ class Testability:
         Args:
             weighing: of the hypotheses
             lanes: outputs of all
-            suspected: what is declared
+            suspected: declared elements
             seen: output of the selected lane
             open_: whether each hypothesis may be declared
         """

@@ -31,7 +31,7 @@ TORQUE_JUMP = 0.45
 
 @dataclass(frozen=True)
 class ModelError:
-    """Standard deviation of what the model does not follow; the share of the force is what adapts every threshold.
+    """Standard deviation of the model's error; the share of the force adapts every threshold.
 
     Args:
         acceleration: along the road, white, per sample
@@ -44,7 +44,7 @@ class ModelError:
         tie_rod, tie_rod_share: likewise, of the tie rod's force
         standing: added to the tie rod's error at standstill, where the tyres twist on the spot
         loss: of the torque of a suspected actuator, as a share
-        yaw_rate_offset, angle_offset, wheel_speed_difference: how far they wander off a calibration
+        yaw_rate_offset, angle_offset, wheel_speed_difference: deviations from a calibration
         wheel_speed_scale, drive_excess: likewise, as shares: load and tyres change after a calibration
         wheel_speed_scale_alone: likewise, where the yaw rate or a wheel is left out: nothing would show it but the
             acceleration across, which the body's roll bends by some percent
@@ -75,7 +75,7 @@ class ModelError:
 
 
 def prices(noise: Measured | RollingCar.Output, plausible: Readings) -> tuple[float, ...]:
-    """What leaving out each sensor costs per sample while its readings are as expected [nat].
+    """Costs of leaving out each sensor, per sample while its readings are as expected [nat].
 
     The mean density of a reading about its expectation, in logarithms, over that of anything plausible.
 

@@ -27,7 +27,7 @@ _ROOTS = 6
 
 
 class Correction(NamedTuple):
-    """What the readings of one sample did.
+    """Correction by the readings of one sample.
 
     Args:
         shift: of the mean, (n,)
@@ -43,7 +43,7 @@ class Correction(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What one sample showed.
+    """Innovations and correction of one sample.
 
     Args:
         expected: readings, before any of the sample

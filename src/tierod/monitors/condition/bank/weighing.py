@@ -19,7 +19,7 @@ NEVER = -1e9
 
 @dataclass(frozen=True)
 class Limits:
-    """What decides between hypotheses; all of it comes from calibration on healthy drives.
+    """Limits between hypotheses; all of them come from calibration on fault-free drives.
 
     Args:
         fast, slow: per hypothesis but healthy, in their order: mean log-likelihood ratio against the active hypothesis,
@@ -117,7 +117,7 @@ class Weighing:
         return Weights(*(_on(mean, ratios, share) for mean, share in zip(weights, shares, strict=True)))
 
     def restarted(self, weights: Weights, active: Scalar, changed: Scalar) -> Weights:
-        """What is remembered where another hypothesis holds from now on: nothing that was for any other one.
+        """Weights where another hypothesis holds from now on: evidence for any other one is discarded.
 
         What was against one that leaves out a sensor stays, over the long time: its price is paid on. Without it a bump
         that comes just then would do for a second fault.

@@ -1,4 +1,4 @@
-"""Healthy drives made fit for a calibration: on one grid, without long gaps, each of them once."""
+"""Fault-free drives made fit for a calibration: on one grid, without long gaps, each of them once."""
 
 from __future__ import annotations
 

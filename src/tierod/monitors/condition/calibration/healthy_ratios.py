@@ -1,4 +1,4 @@
-"""Ratios of all hypotheses on healthy drives, the largest of every ten seconds: what limits are designed on."""
+"""Ratios of all hypotheses on fault-free drives, the largest of every ten seconds, on which limits are designed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _NEVER = 1e6
 
 @dataclass(frozen=True)
 class Watching:
-    """A judge that puts out the smoothed ratios instead of what it decides.
+    """A judge whose outputs are the smoothed ratios instead of its decisions.
 
     Args:
         decision: with limits that nothing exceeds
@@ -38,7 +38,7 @@ class Watching:
     decision: Decision
 
     def feedback(self) -> Tree:
-        """What lanes get as feedback."""
+        """Feedback to the lanes."""
         return self.decision.feedback()
 
     def init(self) -> DecisionState:
@@ -52,7 +52,7 @@ class Watching:
 
 
 class Watched(NamedTuple):
-    """What the bank makes of a healthy drive.
+    """Outputs of the bank on a fault-free drive.
 
     Args:
         blocks: largest ratios of every ten seconds in which the vehicle moves, see `block_maxima`
@@ -72,7 +72,7 @@ def watch(
     """The ratios of all hypotheses on drives, while none of them is declared.
 
     Args:
-        recordings: of healthy driving
+        recordings: of fault-free driving
         vehicle: with calibrated parameters
         progress: called with the share that is done
         bank: lanes with a judge that is `Watching`; that of the whole vehicle if None
@@ -116,7 +116,7 @@ def unreachable(explanations: Sequence[Hypothesis]) -> Limits:
 def block_maxima(ratios: np.ndarray, settling: float = SETTLING) -> np.ndarray:
     """The largest ratio of every block, healthy left out, (blocks, 2 x hypotheses).
 
-    Only what lasts for three samples counts, as the judge says nothing before.
+    Only what lasts for three samples counts, as the judge decides nothing before.
 
     Args:
         ratios: smoothed fast and slowly, the healthy hypothesis first in both, sample by sample

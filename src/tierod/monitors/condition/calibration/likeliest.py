@@ -50,10 +50,10 @@ _HELD = {
 
 @dataclass(frozen=True)
 class WhitenedInnovations:
-    """What every reading says that the filter could not foresee, each by itself.
+    """Whitened innovations: the part of every reading that the filter could not predict, each by itself.
 
     Args:
-        filter: the healthy one
+        filter: the fault-free one
     """
 
     filter: LeaveOutFilter
@@ -77,14 +77,14 @@ class WhitenedInnovations:
 
 
 class Place(NamedTuple):
-    """What the drives say of a set of parameters.
+    """Cost of a set of parameters by the drives, with its derivatives.
 
     Args:
         cost: negative logarithm of the posterior density, without its constant
         gradient, information: of it, in standard deviations of what is known before
         scores: gradients of every sample of every drive
         squares: mean squared innovation over its variance of every reading
-        samples: how many
+        samples: number of them
     """
 
     cost: float
@@ -96,14 +96,14 @@ class Place(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Where a search ended.
+    """Point at which a search ended.
 
     Args:
         names: of the parameters that were looked for
         values, deviations: of them, in SI units
         before, after: mean log likelihood of a sample, without its constant
-        squares: mean squared innovation over its variance of every reading, wheel speeds first; one where the filter
-            knows what it does not know
+        squares: mean squared innovation over its variance of every reading, wheel speeds first; near one is
+            consistent, above one is overconfident
         steps: of the search
         converged: whether it came to an end
     """
@@ -119,15 +119,15 @@ class Found(NamedTuple):
 
 
 class Search:
-    """Gauss-Newton in units of what is known before, all differences of one step as lanes of one batch.
+    """Gauss-Newton in units of the prior deviations, all differences of one step as lanes of one batch.
 
     Args:
         vehicle: where to start from; its standard deviations are those of what is known before
         drives: rows of `ConditionSample`
-        free: names of what is looked for, where the vehicle says how well it is known
+        free: names of the unknowns, where the vehicle file gives their uncertainty
 
     Raises:
-        InputError: the vehicle says of none how well it is known
+        InputError: the vehicle file gives the uncertainty of none
     """
 
     def __init__(self, vehicle: Vehicle, drives: Sequence[np.ndarray], free: Sequence[str]):
@@ -243,7 +243,7 @@ def _between(usual: float, wide: float, share: float) -> float:
 
 
 def _error_between(wide: ModelError, share: float) -> ModelError:
-    """The model's errors at a share of the way from the usual to the wide ones; what is fitted is held."""
+    """The model's errors at a share of the way from the usual to the wide ones; those under fit are held."""
     return ModelError(
         **{name: _between(low, getattr(wide, name), share) for name, low in vars(ModelError()).items()} | _HELD
     )

@@ -1,4 +1,4 @@
-"""Limits between the hypotheses of the bank: designed on healthy drives, kept in the vehicle file, read back."""
+"""Limits between the hypotheses of the bank: designed on fault-free drives, kept in the vehicle file, read back."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class DesignedLimits:
 
     Args:
         limits: of all hypotheses but healthy
-        factor: of the limits over the largest healthy ratios, with what they must lie above them [-]
-        hours: of healthy driving they were made on
+        factor: of the limits over the largest fault-free ratios, with what they must lie above them [-]
+        hours: of fault-free driving they were made on
         hours_between_alarms: designed mean time between false alarms, carried on from the tail of what was seen
         hours_at_least: the same, were the tail as long as so few blocks allow at 95 % [h]
         alarms_before: times that driving goes beyond limits without `factor` that come from other driving
@@ -61,10 +61,10 @@ def design_limits(
     hours_between_alarms: float = 1000.0,
     progress: Callable[[float], None] = lambda share: None,
 ) -> DesignedLimits:
-    """Limits of a vehicle from healthy drives, for a mean time between false alarms of the whole bank.
+    """Limits of a vehicle from fault-free drives, for a mean time between false alarms of the whole bank.
 
     Args:
-        recordings: of healthy driving, none of it used for the parameters; an hour or more
+        recordings: of fault-free driving, none of it used for the parameters; an hour or more
         vehicle: with calibrated parameters
         hours_between_alarms: wanted mean time between false alarms [h]
         progress: called with the share that is done
@@ -80,7 +80,7 @@ def design_limits(
 
 
 def designed_on(blocks: np.ndarray, hours_between_alarms: float, hours: float | None = None) -> DesignedLimits:
-    """Limits from the largest ratios of healthy driving.
+    """Limits from the largest ratios of fault-free driving.
 
     One factor for all limits is designed. Limits without it come from either half of the driving; the largest ratio of
     every block of the other half over its limit has a tail, taken as exponential, that is carried on to the wanted

@@ -51,7 +51,7 @@ class MotionCalibration:
     Args:
         designed: limits
         before: the vehicle as it was
-        lowered: how many of the limits were lowered to those of a car without limits of its own
+        lowered: number of limits that were lowered to those of a car without limits of its own
         suspicions: where drives do not look fault-free
     """
 
@@ -71,7 +71,7 @@ class MotionCalibration:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was noticed."""
+        """Remarks on the calibration."""
         count = len(self.explanations) - 1
         return (
             "The car is judged by its motion alone; its parameters stay as the file gives them, 'tierod identify "
@@ -94,7 +94,7 @@ class MotionCalibration:
 
     @property
     def thresholds(self) -> Mapping[str, Table]:
-        """Limits as the vehicle file holds them, by what they are of."""
+        """Limits as the vehicle file holds them, by quantity."""
         source = f"designed on {self.designed.hours:.2f} h of fault-free driving of {self.before.name}, by its motion"
         return {NAME: table_of(self.designed, source, self.explanations)}
 

@@ -1,4 +1,4 @@
-"""Parameters of a vehicle from a few minutes of healthy driving, by maximum likelihood of the healthy filter."""
+"""Parameters of a vehicle from a few minutes of fault-free driving, by maximum likelihood of the healthy filter."""
 
 from __future__ import annotations
 
@@ -60,13 +60,13 @@ class Calibration:
 def calibrate(
     recordings: Sequence[Recording], vehicle: Vehicle, progress: Callable[[float], None] = lambda share: None
 ) -> Calibration:
-    """Fit the parameters of a vehicle to healthy drives.
+    """Fit the parameters of a vehicle to fault-free drives.
 
     The values of the vehicle file count as known before, with their standard deviations. What a filter else learns
     slowly on the way (offsets, difference of the wheels) is held, so that it goes into the parameters.
 
     Args:
-        recordings: of healthy driving, with bends, braking and both directions
+        recordings: of fault-free driving, with bends, braking and both directions
         vehicle: where to start from
         progress: called with the share that is done
 
@@ -85,7 +85,7 @@ def calibrate(
 
 
 def _free(drives: Sequence[np.ndarray]) -> tuple[str, ...]:
-    """What is looked for: one rear wheel alone does not show the difference between both."""
+    """Free parameters: one rear wheel alone does not identify the difference between both."""
     both = all(any(np.isfinite(each[:, wheel]).any() for each in drives) for wheel in range(2))
     return tuple(name for name in FREE if both or name != "wheel_speed_difference")
 

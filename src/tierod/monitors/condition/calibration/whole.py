@@ -1,4 +1,4 @@
-"""All that healthy driving shows of a vehicle: its parameters from the first minutes, its limits from the rest."""
+"""Calibration by fault-free driving: a vehicle's parameters from the first minutes, its limits from the rest."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class ConditionCalibration:
         further: tables of thresholds of other variants by name; none where a signal that they need is missing
         before: the vehicle as it was
         seconds: of driving that the parameters come from
-        suspicions: where drives do not look healthy
+        suspicions: where drives do not look fault-free
     """
 
     calibration: Calibration
@@ -100,7 +100,7 @@ class ConditionCalibration:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was noticed."""
+        """Remarks on the calibration."""
         designed = self.designed
         rest = designed.hours
         notes = [
@@ -152,7 +152,7 @@ class ConditionCalibration:
 
     @property
     def thresholds(self) -> Mapping[str, Table]:
-        """Limits as the vehicle file holds them, by what they are of."""
+        """Limits as the vehicle file holds them, by quantity."""
         return {NAME: table_of(self.designed, _source(self.designed, self.before)), **self.further}
 
 
@@ -167,10 +167,10 @@ def calibrate_condition(
     hours_between_alarms: float = 1000.0,
     progress: Callable[[float], None] = lambda share: None,
 ) -> ConditionCalibration:
-    """Parameters and limits of a vehicle from its healthy drives, in the order in which they are given.
+    """Parameters and limits of a vehicle from its fault-free drives, in the order in which they are given.
 
     Args:
-        recordings: of healthy driving by name, five minutes and, beyond them, an hour or more
+        recordings: of fault-free driving by name, five minutes and, beyond them, an hour or more
         vehicle: where to start from
         hours_between_alarms: wanted mean time between false alarms [h]
         progress: called with the share that is done
@@ -209,7 +209,7 @@ def _require_enough(seconds: float, rest: Sequence[HealthyDrive]) -> None:
 
 
 def remark_of_limits(designed: DesignedLimits) -> str:
-    """What limits promise, and on how little.
+    """Remark on the false alarm rate that the limits promise, and on the hours that they rest on.
 
     Args:
         designed: limits
@@ -232,9 +232,9 @@ def suspicions_of(
 
     Args:
         drives: in their order
-        watched: what the bank makes of each
+        watched: outputs of the bank on each
         explanations: hypotheses, healthy first
-        faulty: ratios from which on a drive does not look healthy, fast and slow [nat]
+        faulty: ratios from which on a drive does not look fault-free, fast and slow [nat]
     """
     faults = explanations[1:]
     single = [k for k, each in enumerate(faults) if len(each.suspects) == 1]

@@ -1,1 +1,1 @@
-"""What kind of fault a sensor has, and how large it is."""
+"""Kind of a sensor's fault, and its magnitude."""

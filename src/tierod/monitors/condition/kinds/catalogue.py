@@ -1,4 +1,4 @@
-"""The kinds of faults by number, the estimate of one, and what is remembered while they are weighed."""
+"""The kinds of faults by number, the estimate of one, and the state while they are weighed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Kind(NamedTuple):
         magnitude: of an offset in the unit of the signal, of a gain or an outlier the factor, of a drift per second, of
             noise its standard deviation, of a delay in seconds; 0 of what has none
         deviation: standard deviation of the magnitude
-        effect: what the fault adds to this reading at least, by all kinds that it may well be [unit of the signal];
+        effect: least addition of the fault to this reading, by all kinds that it may well be [unit of the signal];
             infinite where a reading that never changed moves again, and as it should
     """
 
@@ -51,7 +51,7 @@ class SlopeFit(NamedTuple):
 
 
 class KindState(NamedTuple):
-    """What is remembered of one sensor.
+    """State of the kind of one sensor's fault.
 
     Args:
         age: samples since the readings began to be off, with or without a reading
@@ -64,8 +64,8 @@ class KindState(NamedTuple):
         drift: fit of a slope
         weight, power, expected: sum of weights, mean squared deviation, and what it would be without fault
         quick: mean squared deviation from the recent mean
-        noise: how likely the readings were as noise
-        counted, common: what the readings count for, and the sum of the logarithms of their variances
+        noise: likelihood of the readings as noise
+        counted, common: weight of the readings, and the sum of the logarithms of their variances
         undelayed, delays: squared deviations over their variance as they are, and with each of the delays
         past: predictions, one line for each delay
     """

@@ -1,4 +1,4 @@
-"""How readings of a faulty sensor are fitted by an offset, a factor, a slope, a delay; how likely that makes them."""
+"""Fit of a faulty sensor's readings by an offset, a factor, a slope, a delay; the likelihood of the readings by it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def delays_of(jumps: bool, sample_time: float) -> tuple[int, ...]:
 
 
 def log_density(off: Scalar, variance: Scalar, share: Scalar) -> Scalar:
-    """What one reading adds to a logarithm of likelihood.
+    """Contribution of one reading to a log-likelihood.
 
     Args:
         off: reading less what was expected
@@ -53,7 +53,7 @@ def fitted(fit: Fit, reading: Scalar, row: Scalar, square: Scalar, alike: Scalar
     Args:
         fit: before
         reading: of the sensor, or what it is off by
-        row: what the parameter is multiplied with
+        row: factor of the parameter
         square: variance of the reading
         alike: samples over which errors are alike
         share: see `log_density`
@@ -72,7 +72,7 @@ def sloped(fit: SlopeFit, off: Scalar, time: Scalar, square: Scalar, alike: Scal
 
     Args:
         fit: before
-        off: what the reading is off by
+        off: deviation of the reading
         time: since the start
         square: variance of the deviation
         alike: samples over which errors are alike
@@ -131,7 +131,7 @@ def delay_of(
 
 
 def lowest(places: Sequence[Scalar], values: Sequence[Scalar]) -> tuple[Scalar, Scalar, Scalar]:
-    """Where a parabola through three points is lowest between the outer ones, its value there, and its width.
+    """Minimum of a parabola through three points between the outer ones, its value there, and its width.
 
     Args:
         places: ascending

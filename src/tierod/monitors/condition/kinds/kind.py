@@ -1,4 +1,4 @@
-"""What kind of fault a sensor has, and how large: its readings against what the other sensors say they should be."""
+"""Kind of a sensor's fault, and its magnitude: its readings against those that the other sensors predict."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class KindOfFault:
         factor: expected magnitude of factors about one
         start: of a drift where it begins to be off, in deviations of the prediction: a drift starts at zero
         recent: over which the mean of deviations is taken that shows whether a sensor is as it should
-        away: deviations of the prediction beyond which that mean is off; that of healthy ones hardly ever is
+        away: deviations of the prediction beyond which that mean is off; that of fault-free ones hardly ever is
         jumps: deviations beyond half of that mean by which a reading must differ from it to be the first one of a jump
         sure: deviations by which the slope of a drift, or a delay, differs from none
         quick: share of the squared deviations that noise has about its own recent mean at least; all of white noise
@@ -61,8 +61,8 @@ class KindOfFault:
         doubt: nats within which a kind may be as well as the likeliest: the effect is the mildest of theirs
         agrees: deviations of the prediction within which a reading that moves again is as it should be
         young: until which a large factor is an outlier; Li, Frey, Gauterin, section 5, have outliers of one second
-        large: what a large factor differs from one by
-        unknown: standard deviation of what predictions are off by for long and no filter knows of, as of a vehicle that
+        large: difference of a large factor from one
+        unknown: standard deviation of lasting errors of predictions that no filter models, as of a vehicle that
             was not calibrated: it widens magnitudes, and passes for no drift [unit of the signal]
         sample_time: [s]
         delays: that are compared, in samples
@@ -158,7 +158,7 @@ class KindOfFault:
         return after._replace(past=tuple(line.push(predicted) for line in state.past)), named
 
     def _watched(self, state: KindState, known: Scalar, off: Scalar, deviation: Scalar) -> tuple[Scalar, Scalar]:
-        """The recent mean of deviations, and whether what is off, if anything, begins after this sample."""
+        """The recent mean of deviations, and whether a fault, if any, begins after this sample."""
         share = share_reached(self.sample_time / self.recent)
         smooth = where(known, state.smooth + share * (off - state.smooth), state.smooth)
         within = absolute(smooth) < self.away * deviation

@@ -1,1 +1,1 @@
-"""What is wrong with a recording and no fault of any sensor: wiring, scale, time, gaps."""
+"""Defects of a recording that are no fault of any sensor: wiring, scale, time, gaps."""

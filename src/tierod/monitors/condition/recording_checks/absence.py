@@ -1,4 +1,4 @@
-"""What was there and is no longer: since when, and for how much of the drive."""
+"""Losses of signals that were there before: since when, and for how much of the drive."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which of several estimates of one quantity has the wrong sign, is late, or has the wrong scale."""
+"""Contradictions among several estimates of one quantity: the one with a wrong sign, a delay, or a wrong scale."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Problem(NamedTuple):
     Args:
         kind: sign, time, scale or rate
         elements: sensors that it concerns
-        cause: what it is
-        action: what to do
+        cause: its description
+        action: the remedy
     """
 
     kind: str
@@ -85,7 +85,7 @@ def _shift(one: np.ndarray, other: np.ndarray) -> float | None:
 
 
 def _vertex(values: list[float], best: int) -> float:
-    """Where a parabola through the highest value and both beside it is highest, in steps from it."""
+    """Place at which a parabola through the highest value and both beside it is highest, in steps from it."""
     if not 0 < best < len(values) - 1:
         return 0.0
     before, top, after = values[best - 1 : best + 2]
@@ -120,7 +120,7 @@ def scaled(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]
 
 
 def _ratio(one: np.ndarray, other: np.ndarray) -> float:
-    """How many times as large the first is; NaN where they do not go together."""
+    """Ratio of the first to the second; NaN where they do not go together."""
     if _correlation(one, other) <= TIGHT:
         return np.nan
     both = np.isfinite(one) & np.isfinite(other)

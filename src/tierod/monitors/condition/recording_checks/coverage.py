@@ -1,4 +1,4 @@
-"""What a recording holds: possible values, enough sensors, and what was asked of every actuator often enough."""
+"""Coverage of a recording: possible values, enough sensors, and enough excitation of every actuator."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def all_zero(readings: np.ndarray) -> np.ndarray:
 
 
 class ImpossibleValues:
-    """Removes what is infinite, or far beyond the plausible range of its signal, piece by piece."""
+    """Removes infinite values, and those far beyond the plausible range of their signal, piece by piece."""
 
     def __init__(self) -> None:
         self._count = np.zeros(len(ConditionSample._fields), int)
@@ -150,7 +150,7 @@ class ImpossibleValues:
         return np.where(far, np.nan, values)
 
     def notes(self) -> tuple[str, ...]:
-        """What was removed, in words."""
+        """Notes on the removed values, in words."""
         return tuple(
             f"{count} impossible value{'s' if count > 1 else ''} of {name.replace('_', ' ')}, up to "
             + f"{largest:.3g} {SIGNALS[name].unit}".rstrip()

@@ -19,7 +19,7 @@ _TIME = "time"
 
 
 class Blocks:
-    """Cuts a drive into blocks, and keeps what is left of each piece for the next one.
+    """Cuts a drive into blocks, and keeps the rest of each piece for the next one.
 
     Args:
         rate: of the samples [Hz]
@@ -86,7 +86,7 @@ HALF = 0.7
 
 @dataclass(frozen=True)
 class Bounds:
-    """How far two estimates of a quantity differ without a fault, in the unit of the quantity.
+    """Bounds on the difference of two estimates of a quantity without a fault, in the unit of the quantity.
 
     Args:
         single: in one block
@@ -116,7 +116,7 @@ def _deviation(values: Sequence[float]) -> float:
 
 
 def _unexplained(rows: Sequence[Row], gain: float, lag: float) -> float:
-    """Standard deviation of the difference less what a gain and a lag within bounds explain of it.
+    """Standard deviation of the difference without the part that a gain and a lag within bounds explain.
 
     Least squares of apart = a reference - b d(reference)/dt with 0 <= a <= gain and 0 <= b <= lag.
     """

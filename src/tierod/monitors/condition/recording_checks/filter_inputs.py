@@ -103,7 +103,7 @@ The same rounds show .59 in the mean, .24 of what is read about it; ice lets dri
 
 
 class TargetCheck:
-    """Compare the targets with what the actuators do, piece by piece.
+    """Compare the targets with the actuators' responses, piece by piece.
 
     Args:
         vehicle: parameters of `AutomatedVehicle`

@@ -34,9 +34,9 @@ LATE = 0.15
 
 
 class CloseLimits(NamedTuple):
-    """What sensors of a calibrated vehicle do not differ by.
+    """Differences that sensors of a calibrated vehicle do not reach.
 
-    Healthy drives of an hour show one sensor off both others by 1.07 and 0.03 s, tyres a tenth larger by 1.10.
+    Fault-free drives of an hour show one sensor off both others by 1.07 and 0.03 s, tyres a tenth larger by 1.10.
 
     Args:
         scale, late: as in `Wiring`
@@ -47,7 +47,7 @@ class CloseLimits(NamedTuple):
 
 
 class Wiring:
-    """Looks at the beginning of a drive for what was connected or described wrongly.
+    """Checks the beginning of a drive for signals that were connected or described wrongly.
 
     Args:
         vehicle: its parameters
@@ -78,7 +78,7 @@ class Wiring:
             self._pieces.append(piece)
 
     def problems(self) -> tuple[Problem, ...]:
-        """What is wrong; empty where nothing is, or where the drive turned too little to show it.
+        """Problems of the wiring; empty where there are none, or where the drive turned too little to show any.
 
         It must be wrong in every part of the beginning, each of which turns for as long: what becomes wrong on the way
         is a fault.
@@ -126,7 +126,7 @@ class Wiring:
     def _estimates(
         self, witnesses: Mapping[str, Witness], signals: Mapping[str, np.ndarray], when: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """What every witness estimates, smooth and about its mean; NaN where it may not count."""
+        """Estimates of every witness, smooth and about their mean; NaN where it may not count."""
         width = max(round(SMOOTH * self.rate), 1)
         found = {}
         for name, witness in witnesses.items():
@@ -196,7 +196,7 @@ class ClockLeap:
         self._wiring.add({name: values[first:] for name, values in signals.items()})
 
     def problems(self, episodes: Sequence[Episode]) -> tuple[Problem, ...]:
-        """Problem that the buses have lost their common time, if that was seen and no fault came before.
+        """Problem that the buses have lost their common time, if that was detected and no fault came before.
 
         Args:
             episodes: of all faults of the drive

@@ -20,8 +20,8 @@ class Witness:
     Args:
         elements: sensors behind it
         estimate: the quantity from the signals by name, (n,)
-        turned: what a wrong sign of it means
-        scaled: what a wrong size of it means
+        turned: meaning of a wrong sign
+        scaled: meaning of a wrong size
         lead: by which it comes before the vehicle turns [s]
     """
 

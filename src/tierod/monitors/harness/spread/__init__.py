@@ -1,1 +1,1 @@
-"""What the spread of a vehicle's parameters does to the result of a monitor: band, verdict, and what decides."""
+"""Effect of the spread of a vehicle's parameters on a monitor's result: band, verdict, and deciding parameters."""

@@ -49,7 +49,7 @@ class Carried:
             self.points.absorb(part)
 
     def absorb(self, aligned: Aligned, shown: Mapping[str, np.ndarray], variances: Mapping[str, np.ndarray]) -> None:
-        """Take in what follows.
+        """Take in the next samples.
 
         Args:
             aligned: the samples
@@ -88,7 +88,7 @@ class Carried:
         return {place: self.directions[place] for place in self._places}
 
     def conclude(self) -> tuple[list[tuple[Direction, list[Concluded]]], Conclusion | None]:
-        """What the moved vehicles gave by direction, and what the session gave that began with them."""
+        """Conclusions of the moved vehicles by direction, and of the session that began with them."""
         found = self.points.conclude()
         along = [
             (each, [found[at] for at in (2 * place, 2 * place + 1) if at in found])

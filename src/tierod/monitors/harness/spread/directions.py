@@ -37,7 +37,7 @@ class Direction(NamedTuple):
 
 
 class Sensitivities:
-    """What parameters do to a result over a stretch of a recording, piece by piece.
+    """Sensitivities of a result to parameters over a stretch of a recording, piece by piece.
 
     Args:
         names: of the parameters
@@ -50,7 +50,7 @@ class Sensitivities:
 
     @property
     def known(self) -> int:
-        """Samples in which the result was known."""
+        """Number of samples with a valid result."""
         return sum(self._counts)
 
     def add(self, moves: np.ndarray) -> None:
@@ -91,7 +91,7 @@ class Sensitivities:
         return {place: float(vector @ gram @ vector / np.trace(gram)) for place, vector in vectors.items()}
 
     def _counted(self) -> np.ndarray:
-        """Which parameters move the result by more than can be left out, (names,)."""
+        """Mask of parameters that move the result by more than can be left out, (names,)."""
         counted: np.ndarray = np.sqrt(np.diag(self._gram())) > SCREENED
         return counted
 

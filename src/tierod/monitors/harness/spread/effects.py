@@ -1,4 +1,4 @@
-"""How far the parameters move what a monitor concludes."""
+"""Effects of the parameters on the conclusion of a monitor."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Effects(NamedTuple):
 
 
 def effects(outcome: Outcome, estimate: Estimate | None, vehicle: Vehicle) -> Effects:
-    """What the moved vehicles show of an estimate, or of the result over time where there is no estimate.
+    """Effects of the moved vehicles on an estimate, or on the result over time where there is no estimate.
 
     Args:
         outcome: of the moved vehicles

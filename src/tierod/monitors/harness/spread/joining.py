@@ -1,4 +1,4 @@
-"""The conclusion of a session with what the spread of the vehicle's parameters adds to it."""
+"""The conclusion of a session with the effects of the vehicle parameters' spread on it."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class Main(NamedTuple):
 
 
 def main_result(session: Session, decisions: Sequence[Decision]) -> Main | None:
-    """The first result of a session with a band, else what it first decides by; None where it has neither.
+    """The first result of a session with a band, else its first decision's statistic; None where it has neither.
 
     Args:
         session: of a monitor
@@ -41,7 +41,7 @@ def main_result(session: Session, decisions: Sequence[Decision]) -> Main | None:
 
 
 def scale_of(shown: Mapping[str, np.ndarray], main: Main) -> np.ndarray:
-    """What the moves of the result are held against, in its unit, (n,).
+    """Scale of the moves of the result, in its unit, (n,).
 
     Args:
         shown: traces of the session
@@ -51,7 +51,7 @@ def scale_of(shown: Mapping[str, np.ndarray], main: Main) -> np.ndarray:
 
 
 def where_known(shown: Mapping[str, np.ndarray], main: Main) -> np.ndarray:
-    """Where the result is known and was being learnt, (n,) of truth values.
+    """Mask of the samples at which the result is known and was being learnt, (n,) of truth values.
 
     Args:
         shown: traces of the session

@@ -1,6 +1,6 @@
 """The spread of a vehicle's parameters over one recording, beside the session for the vehicle as its file gives it.
 
-Everything here depends on the samples alone: never on the length of the recording, which a live drive does not know,
+Everything here depends on the samples alone: never on the length of the recording, which is unknown in a live drive,
 and never on how it comes in pieces.
 """
 
@@ -58,7 +58,7 @@ SPAN = 3000
 
 
 class Outcome(NamedTuple):
-    """What the moved vehicles gave.
+    """Results of the moved vehicles.
 
     Args:
         alone: conclusions for vehicles with one parameter moved by one standard deviation, by name of the parameter;
@@ -120,7 +120,7 @@ class ParameterSpread:
         return Screen(points, self.names, self._main, length, self._block, fresh)
 
     def reopen(self, alone: Sequence[Mapping[str, float]], along: Sequence[Mapping[str, float]]) -> None:
-        """Open the vehicles of a checkpoint, to be filled with what they collected.
+        """Open the vehicles of a checkpoint, to be filled with their state.
 
         Args:
             alone: standard deviations by parameter, of every vehicle of a stretch that lasts; empty without one
@@ -158,7 +158,7 @@ class ParameterSpread:
         return wide
 
     def _stop(self, known: np.ndarray, done: int) -> int:
-        """Where the samples end that are taken in at once: the first block at whose end something is decided."""
+        """End of the samples that are taken in at once: the first block at whose end something is decided."""
         ends = np.arange(done + self._block - self._seen % self._block, len(known) + 1, self._block)
         counts = np.cumsum(known[done:])[ends - done - 1] if len(ends) else np.zeros(0, int)
         screen = self._screen
@@ -211,7 +211,7 @@ class ParameterSpread:
         self._next = max(int(due), self._driven + 1)
 
     def _follow(self, screen: Screen) -> None:
-        """Choose what is followed from now on by what a stretch shows."""
+        """Choose the parameters to follow from now on by their effects over a stretch."""
         found = screen.sensitivities
         if not found.any_counted:
             self._sensitivities = self._sensitivities if self._sensitivities.known else found
@@ -242,7 +242,7 @@ class ParameterSpread:
             self._held += int(np.sum(np.abs(value - truth)[both] <= 1.96 * deviation[both]))
 
     def conclude(self) -> Outcome:
-        """What the moved vehicles gave, over all pieces."""
+        """Results of the moved vehicles, over all pieces."""
         alone: dict[str, Concluded] = {}
         screen, self._screen = self._screen, None
         if screen is not None:

@@ -73,7 +73,7 @@ class Points:
         return shown
 
     def conclude(self) -> dict[int, Concluded]:
-        """What each concludes, by place of the vehicle."""
+        """Conclusions by place of the vehicle."""
         found = {}
         for place, point in self.running.items():
             try:

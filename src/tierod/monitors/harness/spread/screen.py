@@ -24,7 +24,7 @@ def moves_alone(names: Sequence[str], fresh: bool) -> list[dict[str, float]]:
 
 
 class Screen:
-    """Follows the sessions of one stretch; sums are taken over whole blocks, so that no cut is seen in them.
+    """Follows the sessions of one stretch; sums are taken over whole blocks, so that no cut has an effect on them.
 
     Args:
         points: as of `moves_alone`
@@ -68,7 +68,7 @@ class Screen:
         return others
 
     def _add(self, moves: np.ndarray, known: np.ndarray, before: int) -> None:
-        """Moves where the result is known, into the blocks of samples that they belong to."""
+        """Add moves at valid results to the blocks of samples that they belong to."""
         counts, begin = np.concatenate([[0], np.cumsum(known)]), 0
         for end in [*range(self._block - before % self._block, len(known), self._block), len(known)]:
             self._parts.append(moves[:, counts[begin] : counts[end]])
@@ -83,6 +83,6 @@ class Screen:
             self._parts = []
 
     def conclude(self) -> dict[str, Concluded]:
-        """What the moved vehicles gave, by parameter."""
+        """Conclusions of the moved vehicles, by parameter."""
         found = self.points.conclude()
         return {name: found[place] for place, name in enumerate(self.sensitivities.names) if place in found}

@@ -31,7 +31,7 @@ def pairs_of(names: Iterable[str]) -> tuple[Pair, ...]:
 
 
 def moved(shown: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    """Difference of a trace of another session, (n,); 0 where one of them is not known."""
+    """Difference of a trace of another session, (n,); 0 where one of them is missing."""
     difference: np.ndarray = other[name] - shown[name]
     return np.where(np.isfinite(difference), difference, 0.0)
 

@@ -94,7 +94,7 @@ def _turns(conclusion: Conclusion, moved: Conclusion) -> bool:
 
 
 def _alike(conclusion: Conclusion, reference: Conclusion) -> bool:
-    """Whether a session that began later came to the same verdict; else it did not see what the verdict rests on."""
+    """Whether a session that began later came to the same verdict; else it lacks the grounds of the verdict."""
     same = conclusion.finding.status is reference.finding.status
     return same and _at_fault(conclusion.elements) == _at_fault(reference.elements)
 

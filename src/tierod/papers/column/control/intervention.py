@@ -55,7 +55,7 @@ def noise_of(values: np.ndarray) -> Noise:
 
 @dataclass(frozen=True)
 class Takeover:
-    """What counts as a driver who takes over.
+    """Limits that define a takeover by the driver.
 
     Args:
         torque: of the hands that must end control: a firm hand, half of what holding a wheel against a push takes
@@ -102,7 +102,7 @@ class DriverIntervention:
 
     Args:
         cusum: stopping rule on the size of the torque, `design`
-        restless: the same above the quiet torque: at its alarm the hands are not still, which noise alone never says
+        restless: the same above the quiet torque: at its alarm the hands are not still, which noise alone never causes
         quiet: how long the hands must be still
         inertia_uncertainty: of the steering wheel's inertia, whose torque is forgiven besides
         unseen_torque: that stands for a missing one; the torque that must be found
@@ -131,7 +131,7 @@ class DriverIntervention:
         request: float
 
     class Output(NamedTuple):
-        """Whether control may act, whether a driver has just been found (1.0 or 0.0), and the sum that says so."""
+        """Whether control may act, whether a driver has just been found (1.0 or 0.0), and the sum that decides it."""
 
         allowed: Annotated[float, ""]
         found: Annotated[float, ""]
@@ -220,7 +220,7 @@ class SteeringController:
     intervention: DriverIntervention
 
     class Sample(NamedTuple):
-        """What is observed of the column and the hands, what is wanted, and whether it is asked for (1.0 or 0.0)."""
+        """Estimates of the column and the hands, the reference, and whether control is requested (1.0 or 0.0)."""
 
         observed: ObservedColumn
         hand_torque: Annotated[float, "N*m"]
@@ -234,7 +234,7 @@ class SteeringController:
         intervention: DriverIntervention.State
 
     class Output(NamedTuple):
-        """What both parts say; `control.motor_torque` is to be asked of the motor."""
+        """Outputs of both parts; `control.motor_torque` is to be asked of the motor."""
 
         control: PositionControl.Output
         driver: DriverIntervention.Output

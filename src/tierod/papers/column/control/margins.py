@@ -1,4 +1,4 @@
-"""How far a feedback loop is from instability, and the loop of column, observer and control to be judged."""
+"""Margins of a feedback loop to instability, and the loop of column, observer and control to be judged."""
 
 from __future__ import annotations
 

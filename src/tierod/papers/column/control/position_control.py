@@ -109,7 +109,7 @@ class PositionControl:
     disturbance_compensation: Annotated[float, "", SHARE] = 0.0
 
     class Sample(NamedTuple):
-        """What is observed, what is wanted, and whether control may act (1.0 or 0.0)."""
+        """Estimates, the reference, and whether control may act (1.0 or 0.0)."""
 
         observed: ObservedColumn
         reference: Reference
@@ -131,7 +131,7 @@ class PositionControl:
             error: of the shaft, observed less wanted
             limited: whether a limit of the torque or of its rate is in force (1.0 or 0.0)
             hold: 0 is let go, 1 is in full control
-            planned: the motion that the reference asks for
+            planned: the motion of the reference
         """
 
         motor_torque: Annotated[float, "N*m"]

@@ -22,7 +22,7 @@ from tierod.physics.planar_motion import longitudinal_acceleration
 
 
 class Targets(NamedTuple):
-    """What control asks for; NaN where missing."""
+    """Targets of the control; NaN where missing."""
 
     steering_motor_1_target_torque: Annotated[float, "N*m"]
     steering_motor_2_target_torque: Annotated[float, "N*m"]
@@ -42,7 +42,7 @@ ActuatorFlags: Any = named_tuple("ActuatorFlags", [(each.name, Annotated[float, 
 
 
 class Repaired(NamedTuple):
-    """The sensors as reconfigured, what the filters say, the torque as it is sensed, and r19."""
+    """The sensors as reconfigured, the filters' estimates, the torque as it is sensed, and r19."""
 
     measured: Measured
     motion: Motion

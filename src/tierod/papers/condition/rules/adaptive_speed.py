@@ -127,7 +127,7 @@ class AdaptiveSpeed:
     patience: Annotated[float, "s", POSITIVE] = 1.0
 
     class Sample(NamedTuple):
-        """What it takes in; NaN where missing. The sideslip angle is estimated."""
+        """Input; NaN where missing. The sideslip angle is estimated."""
 
         longitudinal_acceleration: Annotated[float, "m/s**2"]
         yaw_rate: Annotated[float, "rad/s"]
@@ -210,7 +210,7 @@ class AdaptiveSpeed:
         return self.State(first, left, right, joined, started, doubt), output
 
     def _apart(self, readings: tuple[Scalar, Scalar], ahead: Scalar) -> Scalar:
-        """Whether both wheels say the same, and the filter something else."""
+        """Whether both wheels agree, and the filter differs."""
         left, right = (where(present(each), each, 0.0) for each in readings)
         agree = absolute(left - right) < 4.0 * self.wheel_noise
         return both(agree, absolute(0.5 * (left + right) - ahead) > 2.0 * self.rejection)

@@ -40,7 +40,7 @@ class AllResiduals:
         actuators: ActuatorSet.State
 
     class Output(NamedTuple):
-        """Residuals, whether each is there, how lively the drive is, and what the filters say."""
+        """Residuals, whether each is there, the excitation, and the filters' estimates."""
 
         residuals: Residuals
         there: Flags

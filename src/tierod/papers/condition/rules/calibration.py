@@ -39,11 +39,11 @@ class ResidualCalibration:
         coefficients: of the models
         thresholds: by residual
         deviations: standard deviation of every residual, in its unit
-        samples: healthy samples behind the thresholds
+        samples: fault-free samples behind the thresholds
         printed: whether the equations were taken with their misprints
         adaptive: whether the thresholds widen with excitation, where that lowers them on average
         hours_between_alarms: of each residual by itself, that the thresholds are designed for; None where they are the
-            largest healthy residual and a margin
+            largest fault-free residual and a margin
     """
 
     coefficients: Coefficients
@@ -75,7 +75,7 @@ def calibrate_residuals(
         printed: whether the equations are taken with their misprints
         adaptive: whether a threshold may widen with speed, yaw acceleration, lateral acceleration and steering rate;
             it does where it is lower on average so
-        hours_between_alarms: wanted of each residual by itself; None takes the largest healthy residual and 15 %
+        hours_between_alarms: wanted of each residual by itself; None takes the largest fault-free residual and 15 %
 
     Raises:
         InputError: too little fault-free driving

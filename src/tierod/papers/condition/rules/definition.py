@@ -24,7 +24,7 @@ _DECIDES = "symptom of a residual"
 
 
 def _opening(name: str) -> Callable[[Vehicle, float, Baseline | None], Session]:
-    """What opens a session of a variant."""
+    """Function that opens a session of a variant."""
 
     def opened(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
         from tierod.papers.condition.rules.parameters import ResidualParameters

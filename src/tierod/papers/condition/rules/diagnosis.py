@@ -84,7 +84,7 @@ class RuleDiagnosis:
         since_held: tuple[Scalar, ...]
 
     def init(self) -> State:
-        """Nothing was ever abnormal."""
+        """State before the first sample."""
         count = len(self.table.rules)
         return self.State((Held(0.0, 0.0),) * len(self.table.residuals), (0.0,) * count, (0.0,) * count)
 
@@ -111,11 +111,11 @@ class RuleDiagnosis:
 
     @property
     def _confirmed(self) -> Scalar:
-        """How long a rule must have held, half a sample of slack for rounding [s]."""
+        """Time for which a rule must hold, half a sample of slack for rounding [s]."""
         return maximum(self.table.timing.confirm_time, 0.75 * self.sample_time) - 0.5 * self.sample_time
 
     def _symptom(self, before: Held, ratio: Scalar) -> tuple[Held, Scalar]:
-        """What was abnormal stays so for a while; a residual that is not there is none."""
+        """Symptom of a residual: an abnormal state holds for a while; a missing residual is none."""
         beyond = both(present(ratio), absolute(where(present(ratio), ratio, 0.0)) >= 1.0)
         left = where(beyond, self.table.timing.hold_on, maximum(before.left - self.sample_time, 0.0))
         held = where(beyond, ratio, before.ratio)
@@ -140,7 +140,7 @@ class RuleDiagnosis:
 
 
 def _fit(rule: SymptomRule, ratios: dict[str, Scalar]) -> tuple[Scalar, Scalar]:
-    """Whether all is as a rule asks, and the weighted share that is."""
+    """Whether all conditions of a rule hold, and the weighted share that does."""
     asked: list[tuple[str, Scalar]] = []
     for name in rule.abnormal:
         asked.append((name, absolute(ratios[name]) >= 1.0))

@@ -48,7 +48,7 @@ def fit_coefficients(block: ResidualSet, drives: Sequence[np.ndarray]) -> Coeffi
 
     Args:
         block: whose signals are used; its coefficients do not matter
-        drives: healthy, columns of `ConditionSample`
+        drives: fault-free, columns of `ConditionSample`
 
     Raises:
         InputError: too little driving

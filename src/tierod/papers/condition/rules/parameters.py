@@ -77,7 +77,7 @@ class ResidualParameters:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """What least squares find on fault-free drives for the models of torque, force and angle.
+    """Coefficients by least squares on fault-free drives for the models of torque, force and angle.
 
     Args:
         angle, rate, acceleration: of the steering, a1 to a3 of eq (11)

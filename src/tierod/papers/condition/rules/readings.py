@@ -1,4 +1,4 @@
-"""What the residuals of the sensors take in and give out, and the thresholds that they are compared with."""
+"""Inputs and outputs of the residuals of the sensors, and the thresholds that they are compared with."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ GROWTHS = ("per_speed", "per_yaw_acceleration", "per_lateral_acceleration", "per
 
 
 class Excitation(NamedTuple):
-    """What the models follow worse the more there is of it.
+    """Excitation: the more there is of it, the worse the models follow.
 
     Args:
         speed: of the vehicle
@@ -81,7 +81,7 @@ class ResidualThreshold:
         return any(getattr(self, name) > 0.0 for name in GROWTHS)
 
     def ratio(self, residual: Scalar, excitation: Excitation) -> Scalar:
-        """How many thresholds a residual is off its centre, with its sign."""
+        """Residual from its centre in thresholds, with its sign."""
         return (residual - self.centre) / self.at(excitation)
 
     def at(self, excitation: Excitation) -> Scalar:

@@ -27,7 +27,7 @@ from tierod.papers.condition.rules.steering_signals import Smooth, SteeringSigna
 
 @dataclass(frozen=True)
 class ResidualSet:
-    """r1 to r19 at every sample, each with a flag that says whether it is there.
+    """r1 to r19 at every sample, each with a flag for its presence.
 
     Args:
         car: the vehicle
@@ -73,7 +73,7 @@ class ResidualSet:
         there: Measured
 
     class Output(NamedTuple):
-        """Residuals, whether each is there, what the filters say, the readings after the hold, and the excitation."""
+        """Residuals, whether each is there, the filters' estimates, the readings after the hold, and the excitation."""
 
         residuals: SensorResiduals
         there: SensorFlags
@@ -123,14 +123,14 @@ class ResidualSet:
     def _excitation(
         self, now: Measured, steer: SteeringSignals.Output, turning: SingleTrack.State, forward: AdaptiveSpeed.Output
     ) -> Excitation:
-        """How lively the drive is, by what the filters say rather than by single sensors."""
+        """Excitation of the drive, by what the filters estimate rather than by single sensors."""
         speed = maximum(forward.forward_speed, self.moving)
         inputs = SingleTrack.Input(self.car.steering_ratio * steer.angle, speed)
         slope = SingleTrack.derivative(turning, inputs, self.car.single_track)
         return Excitation(forward.forward_speed, slope.yaw_rate, now.lateral_acceleration, steer.rate)
 
     def _waited(self, before: Scalar, value: Scalar) -> Scalar:
-        """How long a signal has been there [s], up to twice the time of settling."""
+        """Time for which a signal has been there [s], up to twice the time of settling."""
         waited: Scalar = minimum(before + self.hold.sample_time, 2.0 * self.settling)
         return where(present(value), waited, 0.0)
 

@@ -20,7 +20,7 @@ from tierod.physics.central_axis import (
 
 
 class Route(NamedTuple):
-    """What one way to the road-wheel angle gives.
+    """Sideslip and speed shares by one route to the road-wheel angle.
 
     Args:
         sideslip: at the centre of gravity [rad]

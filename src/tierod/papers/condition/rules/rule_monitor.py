@@ -113,7 +113,7 @@ class RuleMonitor:
         return Statements(*made)
 
     def _expected(self, seen: ResidualSet.Output) -> Readings:
-        """What each sensor should read: its reading and what its main residual adds, the model alone for the rest."""
+        """Expected reading of each sensor: its reading plus its main residual, the model alone for the rest."""
         readings = dict(zip(OF_AUTOMATED, seen.held, strict=False))
         return readings_by(
             {
@@ -154,7 +154,7 @@ class RuleMonitor:
 def _ratios(
     seen: ResidualSet.Output | ActuatorSet.Output, thresholds: tuple[ResidualThreshold, ...], excitation: Excitation
 ) -> dict[str, Scalar]:
-    """How many thresholds each residual is away from zero; infinity, which is no number, where it is not there.
+    """Residuals in thresholds; infinity, which is no number, where one is not there.
 
     One that no fault-free drive has shown has an infinite threshold: it is neither normal nor abnormal.
     """

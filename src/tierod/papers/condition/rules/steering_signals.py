@@ -20,7 +20,7 @@ class Smooth(NamedTuple):
 
 @dataclass(frozen=True)
 class SteeringSignals:
-    """What the linear models of torque and tie-rod force stand on: all through one low-pass of the second order.
+    """Regressors of the linear models of torque and tie-rod force: all through one low-pass of the second order.
 
     Args:
         bandwidth: of the low-pass, critically damped; the angle's steps of 0.1 degrees must not dominate its second
@@ -83,7 +83,7 @@ class SteeringSignals:
 
 @dataclass(frozen=True)
 class LostShares:
-    """How much of each of two regressors is missing in a sum: missing = first share * first + second share * second.
+    """Missing shares of two regressors in a sum: missing = first share * first + second share * second.
 
     Args:
         memory: time in which the past is forgotten; longer is less noisy and later
@@ -98,7 +98,7 @@ class LostShares:
     sample_time: Annotated[float, "s", POSITIVE]
 
     class Sample(NamedTuple):
-        """What is missing in the sum, and both regressors."""
+        """Missing part of the sum, and both regressors."""
 
         missing: Annotated[float, "unit of the signal"]
         first: Annotated[float, "unit of the signal"]
@@ -120,7 +120,7 @@ class LostShares:
         second: Annotated[float, ""]
 
     def init(self) -> State:
-        """Nothing seen."""
+        """State before the first sample."""
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: Sample, enabled: Scalar = True) -> tuple[State, Output]:

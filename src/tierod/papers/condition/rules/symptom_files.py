@@ -125,7 +125,7 @@ def _require_consistent(rule: SymptomRule, document: Document, at: tuple[str | i
 
 
 def _require_order(rules: tuple[SymptomRule, ...], document: Document) -> None:
-    """Rules that ask whether others hold come after them, so that one pass decides all."""
+    """Rules that depend on others come after them, so that one pass decides all."""
     before: set[str] = set()
     for number, rule in enumerate(rules):
         for name in rule.fault_free:

@@ -26,7 +26,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class SymptomRule:
-    """What one fault does to the residuals.
+    """Symptoms of one fault in the residuals.
 
     Args:
         fault: name of the element that is faulty
