@@ -216,9 +216,7 @@ def matrix(drive: Drive, seed: int, folder: Path) -> Iterator[Case]:
             yield Case(drive, signal, change, seed)
 
 
-def drawn(
-    drives: Sequence[Drive], count: int, seed: int, folder: Path, seeds: Sequence[int] = SEEDS
-) -> list[Case]:
+def drawn(drives: Sequence[Drive], count: int, seed: int, folder: Path, seeds: Sequence[int] = SEEDS) -> list[Case]:
     """Cases drawn at random, as many of each recording, those of one recording together; every one where count allows.
 
     Args:
