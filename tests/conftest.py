@@ -5,6 +5,11 @@ import os
 import pytest
 from hypothesis import settings
 
+from tierod.core.threads import one_thread_each
+
+# As in every command, and before NumPy is loaded: threads that wait for each other cost tests three times the work.
+one_thread_each()
+
 settings.register_profile("tierod", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("tierod")
 

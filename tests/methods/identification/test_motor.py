@@ -98,7 +98,7 @@ def test_phases_and_an_electrical_angle_say_the_same():
 @pytest.fixture(scope="module")
 def driven():
     motor = study.drawn(7)
-    return motor, study.recording(motor.driven(7, 7.0), motor.temperature)
+    return motor, study.recording(motor.driven(7), motor.temperature)
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +121,7 @@ def test_a_drawn_motor_of_the_bench_is_found(driven, known):
 def test_noise_in_the_loop_of_the_current_control_makes_no_bias():
     names = ("motor_current_alpha", "motor_current_beta")
     off = []
-    for seed in range(2):
+    for seed in range(3):
         motor = study.drawn(900 + seed)
         time = np.arange(10_000) * 1e-3
         noise = np.random.default_rng(seed).normal(size=(10_000, 2))
@@ -145,7 +145,7 @@ def test_noise_in_the_loop_of_the_current_control_makes_no_bias():
 
 def test_two_recordings_tell_more_than_one(driven, known):
     motor, recording = driven
-    both = identify_motor(FILE, {"a": recording, "b": study.recording(motor.driven(8, 6.0), motor.temperature)})
+    both = identify_motor(FILE, {"a": recording, "b": study.recording(motor.driven(8), motor.temperature)})
     assert both.mechanical.friction.deviation < known.mechanical.friction.deviation
     assert both.electrical.resistance.deviation < known.electrical.resistance.deviation
     assert len(both.mechanical.courses) == 2
