@@ -1,5 +1,6 @@
 """Settings of all tests: no time limit on a shared machine; the same examples each time where a change is checked."""
 
+import gc
 import os
 
 import pytest
@@ -16,6 +17,11 @@ settings.load_profile("tierod")
 # Compilation takes a third of all tests' time as shipped, and a tenth so; results are the same to the last bit, which
 # the tests that ask for `shipped_kernels` show.
 os.environ.setdefault("TIEROD_CFLAGS", "-O1 -fno-schedule-insns -fno-ira-loop-pressure -ftree-loop-vectorize")
+
+
+def pytest_collection_finish():
+    """What was imported and collected stays to the end: no search for garbage need look through it."""
+    gc.freeze()
 
 
 @pytest.fixture
