@@ -1,11 +1,10 @@
 import dataclasses
 import math
-from functools import cache
 
 import numpy as np
 import pytest
 
-from monitors.friction.study_drives import Case
+from monitors.friction.study_drives import Case, signals
 from tierod.core.block import leaves, rebuild
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
@@ -24,11 +23,6 @@ from tierod.vehicles import load
 VEHICLE = load("midsize-eps")
 FILTER = PreslidingFrictionFilter.of_vehicle(VEHICLE)
 SEED = 1001
-
-
-@cache
-def signals(case):
-    return case.recording().align(SteeringSample._fields, 100.0).values
 
 
 def settled(samples, block=FILTER, rate=100.0):
