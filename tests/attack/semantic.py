@@ -123,7 +123,7 @@ def outcome(case: Case, folder: Path) -> Outcome:
         return Outcome(DEFECT, "defect", False, False, traceback.format_exc(), time.perf_counter() - begun)
     seconds = time.perf_counter() - begun
     signals, finding = touched(case.signal, case.change), diagnosis.findings[0]
-    usual, usual_said = _usual(case.drive, case.seed, folder)
+    usual, usual_said, _ = unchanged(case.drive, case.seed, folder)
     text = f"{finding.headline} | {finding.cause} | {' | '.join(finding.warnings)}"
     return Outcome(
         finding.status.exit_code,
@@ -175,10 +175,11 @@ def _said(diagnosis: Diagnosis) -> list[str]:
 
 
 @lru_cache(maxsize=64)
-def _usual(drive: Drive, seed: int, folder: Path) -> tuple[frozenset[str], frozenset[str]]:
-    """The lines of the unchanged recording, and those of its finding, without their numbers."""
+def unchanged(drive: Drive, seed: int, folder: Path) -> tuple[frozenset[str], frozenset[str], int]:
+    """The lines of the unchanged recording and those of its finding, without their numbers, and its exit code."""
     diagnosis = judged(drive, recorded(drive, seed, folder))
-    return frozenset(map(_bare, printed(diagnosis))), frozenset(map(_bare, _said(diagnosis)))
+    code = diagnosis.findings[0].status.exit_code
+    return frozenset(map(_bare, printed(diagnosis))), frozenset(map(_bare, _said(diagnosis))), code
 
 
 def _bare(line: str) -> str:
@@ -215,17 +216,18 @@ def matrix(drive: Drive, seed: int, folder: Path) -> Iterator[Case]:
             yield Case(drive, signal, change, seed)
 
 
-def drawn(drives: Sequence[Drive], count: int, seed: int, folder: Path) -> list[Case]:
+def drawn(drives: Sequence[Drive], count: int, seed: int, folder: Path, seeds: Sequence[int] = SEEDS) -> list[Case]:
     """Cases drawn at random, as many of each recording, those of one recording together; every one where count allows.
 
     Args:
-        drives: recordings, each with every one of `SEEDS` in turn
+        drives: recordings, each with every one of the seeds in turn
         count: of cases
         seed: of the draw
         folder: where recordings are kept
+        seeds: of the recordings
     """
     random = np.random.default_rng(seed)
-    places = list(itertools.product(drives, SEEDS))
+    places = list(itertools.product(drives, seeds))
     if count < len(places):
         places = [places[at] for at in sorted(random.choice(len(places), count, replace=False))]
     cases = []
@@ -236,7 +238,9 @@ def drawn(drives: Sequence[Drive], count: int, seed: int, folder: Path) -> list[
     return cases
 
 
-def run(count: int, seed: int, folder: Path, monitors: Iterable[str] = tuple(MONITORS)) -> dict[str, dict[str, Any]]:
+def run(
+    count: int, seed: int, folder: Path, monitors: Iterable[str] = tuple(MONITORS), seeds: Sequence[int] = SEEDS
+) -> dict[str, dict[str, Any]]:
     """Judge a sample of all cases, drawn at random.
 
     Args:
@@ -244,13 +248,14 @@ def run(count: int, seed: int, folder: Path, monitors: Iterable[str] = tuple(MON
         seed: of the draw
         folder: where recordings are kept
         monitors: that are attacked
+        seeds: of the recordings
 
     Returns:
         figures by monitor: cases, exit codes, those that change nothing that is said, defects, wrong words by name of
         the case, slowest case [s]
     """
     chosen = tuple(monitors)
-    cases = drawn([drive for drive in DRIVES if drive.monitor in chosen], count, seed, folder)
+    cases = drawn([drive for drive in DRIVES if drive.monitor in chosen], count, seed, folder, seeds)
     figures: dict[str, dict[str, Any]] = {}
     for monitor in chosen:
         found = {case: outcome(case, folder) for case in cases if case.drive.monitor == monitor}

@@ -55,7 +55,7 @@ def run_once(tmp_path_factory):
     folder = tmp_path_factory.mktemp("campaign")
     (folder / "base.toml").write_text(BASE)
     (folder / "c.toml").write_text(FILE)
-    assert campaign(folder / "c.toml", "-o", folder / "runs") == 0
+    assert campaign(folder / "c.toml", "-o", folder / "runs", "--workers", 1) == 0
     return folder
 
 
@@ -156,7 +156,7 @@ def test_a_folder_without_verdicts_of_this_campaign_is_not_summed_up(ran, capsys
 
 def test_two_campaigns_are_compared(ran, capsys):
     Path("other.toml").write_text(FILE.replace('monitor = "friction"', 'monitor = "friction"\nvariant = "refined"'))
-    assert campaign("other.toml", "-o", "others") == 0
+    assert campaign("other.toml", "-o", "others", "--workers", 1) == 0
     capsys.readouterr()
     assert campaign("--compare", "runs", "others", "-o", "compared") == 0
     result = capsys.readouterr().out

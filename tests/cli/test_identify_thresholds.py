@@ -55,8 +55,11 @@ def thresholds(folder, *names, arguments=()):
 
 def test_parameters_and_limits_go_into_the_vehicle_file_and_replace_older_ones(folder, short, capsys):
     car, page = folder / "car.toml", folder / "page.html"
-    places = ["--vehicle", str(folder / "mine.toml"), "-o", str(car), "--report", str(page), "--json"]
-    assert thresholds(folder, "first", "second", arguments=places) == 0
+    older = (folder / "mine.toml").read_text("utf-8") + "\n[thresholds.residuals]\nhours = 1.0\n"
+    assert "[thresholds.condition]" in older
+    car.write_text(older, "utf-8")
+    places = ["--vehicle", str(car), "--in-place", "--report", str(page), "--json"]
+    assert thresholds(folder, "first", "second", arguments=[*places, "--false-alarms", "1 per 100000 h"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert result["schema"] == "tierod.identification/1"
     assert result["explained"]
@@ -67,9 +70,6 @@ def test_parameters_and_limits_go_into_the_vehicle_file_and_replace_older_ones(f
     assert "Limits" in Page(page.read_text(encoding="utf-8")).texts
     for variant in ("bank", "rules"):
         assert CONDITION.variants[variant].open(load(car), 100.0, None).calibrated
-
-    again = ["--vehicle", str(car), "--in-place", "--false-alarms", "1 per 100000 h"]
-    assert thresholds(folder, "first", "second", arguments=again) == 0
     text = car.read_text(encoding="utf-8")
     assert "# weighed\n[parameters.mass]" in text
     for of in result["thresholds"]:

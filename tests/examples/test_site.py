@@ -29,10 +29,10 @@ def words(text):
     return sum(bool(re.search(r"\w", word)) for word in re.split(r"[\s|]+", text))
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_no_page_is_long(page):
-    most = MOST_WORDS_OF_A_STUDY if page.startswith("reference/studies/") else MOST_WORDS
-    assert words((DOCS / page).read_text(encoding="utf-8")) <= most
+def test_no_page_is_long():
+    for page in PAGES:
+        most = MOST_WORDS_OF_A_STUDY if page.startswith("reference/studies/") else MOST_WORDS
+        assert words((DOCS / page).read_text(encoding="utf-8")) <= most, page
 
 
 def test_every_page_is_in_the_navigation_once():
@@ -160,19 +160,15 @@ def test_names_of_the_code_on_a_page_exist(page):
     assert {path for path in paths if not (ROOT / path).exists()} == set()
 
 
-MENTIONED = sorted(
-    {
+def test_pages_that_code_mentions_exist():
+    mentioned = {
         (file.relative_to(ROOT).as_posix(), page)
         for folder in ("src", "tests", "scripts", "benchmarks")
         for file in (ROOT / folder).rglob("*.py")
         for page in re.findall(r"\bdocs/[\w/.-]+\.md\b", file.read_text(encoding="utf-8"))
     }
-)
-
-
-@pytest.mark.parametrize(("file", "page"), MENTIONED)
-def test_pages_that_code_mentions_exist(file, page):
-    assert (ROOT / page).exists()
+    assert len(mentioned) > 10
+    assert not sorted((file, page) for file, page in mentioned if not (ROOT / page).exists())
 
 
 @pytest.mark.slow

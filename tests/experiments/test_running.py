@@ -46,7 +46,7 @@ def contents(store):
     }
 
 
-def ran(store, planned, processes=2):
+def ran(store, planned, processes=1):
     """Reports of the progress."""
     reports = []
     run(planned, store, Executor(processes), reports.append)
@@ -64,7 +64,7 @@ MIXED = [ToyScenario(seed=n, faults=(FAULT,) if n % 2 else ()) for n in range(4)
 def ran_once(tmp_path_factory):
     """Results of two workers for MIXED, and their reports of progress."""
     store = prepared(tmp_path_factory.mktemp("whole") / "runs")
-    return store, ran(store, plan(*MIXED))
+    return store, ran(store, plan(*MIXED), processes=2)
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ import ctypes
 import re
 import subprocess
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -130,6 +131,12 @@ class Memory:
         return [(s[0], *s[3:]) for s in self.state()], frames, self.whole.cycles, self.whole.open, self.whole.overflowed
 
 
+@cache
+def shipped():
+    """What is exported of the shipped trouble codes."""
+    return fault_memory_files(load_trouble_codes())
+
+
 @pytest.fixture(scope="module")
 def library(codes, tmp_path_factory):
     folder = tmp_path_factory.mktemp("memory")
@@ -254,7 +261,7 @@ def test_the_command_line_writes_what_make_compares_and_a_wrong_number_fails(tmp
 
 
 def test_a_store_without_a_second_slot_is_found_by_the_comparison(tmp_path):
-    texts = dict(fault_memory_files(load_trouble_codes()))
+    texts = dict(shipped())
     texts["tierod_fault_memory.c"] = texts["tierod_fault_memory.c"].replace("(uint8_t)(1U - memory->slot)", "0U")
     write_folder(texts, tmp_path)
     failed = subprocess.run(["make", "-s", "-C", tmp_path], capture_output=True, text=True, check=False)
@@ -267,7 +274,7 @@ def test_the_evidence_names_every_build_and_what_is_absent(tmp_path, monkeypatch
     monkeypatch.setattr("tierod.export.evidence.memory_page.COMPILERS", ("gcc", "no-such-compiler"))
     monkeypatch.setattr("tierod.export.evidence.memory_page.LEVELS", (("-O0",),))
     monkeypatch.setattr("tierod.export.evidence.memory_page.checks", lambda export, folder: [])
-    write_folder(fault_memory_files(load_trouble_codes()), tmp_path)
+    write_folder(shipped(), tmp_path)
     rows = memory_evidence(tmp_path).document["tables"]["Comparisons"]
     assert " 0 different, 0 refused" in rows[0][1]
     assert rows[0][2] == "0"

@@ -39,7 +39,8 @@ def same(live, offline):
     assert (mine.estimate is None) == (other.estimate is None)
     if mine.estimate is not None:
         assert mine.estimate.value == other.estimate.value
-        assert mine.estimate.standard_deviation == other.estimate.standard_deviation
+        # A mean square, summed over other pieces.
+        assert mine.estimate.standard_deviation == pytest.approx(other.estimate.standard_deviation, rel=1e-12)
     assert live.parameter_effects == offline.parameter_effects
 
 

@@ -71,44 +71,49 @@ def run(count=20_000, seed=0, missing=0.2):
     return samples, np.array(truth)
 
 
-SAMPLES, TRUTH = run()
-RESULT = scan(BLOCK, SAMPLES)
-COVARIANCE = RESULT.values[:, [k for k, name in enumerate(RESULT.names) if name.startswith("covariance")]]
-ERROR = RESULT.values[:, :2] - TRUTH
+@pytest.fixture(scope="module")
+def cart():
+    """Samples, true states, and what the filter makes of them."""
+    samples, truth = run()
+    return samples, truth, scan(BLOCK, samples)
 
 
-def test_a_right_model_is_consistent_white_and_honest():
-    found = consistency(RESULT)
-    assert found.measurements == np.isfinite(SAMPLES[:, 1:]).sum()
-    assert found.samples == np.isfinite(SAMPLES[:, 1:]).any(axis=1).sum()
+def test_a_right_model_is_consistent_white_and_honest(cart):
+    samples, truth, result = cart
+    covariance = result.values[:, [k for k, name in enumerate(result.names) if name.startswith("covariance")]]
+    error = result.values[:, :2] - truth
+    found = consistency(result)
+    assert found.measurements == np.isfinite(samples[:, 1:]).sum()
+    assert found.samples == np.isfinite(samples[:, 1:]).any(axis=1).sum()
     assert found.consistent
     assert found.white
     assert found.outside == pytest.approx(0.05, abs=0.01)
-    assert normalised_error_squared(ERROR, COVARIANCE).mean() / 2.0 == pytest.approx(1.0, abs=0.05)
+    assert normalised_error_squared(error, covariance).mean() / 2.0 == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.parametrize(
     ("changes", "above"),
     [({"measurement_noise": (0.05, 0.1)}, True), ({"measurement_noise": (0.2, 0.4)}, False)],
 )
-def test_wrong_noise_is_seen(changes, above):
-    found = consistency(scan(dataclasses.replace(BLOCK, **changes), SAMPLES))
+def test_wrong_noise_is_seen(cart, changes, above):
+    found = consistency(scan(dataclasses.replace(BLOCK, **changes), cart[0]))
     assert found.consistent is False
     assert (found.nis > found.nis_band[1]) == above
 
 
-def test_a_wrong_model_is_not_white():
+def test_a_wrong_model_is_not_white(cart):
     wrong = dataclasses.replace(BLOCK, parameters=CartParameters(mass=0.4, damping=0.1), process_noise=(0.001, 0.001))
-    assert consistency(scan(wrong, SAMPLES)).white is False
+    assert consistency(scan(wrong, cart[0])).white is False
 
 
-def test_chunks_give_the_same_as_the_whole():
+def test_chunks_give_the_same_as_the_whole(cart):
+    *_, result = cart
     names = [[f"{what}.{name}" for name in ("position", "speed")] for what in ("innovation", "innovation_variance")]
-    columns = [np.column_stack([RESULT[name] for name in group]) for group in names]
+    columns = [np.column_stack([result[name] for name in group]) for group in names]
     accumulator = ConsistencyAccumulator()
-    for part in np.array_split(np.arange(len(RESULT)), 37):
-        accumulator.add(RESULT["nis"][part], RESULT["present"][part], columns[0][part], columns[1][part])
-    whole, chunked = consistency(RESULT), accumulator.result()
+    for part in np.array_split(np.arange(len(result)), 37):
+        accumulator.add(result["nis"][part], result["present"][part], columns[0][part], columns[1][part])
+    whole, chunked = consistency(result), accumulator.result()
     np.testing.assert_allclose(chunked.lags, whole.lags, rtol=1e-9)
     for field in ("samples", "measurements", "nis", "nis_band", "outside", "whiteness", "whiteness_band"):
         assert getattr(chunked, field) == pytest.approx(getattr(whole, field), rel=1e-9)

@@ -101,9 +101,14 @@ def driven():
     return motor, study.recording(motor.driven(7), motor.temperature)
 
 
-def test_a_drawn_motor_of_the_bench_is_found(driven):
-    motor, recording = driven
-    result = identify_motor(FILE, {"drive": recording})
+@pytest.fixture(scope="module")
+def known(driven):
+    """What is identified from it."""
+    return identify_motor(FILE, {"drive": driven[1]})
+
+
+def test_a_drawn_motor_of_the_bench_is_found(driven, known):
+    motor, result = driven[0], known
     assert not result.unidentified
     assert not result.doubt
     for name, each in study.errors([motor], [result]).items():
@@ -138,20 +143,18 @@ def test_noise_in_the_loop_of_the_current_control_makes_no_bias():
     assert np.all(np.abs(np.mean(off, axis=0)) < 2.0)
 
 
-def test_two_recordings_tell_more_than_one(driven):
+def test_two_recordings_tell_more_than_one(driven, known):
     motor, recording = driven
-    one = identify_motor(FILE, {"a": recording})
     both = identify_motor(FILE, {"a": recording, "b": study.recording(motor.driven(8), motor.temperature)})
-    assert both.mechanical.friction.deviation < one.mechanical.friction.deviation
-    assert both.electrical.resistance.deviation < one.electrical.resistance.deviation
+    assert both.mechanical.friction.deviation < known.mechanical.friction.deviation
+    assert both.electrical.resistance.deviation < known.electrical.resistance.deviation
     assert len(both.mechanical.courses) == 2
 
 
-def test_a_measured_torque_is_held_against_that_of_the_currents(driven):
+def test_a_measured_torque_is_held_against_that_of_the_currents(driven, known):
     _, recording = driven
-    result = identify_motor(FILE, {"a": recording})
-    course = result.mechanical.courses[0]
-    assert result.torque_ratio is None
+    course = known.mechanical.courses[0]
+    assert known.torque_ratio is None
     torque = Channel("motor_torque", course.time, course.driving * 2.0 / 3.0, "N*m")
     scaled = identify_motor(FILE, {"a": recording.with_channels([torque])})
     assert scaled.torque_ratio.value == pytest.approx(2.0 / 3.0, rel=0.05)
@@ -280,9 +283,9 @@ def test_recordings_that_cannot_be_used(driven):
         identify_motor(FILE, {"drive": recording.with_channels(thin)})
 
 
-def test_a_gap_costs_only_its_own_samples(driven):
+def test_a_gap_costs_only_its_own_samples(driven, known):
     _, recording = driven
-    whole = electrical(recording)
+    whole = known.electrical
     holed = recording["motor_voltage_alpha"].values.copy()
     holed[30_000:35_000] = np.nan
     found = electrical(recording.with_channels([replace(recording["motor_voltage_alpha"], values=holed)]))

@@ -2,8 +2,12 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
 
 from tierod.core.recording import Recording
+from tierod.monitors.friction.signals import SteeringSample
 from tierod.papers.friction import cases
 from tierod.proving_ground import FrictionCourse
 
@@ -49,3 +53,9 @@ class Case:
             law=dahl if self.law == "Dahl" else self.law,
             condition="as usual" if self.rate_noise == 0.01 else f"rate noise {self.rate_noise:g} rad/s",
         ).recording()
+
+
+@lru_cache(maxsize=32)
+def signals(case: Case) -> np.ndarray:
+    """What the monitor takes of a drive, at 100 Hz; to be copied before it is changed."""
+    return case.recording().align(SteeringSample._fields, 100.0).values

@@ -28,9 +28,9 @@ def test_stretches_have_titles_that_tell_them_apart(seconds, titles):
     assert stretches(seconds) == titles
 
 
-@pytest.mark.parametrize("seconds", range(2, 1500, 7))
-def test_no_length_of_a_drive_makes_two_titles_alike(seconds):
-    assert len(stretches(seconds)) in (1, 4)
+def test_no_length_of_a_drive_makes_two_titles_alike():
+    for seconds in range(2, 1500, 7):
+        assert len(stretches(seconds)) in (1, 4), seconds
 
 
 def test_a_change_parts_the_drive_in_two():

@@ -1,11 +1,10 @@
 import dataclasses
 import math
-from functools import cache
 
 import numpy as np
 import pytest
 
-from monitors.friction.study_drives import Case
+from monitors.friction.study_drives import Case, signals
 from tierod.core.block import leaves, rebuild
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
@@ -26,11 +25,6 @@ FILTER = PreslidingFrictionFilter.of_vehicle(VEHICLE)
 SEED = 1001
 
 
-@cache
-def signals(case):
-    return case.recording().align(SteeringSample._fields, 100.0).values
-
-
 def settled(samples, block=FILTER, rate=100.0):
     result = scan(block, samples)
     estimates = result["friction_torque"][np.cumsum(result["enabled"]) / rate > 50.0]
@@ -38,15 +32,14 @@ def settled(samples, block=FILTER, rate=100.0):
     return estimates
 
 
-@pytest.mark.parametrize("degrees", [0.3, 1.0, 3.0])
-@pytest.mark.parametrize("level", [4.0, 8.0, 12.5])
+@pytest.mark.parametrize(("degrees", "level"), [(0.3, 4.0), (3.0, 4.0), (1.0, 8.0), (0.3, 12.5), (3.0, 12.5)])
 def test_dahl_friction_of_unknown_angle(degrees, level):
     estimates = settled(signals(Case(SEED, level, dahl_angle=math.radians(degrees))))
     assert abs(estimates.mean() - level) <= 0.1
     assert estimates.std() <= 0.1
 
 
-@pytest.mark.parametrize(("degrees", "level"), [(0.3, 4.0), (3.0, 4.0), (0.3, 12.5), (3.0, 12.5)])
+@pytest.mark.parametrize(("degrees", "level"), [(3.0, 4.0), (0.3, 12.5)])
 def test_a_noisy_rate_costs_little(degrees, level):
     estimates = settled(signals(Case(SEED, level, dahl_angle=math.radians(degrees), rate_noise=0.05)))
     assert abs(estimates.mean() - level) <= 0.2
@@ -71,7 +64,7 @@ def test_laws_outside_the_model_cost_a_few_percent(law, share):
 
 
 def test_learns_the_dahl_angle():
-    result = scan(FILTER, signals(Case(SEED, 8.0, dahl_angle=math.radians(3.0))))
+    result = scan(FILTER, signals(Case(SEED, 12.5, dahl_angle=math.radians(3.0))))
     assert math.degrees(result["dahl_angle"][-1]) == pytest.approx(3.0, rel=0.15)
 
 

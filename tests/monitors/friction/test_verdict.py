@@ -1,10 +1,9 @@
 import math
-from functools import cache
 
 import numpy as np
 import pytest
 
-from monitors.friction.study_drives import Case
+from monitors.friction.study_drives import Case, signals
 from tierod.core.block import leaves
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
@@ -15,7 +14,6 @@ from tierod.monitors.friction.finding import finding_of
 from tierod.monitors.friction.judged import VerdictSample
 from tierod.monitors.friction.monitor import FrictionMonitor
 from tierod.monitors.friction.notices import FrictionRun
-from tierod.monitors.friction.signals import SteeringSample
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 from tierod.monitors.friction.verdict_tuning import AlarmTuning
 from tierod.vehicles import load
@@ -25,11 +23,6 @@ MONITOR = FrictionMonitor.of_vehicle(VEHICLE)
 LIMITS = FrictionLimits(4.0, 4.8, 7.5)
 ANGLE, RATE, DRIVER, MOTOR, YAW, LATERAL, SPEED = range(7)
 CHANGE = 390.0
-
-
-@cache
-def signals(case):
-    return case.recording().align(SteeringSample._fields, 100.0).values
 
 
 def statuses(result, name="verdict.running"):

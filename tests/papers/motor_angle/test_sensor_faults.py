@@ -23,7 +23,12 @@ from tierod.papers.motor_angle.fault_trials import Found, Trial, anywhere, begin
 from tierod.papers.motor_angle.sensor_faults import Delays, items
 
 ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
-BEGUN = begin(Trial(11, 60.0))
+
+
+@pytest.fixture(scope="module")
+def begun():
+    """A trial up to where its fault begins."""
+    return begin(Trial(11, 60.0))
 
 
 def test_a_fault_changes_nothing_before_it_begins_and_then_what_it_says():
@@ -71,20 +76,20 @@ def test_the_motor_turns_at_the_speed_that_is_asked_for():
     assert rate[1000:].min() == pytest.approx(-30.0, rel=0.01)
 
 
-def test_a_trial_goes_on_where_its_fault_free_part_ended():
-    assert BEGUN is not None
-    five, two = found(BEGUN, offset(5.0)), found(BEGUN, offset(2.0))
+def test_a_trial_goes_on_where_its_fault_free_part_ended(begun):
+    assert begun is not None
+    five, two = found(begun, offset(5.0)), found(begun, offset(2.0))
     assert 10.0 < five.turning <= five.delay < 200.0
     assert two == Found(math.inf, math.inf, "")
-    assert found(BEGUN, STUCK).delay < 10.0
+    assert found(begun, STUCK).delay < 10.0
 
 
-def test_a_trial_and_a_whole_drive_with_the_same_fault_tell_the_same():
-    assert BEGUN is not None
+def test_a_trial_and_a_whole_drive_with_the_same_fault_tell_the_same(begun):
+    assert begun is not None
     again = begin(Trial(11, 60.0))
     assert again is not None
-    assert again.step == BEGUN.step
-    np.testing.assert_array_equal(again.monitor.values, BEGUN.monitor.values)
+    assert again.step == begun.step
+    np.testing.assert_array_equal(again.monitor.values, begun.monitor.values)
 
 
 def test_processes_change_nothing():
