@@ -144,12 +144,12 @@ def _print(claims: Sequence[Claim]) -> None:
         sys.stdout.write(table.markdown() + "\n")
     derived = ("derived",) * any(claim.derived is not None for claim in judged)
     header = ("claim", "printed", *derived, "ours", "goal", "unit", "holds")
-    rows = tuple(tuple(_cells(claim)[name] for name in header) for claim in judged)
+    listed = tuple(tuple(_cells(claim)[name] for name in header) for claim in judged)
     if missed := [claim for claim in judged if claim.met is False]:
         why = tuple((claim.id, _cells(claim)["ours"], str(claim.goal), claim.cause or NO_CAUSE) for claim in missed)
         table = Table("What does not hold, and why", ("claim", "ours", "goal", "cause, and what would mend it"), why)
         sys.stdout.write(table.markdown() + "\n")
-    sys.stdout.write(Table("Claims", header, rows, counted(claims)).markdown())
+    sys.stdout.write(Table("Claims", header, listed, counted(claims)).markdown())
 
 
 def _cells(claim: Claim) -> dict[str, str]:
