@@ -3,6 +3,7 @@
 python scripts/sensitivity.py friction
 python scripts/sensitivity.py motor-angle
 python scripts/sensitivity.py sideslip
+python scripts/sensitivity.py driver-torque
 
 The drives are none that a study reports: their seeds are below those that the monitors draw. A number that changes no
 verdict rests on no choice; every other one is listed with what it changes.
@@ -43,6 +44,8 @@ def numbers(block: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]
         value = getattr(block, field.name)
         if not field.init or field.name in GIVEN:
             continue
+        if field.name == "ceiling" and value == getattr(block, "threshold", None):
+            continue
         if isinstance(value, float):
             if np.isfinite(value) and value != 0.0:
                 yield (*path, field.name)
@@ -60,7 +63,10 @@ def scaled(block: Any, path: Sequence[str], factor: float) -> Any:
     changed = scaled(value, rest, factor) if rest else factor * value
     if isinstance(block, tuple):
         return block._replace(**{name: changed})  # type: ignore[attr-defined]
-    return dataclasses.replace(block, **{name: changed})
+    changes = {name: changed}
+    if name == "threshold" and getattr(block, "ceiling", None) == value:
+        changes["ceiling"] = changed  # A ceiling that is the threshold is no number of its own.
+    return dataclasses.replace(block, **changes)
 
 
 def friction() -> tuple[Any, list[Case]]:
@@ -126,10 +132,32 @@ def sideslip() -> tuple[Any, list[Case]]:
     return estimator(), [case(name) for name in COURSES]
 
 
+def driver_torque() -> tuple[Any, list[Case]]:
+    """Benches with hands that come and go; the verdict is whether every change is seen, and no other."""
+    from tierod.monitors.driver_torque.hands import HandsMonitor
+    from tierod.papers.column.handled_bench import STEP, drawn, pieces, score
+    from tierod.vehicles import load
+
+    def case(seed: int, share: float) -> Case:
+        bench = drawn(seed, share, 900.0)
+        samples = np.concatenate([piece.samples for piece in pieces(bench)])
+
+        def verdict(block: Any) -> str:
+            found = score(scan(block, samples)["hands"], bench.course)
+            missed = sum(int(np.isinf(each).sum()) for each in (found.grabs, found.releases))
+            wrong = found.false_on + found.false_off
+            return "right" if not missed and not wrong else f"{missed} not seen, {wrong} false"
+
+        return Case(f"{share:.0%} off, bench {seed}", verdict)
+
+    block = HandsMonitor.of_vehicle(load("column-bench"), STEP)
+    return block, [case(seed, share) for share in (0.02, 0.05) for seed in (71, 72, 73)]
+
+
 HELD = 0.9
 """Share of the truth that a 95 % band must hold in a drive: two standard deviations of 20 independent errors less."""
 
-MONITORS = {"friction": friction, "motor-angle": motor_angle, "sideslip": sideslip}
+MONITORS = {"friction": friction, "motor-angle": motor_angle, "sideslip": sideslip, "driver-torque": driver_torque}
 
 
 def rows(block: Any, cases: Sequence[Case]) -> Iterator[tuple[str, ...]]:
@@ -173,8 +201,8 @@ def page(name: str, every: Sequence[tuple[str, ...]], cases: Sequence[str]) -> s
             f"<!-- Written by `python scripts/sensitivity.py {name}`; do not edit. -->",
             "Verdicts that change where one number of the tuning is a fifth smaller or larger, all others as they are. "
             "A number that changes none rests on no fine choice. The drives are none that a study reports.",
-            f"{len(every) - len(changed)} of {len(every)} numbers change no verdict of {len(cases)} drives. "
-            + ("These do:" if changed else ""),
+            f"{len(every) - len(changed)} of {len(every)} numbers change no verdict of {len(cases)} drives."
+            + (" These do:" if changed else ""),
             table(("number", "value", "0.8 of it", "1.2 of it", "what changes"), changed) if changed else "",
             "Drives: " + "; ".join(cases) + ".",
         )

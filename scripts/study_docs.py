@@ -20,9 +20,14 @@ from docs_text import table
 from tierod.papers.registry import STUDIES
 
 STUDY_PAGES = Path(__file__).resolve().parent.parent / "docs" / "reference" / "studies"
+CAUSES = (
+    "A claim of a paper does not come out where its figure contradicts the paper's own equations, or rests on numbers "
+    "or data that it does not print; the cause is what shows that. Every other claim below is a shortfall of tierod."
+)
 TITLE = re.compile(r"^\*\*(.+)\*\*$")
 PRINTED_BY = re.compile(r"^Printed by `(?P<command>.+)` of tierod (?P<version>\S+)\n?", re.MULTILINE)
-CLAIMS, DESCRIBED = "Claims", "Figures of description"
+CLAIMS, DESCRIBED, WHY = "Claims", "Figures of description", "What does not hold, and why"
+COUNTED = re.compile(r"^\d+ claims: .+$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -100,7 +105,7 @@ def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -
     texts: dict[str, list[str]] = {topic.name: [] for topic in topics}
     current = topics[0]
     for title, text in every:
-        if title in (CLAIMS, DESCRIBED):
+        if title in (CLAIMS, DESCRIBED, WHY):
             continue
         current = next((topic for topic in topics if topic.first and title.startswith(topic.first)), current)
         texts[current.name].append(f"## {title}\n\n{text}")
@@ -119,10 +124,13 @@ def pages(name: str, printed: str, sentences: Mapping[str, str] | None = None) -
         "\n".join(links),
     )
     groups = _groups(name, listed, sentences or {})
+    if WHY in dict(every):
+        groups.append(_causes(dict(every)[WHY]))
     if DESCRIBED in dict(every):
         groups.append(_described(dict(every)[DESCRIBED], sentences or {}))
-    count = listed.splitlines()[-1]
-    return {f"{name}.md": "\n\n".join((*head, *groups, count)), **found}
+    counted = COUNTED.search(listed)
+    count = [counted[0]] if counted else []
+    return {f"{name}.md": "\n\n".join((*head, *count, *groups)), **found}
 
 
 def _origin(name: str, by: re.Match[str] | None) -> str:
@@ -138,6 +146,12 @@ def _rows(printed: str) -> tuple[list[str], list[list[str]]]:
     lines = [line for line in printed.splitlines() if line[:1] == "|"]
     header, _, *rows = [[cell.strip() for cell in line[1:-1].split("|")] for line in lines]
     return header, rows
+
+
+def _causes(printed: str) -> str:
+    """What does not hold, with its cause."""
+    header, rows = _rows(printed)
+    return f"## {WHY}\n\n{CAUSES}\n\n" + table(header, [[f"`{row[0]}`", *row[1:]] for row in rows])
 
 
 def _described(printed: str, sentences: Mapping[str, str]) -> str:

@@ -139,6 +139,17 @@ def test_a_verdict_with_a_longer_name_than_those_before_it_counts(tmp_path):
     assert not memory.entries["friction-fault"].status & CodeStatus.TEST_FAILED
 
 
+def test_a_code_with_a_course_of_its_own_ends_as_that_course_does(tmp_path):
+    feed = MemoryFeed(tmp_path / "memory.json", "midsize-eps", "friction")
+    time = np.arange(600) / 10.0
+    feed.add(Aligned(time, time[:, None], ("vehicle_speed",)), 10.0)
+    own = [StatusChange(0.0, Status.HEALTHY), StatusChange(20.0, Status.FAULT), StatusChange(59.85, Status.HEALTHY)]
+    diagnosis = Diagnosis((Finding("friction", Status.FAULT, ""),), created="2026-01-01")
+    _, results, _ = feed.collected(diagnosis, [], {"friction-fault": own})
+    assert results["friction-fault"][[100, 300, -2, -1]].tolist() == [-1.0, 1.0, 1.0, -1.0]
+    assert not results["friction-rising"].any()
+
+
 def test_recordings_that_are_judged_side_by_side_are_all_kept(tmp_path):
     feeds = [MemoryFeed(tmp_path / "memory.json", "midsize-eps", "friction") for _ in range(2)]
     time = np.arange(100) / 10.0

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.core.claims import Claim, Goal, at_least, at_most, between, claims_document, exactly
+from tierod.core.claims import Claim, Goal, Outcome, at_least, at_most, between, claims_document, counted, exactly
 from tierod.core.errors import ParameterError
 
 SCHEMA = json.loads(files("tierod.core").joinpath("claims.schema.json").read_text(encoding="utf-8"))
@@ -74,8 +74,35 @@ def test_the_document_keeps_to_its_schema():
     jsonschema.validate(document, SCHEMA)
     assert [row["met"] for row in document] == [False, False, None]
     assert list(document[0]) == [
-        *("id", "claim", "source", "printed", "derived", "measured", "goal", "unit", "met", "note")
+        *("id", "claim", "source", "printed", "derived", "measured", "goal", "unit", "met", "outcome", "note", "cause")
     ]
+
+
+def missed(name="paper.bias", cause="P0 is not printed.", irreproducible=True, measured=1.0):
+    return Claim(name, "c", "s", 0.1, measured, at_most(0.3), cause=cause, irreproducible=irreproducible)
+
+
+def test_what_the_source_is_to_blame_for_is_no_shortfall_of_ours():
+    assert missed().outcome is Outcome.IRREPRODUCIBLE
+    assert missed(irreproducible=False).outcome is Outcome.FAILS
+    assert missed(measured=0.2).outcome is Outcome.HOLDS
+    assert claim(measured=None).outcome is Outcome.UNMEASURED
+    assert claim(goal=None).outcome is None
+    with pytest.raises(ParameterError, match="without a cause"):
+        missed(cause="")
+
+
+def test_a_cause_is_given_only_where_the_claim_does_not_hold():
+    assert missed().row()["cause"] == "P0 is not printed."
+    assert missed(measured=0.2).row()["cause"] == ""
+
+
+def test_outcomes_are_counted_in_a_line():
+    every = [missed("a.a"), missed("a.b", irreproducible=False), missed("a.c", measured=0.2), claim("a.d", None)]
+    assert counted(every) == "4 claims: 1 hold, 1 do not, 1 of the source do not come out, 1 not measured"
+    assert counted([*every[2:], claim("a.e", goal=None)]) == (
+        "2 claims: 1 hold, 0 do not, 1 not measured; 1 figures of description"
+    )
 
 
 def test_a_figure_without_a_goal_only_describes():

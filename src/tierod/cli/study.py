@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from tierod.papers.registry import Study
 
 
+NO_CAUSE = "not known"
+"""In the place of the cause of a claim that does not hold."""
+
+
 def study(
     name: Annotated[str | None, typer.Argument(help="Which study; every one where not given.")] = None,
     output: Annotated[
@@ -127,6 +131,7 @@ def _print(claims: Sequence[Claim]) -> None:
     """The claims as a table, how many hold, and apart from them the figures that only describe."""
     import sys
 
+    from tierod.core.claims import counted
     from tierod.core.content import Table
 
     judged = [claim for claim in claims if not claim.describes]
@@ -139,19 +144,21 @@ def _print(claims: Sequence[Claim]) -> None:
         sys.stdout.write(table.markdown() + "\n")
     derived = ("derived",) * any(claim.derived is not None for claim in judged)
     header = ("claim", "printed", *derived, "ours", "goal", "unit", "holds")
-    held, failed = (sum(claim.met is met for claim in judged) for met in (True, False))
-    count = f"{len(judged)} claims: {held} hold, {failed} do not, {len(judged) - held - failed} not measured"
-    if described:
-        count += f"; {len(described)} figures of description"
-    table = Table("Claims", header, tuple(tuple(_cells(claim)[name] for name in header) for claim in judged), count)
-    sys.stdout.write(table.markdown())
+    listed = tuple(tuple(_cells(claim)[name] for name in header) for claim in judged)
+    if missed := [claim for claim in judged if claim.met is False]:
+        why = tuple((claim.id, _cells(claim)["ours"], str(claim.goal), claim.cause or NO_CAUSE) for claim in missed)
+        table = Table("What does not hold, and why", ("claim", "ours", "goal", "cause, and what would mend it"), why)
+        sys.stdout.write(table.markdown() + "\n")
+    sys.stdout.write(Table("Claims", header, listed, counted(claims)).markdown())
 
 
 def _cells(claim: Claim) -> dict[str, str]:
     """Cells of a claim in the tables, by the name of the column."""
+    from tierod.core.claims import Outcome
     from tierod.core.shown import written
     from tierod.report.display import number
 
+    holds = {Outcome.HOLDS: "yes", Outcome.FAILS: "**no**", Outcome.IRREPRODUCIBLE: "does not come out"}
     return {
         "claim": claim.id,
         "printed": claim.printed if isinstance(claim.printed, str) else _number_or_nothing(claim.printed),
@@ -159,7 +166,7 @@ def _cells(claim: Claim) -> dict[str, str]:
         "ours": number(claim.figure),
         "goal": "" if claim.goal is None else str(claim.goal),
         "unit": written(claim.unit),
-        "holds": {True: "yes", False: "**no**", None: ""}[claim.met],
+        "holds": holds.get(claim.outcome, "") if claim.outcome else "",
     }
 
 

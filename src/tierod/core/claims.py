@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 from tierod.core.errors import ParameterError
@@ -81,6 +83,15 @@ def exactly(value: float) -> Goal:
     return Goal(value, value)
 
 
+class Outcome(StrEnum):
+    """What became of a claim."""
+
+    HOLDS = "holds"
+    FAILS = "does not hold"
+    IRREPRODUCIBLE = "does not come out"
+    UNMEASURED = "not measured"
+
+
 @dataclass(frozen=True)
 class Claim:
     """One claim beside its measurement; whether it is met follows from figure and goal and is stored nowhere.
@@ -96,6 +107,9 @@ class Claim:
         note: remark for reading the figure
         derived: figure by the equations of the source, which prints none, in the unit; None where
             nothing was derived
+        cause: what keeps the figure from its goal, and what would mend that; it counts where the claim does not hold
+        irreproducible: whether that cause lies in the source: its figure contradicts its own equations, or rests on
+            numbers or data that it does not print; the cause is then the evidence
     """
 
     id: str
@@ -107,8 +121,12 @@ class Claim:
     unit: str = ""
     note: str = ""
     derived: float | None = None
+    cause: str = ""
+    irreproducible: bool = False
 
     def __post_init__(self) -> None:
+        if self.irreproducible and not self.cause:
+            raise ParameterError(f"'{self.id}' is called irreproducible without a cause; say what shows it")
         if not re.fullmatch(r"[a-z0-9-]+\.[a-z0-9.-]+", self.id):
             raise ParameterError(f"'{self.id}' is no name of a claim; write group.words-joined-by-hyphens")
 
@@ -134,6 +152,17 @@ class Claim:
             return None
         return self.figure is not None and self.goal.holds(self.figure)
 
+    @property
+    def outcome(self) -> Outcome | None:
+        """What became of the claim; None of a figure of description."""
+        if self.describes:
+            return None
+        if self.met is None:
+            return Outcome.UNMEASURED
+        if self.met:
+            return Outcome.HOLDS
+        return Outcome.IRREPRODUCIBLE if self.irreproducible else Outcome.FAILS
+
     def row(self) -> dict[str, Any]:
         """The claim as it stands in claims.json."""
         return {
@@ -146,8 +175,23 @@ class Claim:
             "goal": None if self.goal is None else str(self.goal),
             "unit": self.unit,
             "met": self.met,
+            "outcome": self.outcome,
             "note": self.note,
+            "cause": self.cause if self.met is False else "",
         }
+
+
+def counted(claims: Sequence[Claim]) -> str:
+    """How many claims there are, and what became of them, in a line; figures of description are counted last."""
+    numbers = Counter(claim.outcome for claim in claims)
+    described = numbers.pop(None, 0)
+    failed, odd = numbers[Outcome.FAILS], numbers[Outcome.IRREPRODUCIBLE]
+    parts = [f"{numbers[Outcome.HOLDS]} hold", f"{failed} do not"]
+    if odd:
+        parts.append(f"{odd} of the source do not come out")
+    parts.append(f"{numbers[Outcome.UNMEASURED]} not measured")
+    line = f"{numbers.total()} claims: {', '.join(parts)}"
+    return f"{line}; {described} figures of description" if described else line
 
 
 def claims_document(claims: Sequence[Claim]) -> str:

@@ -81,6 +81,9 @@ STUDIES: Mapping[str, Study] = {
                 "observers": "The two observers",
                 "combined": "The combined estimator",
                 "cars": "Real cars",
+                "unprepared": "Real cars with typical tyres and default noises",
+                "slow": "Small cars at walking pace",
+                "blocks": "Race laps by blocks",
             },
         ),
         Study(

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from tierod.core.claims import Claim
+from tierod.core.claims import Claim, Outcome
 from tierod.core.content import Item
 from tierod.core.shown import written
 from tierod.report.charts.figure import Figure
@@ -37,8 +37,18 @@ class StudyPage:
     remark: str = ""
 
 
-_PLURAL = {"holds": "hold", "does not hold": "do not hold", "not measured": "not measured"}
-_VERDICTS = {True: ("✓", "holds", "good"), False: ("✕", "does not hold", "bad"), None: ("–", "not measured", "open")}
+_PLURAL = {
+    Outcome.HOLDS: "hold",
+    Outcome.FAILS: "do not hold",
+    Outcome.IRREPRODUCIBLE: "do not come out",
+    Outcome.UNMEASURED: "not measured",
+}
+_VERDICTS = {
+    Outcome.HOLDS: ("✓", "good"),
+    Outcome.FAILS: ("✕", "bad"),
+    Outcome.IRREPRODUCIBLE: ("✕", "open"),
+    Outcome.UNMEASURED: ("–", "open"),
+}
 
 
 def render_study(page: StudyPage) -> str:
@@ -53,7 +63,7 @@ def render_study(page: StudyPage) -> str:
         sections=parts,
         page=page,
         picture=picture,
-        counts=[(*_VERDICTS[met], sum(claim.met is met for claim in claims)) for met in (True, False, None)],
+        counts=_counts(claims),
         plural=_PLURAL,
         groups=[_group(title, members) for title, members in _groups(page.groups, claims) if members],
         described=[_row(claim) for claim in described],
@@ -76,7 +86,7 @@ def _groups(titles: Mapping[str, str], claims: Sequence[Claim]) -> list[tuple[st
 
 def _group(title: str, claims: Sequence[Claim]) -> dict[str, Any]:
     """A group as shown: unfolded where a claim does not hold."""
-    counts = [(word, sum(claim.met is met for claim in claims)) for met, (_, word, _) in _VERDICTS.items()]
+    counts = [(word, count) for _, word, _, count in _counts(claims)]
     return {
         "title": title,
         "open": any(claim.met is False for claim in claims),
@@ -85,14 +95,22 @@ def _group(title: str, claims: Sequence[Claim]) -> dict[str, Any]:
     }
 
 
+def _counts(claims: Sequence[Claim]) -> list[tuple[str, Outcome, str, int]]:
+    """(symbol, outcome, kind, number) of every outcome; what the source is to blame for only where there is any."""
+    found = [(*_VERDICTS[each], each, sum(claim.outcome is each for claim in claims)) for each in Outcome]
+    return [(a, each, b, n) for a, b, each, n in found if n or each is not Outcome.IRREPRODUCIBLE]
+
+
 def _row(claim: Claim) -> dict[str, Any]:
-    symbol, word, kind = _VERDICTS[claim.met]
+    word = claim.outcome or Outcome.UNMEASURED
+    symbol, kind = _VERDICTS[word]
     unit = written(claim.unit)
     return {
         "id": claim.id,
         "claim": claim.claim,
         "source": claim.source,
         "note": claim.note,
+        "cause": claim.cause if claim.met is False else "",
         "printed": _figure(claim.printed),
         "derived": "" if claim.derived is None else _figure(claim.derived),
         "measured": _figure(claim.figure),

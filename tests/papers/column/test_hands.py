@@ -9,7 +9,7 @@ from tierod.core.graph import scan
 from tierod.experiments.effort import Effort
 from tierod.monitors.driver_torque.hands import OFF, HandsMonitor
 from tierod.papers.column import hands, natural_drives
-from tierod.papers.column.handled_bench import STEP, HeldRecord, _score, design_thresholds, drawn, together
+from tierod.papers.column.handled_bench import STEP, HeldRecord, design_thresholds, drawn, score, together
 from tierod.proving_ground.courses.bench import BenchHands
 from tierod.vehicles import load
 
@@ -23,11 +23,11 @@ def perfect(delay):
 
 
 def test_a_late_monitor_is_late_by_what_it_is():
-    score = _score(perfect(0.2), COURSE)
-    assert score.grabs == pytest.approx(0.2, abs=2 * STEP)
-    assert score.releases == pytest.approx(0.2, abs=2 * STEP)
-    assert (score.false_on, score.false_off) == (0, 0)
-    assert len(score.firmness) == len(score.grabs)
+    found = score(perfect(0.2), COURSE)
+    assert found.grabs == pytest.approx(0.2, abs=2 * STEP)
+    assert found.releases == pytest.approx(0.2, abs=2 * STEP)
+    assert (found.false_on, found.false_off) == (0, 0)
+    assert len(found.firmness) == len(found.grabs)
 
 
 def test_flickers_count_as_false_and_doubts_do_not():
@@ -35,18 +35,19 @@ def test_flickers_count_as_false_and_doubts_do_not():
     start, end = COURSE.switches[:2]
     middle = round(0.5 * (start + end) / STEP)
     hands_[middle : middle + 50] = 0.5
-    assert _score(hands_, COURSE).false_off == 0
+    assert score(hands_, COURSE).false_off == 0
     hands_[middle : middle + 50] = 0.0
-    assert (_score(hands_, COURSE).false_on, _score(hands_, COURSE).false_off) == (0, 1)
+    flickered = score(hands_, COURSE)
+    assert (flickered.false_on, flickered.false_off) == (0, 1)
 
 
 def test_hands_that_are_never_found_are_late_for_ever():
-    score = _score(np.zeros(60_000), COURSE)
-    assert np.all(np.isinf(score.grabs))
+    found = score(np.zeros(60_000), COURSE)
+    assert np.all(np.isinf(found.grabs))
 
 
 def test_scores_add_up():
-    one = _score(perfect(0.1), COURSE)
+    one = score(perfect(0.1), COURSE)
     both = together([one, one])
     assert len(both.grabs) == 2 * len(one.grabs)
     assert both.seconds == 2.0 * one.seconds

@@ -1,5 +1,6 @@
 import dataclasses
 
+import numpy as np
 import pytest
 
 from papers.friction.made_drives import QUICK, claims_of, made_drives, right
@@ -18,6 +19,7 @@ from tierod.papers.friction import (
     verdicts,
 )
 from tierod.papers.friction.cases import Case
+from tierod.papers.friction.digest import Course, Digest
 from tierod.papers.friction.estimators import ALL_TERMS, DEFAULT, PRINTED
 from tierod.papers.friction.runs import Drives
 from tierod.papers.friction.study import PARTS
@@ -43,6 +45,18 @@ def test_a_right_estimator_meets_its_claims():
     claims = claims_of(fleet.items, made_drives())
     assert {name: claim.met for name, claim in claims.items() if not claim.met} == {}
     assert claims["estimator.bias-12.5"].measured == pytest.approx(0.0, abs=0.15)
+
+
+def test_what_the_gains_of_the_driven_cars_explain_leaves_nothing():
+    first = 700_000
+    cases = tuple(Case(9000 + car, 4.0, 5.0, car=50 + car) for car in range(8))
+    drives = {}
+    for case in cases:
+        gain = case.counted_from(first).setup().sensors["driver_torque"].gain
+        course = Course(np.full(4, case.level * gain), np.full(4, 60.0))
+        drives[case] = Digest(60.0, np.zeros(4), {DEFAULT: course})
+    assert np.abs(fleet._without_gains(cases, Drives(drives, first=first))).max() < 1e-6
+    assert np.abs(fleet._without_gains(cases, Drives(drives))).max() > 0.01
 
 
 def off(estimator, by):
@@ -135,7 +149,7 @@ def test_convergence_to_an_own_mean_that_is_not_the_truth_does_not_count():
     claims = claims_of(convergence.items, made_drives(low))
     assert claims["paper.convergence-enabled"].met is claims["paper.convergence-total"].met is False
     assert claims["paper.convergence-enabled"].figure is None
-    assert "25: never" in claims["paper.convergence-enabled"].note
+    assert "25: never" in claims["paper.convergence-enabled"].cause
 
 
 def test_terms_that_move_the_estimate_are_not_ignored():

@@ -116,10 +116,16 @@ def scored(monitors: Sequence[HandsMonitor], bench: Bench) -> list[Score]:
             result = scan(monitor, piece.samples, states[place])
             states[place] = result.state
             states_of[place].append(result["hands"].astype(np.float32))
-    return [_score(np.concatenate(each), bench.course) for each in states_of]
+    return [score(np.concatenate(each), bench.course) for each in states_of]
 
 
-def _score(hands: np.ndarray, course: BenchHands) -> Score:
+def score(hands: np.ndarray, course: BenchHands) -> Score:
+    """How a course of decisions does on a course of hands.
+
+    Args:
+        hands: state of the hands by sample, as `HandsMonitor` gives it
+        course: what the hands did
+    """
     place = np.maximum.accumulate(np.where(hands == UNCERTAIN, 0, np.arange(len(hands))))
     decided = hands[place]
     switches, ends = course.switches[:-1], course.switches[1:]

@@ -197,8 +197,13 @@ def _claims(found: Score) -> Iterator[Item]:
             "ms",
         ),
     )
+    causes = {
+        "hands.release-median": f"The threshold to off is {THRESHOLDS[1]:g} nats, chosen so that hands are seen to go "
+        "wrongly less than once in 100 h. A lower one is sooner and false more often, see the ladder of thresholds.",
+    }
     for name, claim, value, goal, unit in figures:
-        yield Claim(name, claim, GOAL, None, float(value), goal, unit, note + shown * (name == "hands.false"))
+        remark = note + shown * (name == "hands.false")
+        yield Claim(name, claim, GOAL, None, float(value), goal, unit, remark, cause=causes.get(name, ""))
 
 
 def _compared(effort: Effort) -> Iterator[Item]:
@@ -254,6 +259,10 @@ def _far_off(effort: Effort) -> Iterator[Item]:
         exactly(0.0),
         "",
         f"In {learning.seconds / 3600.0:.1f} h with {len(learning.grabs)} grabs and {len(learning.releases)} releases.",
+        cause=f"{learning.false_on} false on, {learning.false_off} false off, "
+        f"{np.count_nonzero(np.isinf(learning.releases))} never released. The monitor learns inertia and damping only "
+        "while no hands are on the wheel; until it has, 10 % of the inertia look like arms. Identification of the "
+        "column beforehand mends it: with 2 % none is false.",
     )
 
 
@@ -270,6 +279,8 @@ def _still(effort: Effort) -> Claim:
         "",
         f"{found.seconds / 3600.0:.1f} h with {len(found.grabs)} holds. A torque that stays below 0.02 N·m for half a "
         "second on a wheel at rest is not distinguishable from zero torque.",
+        cause="Such a hold shows in no signal: a torque below the sensor's noise on a wheel at rest is that of no "
+        "hands. A sensor in the rim would mend it.",
     )
 
 

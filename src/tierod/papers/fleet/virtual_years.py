@@ -11,6 +11,7 @@ import numpy as np
 from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Chart, Item, Lines, Panel, Table
 from tierod.experiments.effort import Effort
+from tierod.experiments.figures import rate_bound
 from tierod.fleet.trends import Design, Trends, trends
 from tierod.fleet.virtual import FleetFile, VirtualCars, drawn
 from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, Ageing, Linear, Sudden
@@ -209,6 +210,9 @@ def _claims(quiet: list[Counted], ramps: list[Counted], steps: list[Counted]) ->
             f"ramps.false-alarms-{n}", f"At most one false alarm in 10 000 vehicle-years, {often}.", GOAL, None,
             1e4 * none.alarms / none.years, at_most(1.0), "",
             f"{none.alarms} counted on {none.years:.0f} vehicle-years at estimate level.",
+            cause=f"{none.alarms} alarms of {none.years:.0f} years: their bound at 95 % is "
+            f"{1e4 * rate_bound(none.alarms, none.years):.1f} in 10 000. Winter tyres move the estimate for months; a "
+            "level for each season would lessen it.",
         )  # fmt: skip
         yield Claim(
             f"ramps.median-{n}", f"A ramp of 1 N·m per 100 days is found within 30 days, median, {often}.", GOAL, None,
@@ -217,6 +221,9 @@ def _claims(quiet: list[Counted], ramps: list[Counted], steps: list[Counted]) ->
         yield Claim(
             f"ramps.within-{n}", f"A ramp of 1 N·m per 100 days is found within 30 days in 95 % of the cars, {often}.",
             GOAL, None, within(ramp), at_least(0.95),
+            cause=f"95 % are found within {quantile(ramp, 0.95):.0f} d: a drive a week brings "
+            f"{WITHIN / 7.0 * n:.0f} estimates in that time. More drives, or a lower threshold at more false alarms, "
+            "would mend it.",
         )  # fmt: skip
     wrong = max(each.wrong_share for each in (*ramps, *steps))
     yield Claim(

@@ -52,6 +52,7 @@ class Judged(NamedTuple):
         true: mean level of friction where the estimate was enabled [N*m]
         estimate, deviation: at the end [N*m]
         status: verdict at the end
+        why: its cause, in a sentence
     """
 
     law: str
@@ -61,6 +62,7 @@ class Judged(NamedTuple):
     estimate: float
     deviation: float
     status: Status
+    why: str = ""
 
 
 def drawn(law: str, level: float, random: np.random.Generator) -> RubbingCar:
@@ -106,7 +108,8 @@ def _on(
     own = last.verdict.baseline
     learnt = (own.level, own.deviation) if own.seconds > 0.0 else None
     true = sliding_level(car, rates) if len(rates) else np.nan
-    return Judged(car.law, car.level, 0, true, *estimate, judge.finding(result).status), learnt
+    finding = judge.finding(result)
+    return Judged(car.law, car.level, 0, true, *estimate, finding.status, finding.cause), learnt
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -151,19 +154,24 @@ def shown(found: Sequence[Judged]) -> Iterator[Item]:
 
 def _claims(found: Sequence[Judged]) -> Iterator[Claim]:
     off = np.array([each.estimate - each.true for each in found])
+    means = {
+        key: abs(float(np.mean([each.estimate - each.true for each in found if (each.law, each.level) == key])))
+        for key in dict.fromkeys((each.law, each.level) for each in found)
+    }
+    worst = max(means, key=means.__getitem__)
     within = np.abs(off) <= 1.96 * np.array([each.deviation for each in found])
     yield Claim(
         "friction.foreign-bias",
         "Largest mean error of a law and level on the foreign column.",
         GOAL,
         None,
-        max(
-            abs(float(np.mean([each.estimate - each.true for each in found if (each.law, each.level) == key])))
-            for key in {(each.law, each.level) for each in found}
-        ),
+        means[worst],
         at_most(0.3),
         "N*m",
         "Friction by generalised Maxwell slip builds up over several angles, which the estimator's laws take for more.",
+        cause=f"Worst: {worst[0]} at {worst[1]:g} N·m, {100.0 * means[worst] / worst[1]:.0f} % of the level; the "
+        "deviations stated hold the error. The law, which builds up over several angles behind an elastic shaft, is "
+        "none of those that the estimator learns; the ratio to the car's own level drops it.",
     )
     yield Claim(
         "friction.foreign-covered",
@@ -187,6 +195,7 @@ def _claims(found: Sequence[Judged]) -> Iterator[Claim]:
         "",
         f"Of {len(judged_ones)} verdicts in {len(found)} drives.",
     )
+    unjudged = "; ".join(f"{each.law}, {each.level:g} N·m: {each.why}" for each in found if each not in judged_ones)
     yield Claim(
         "friction.foreign-judged",
         "Share of the drives on the foreign column that end with a verdict.",
@@ -195,6 +204,6 @@ def _claims(found: Sequence[Judged]) -> Iterator[Claim]:
         len(judged_ones) / len(found),
         at_least(0.95),
         "",
-        "The others end as not identifiable: friction of 12.5 N·m that falls with the rate (Stribeck) reads as a "
-        "negative damping, which the check of the signals takes for a contradiction.",
+        "",
+        cause=f"{unjudged}. Drives of 13 minutes, as the paper's, give more time.",
     )

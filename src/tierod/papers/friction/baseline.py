@@ -125,6 +125,9 @@ def _claims(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
         at_least(0.4),
         "",
         "Share that the histograms have in common, eq (1) corrected: on virtual drives the corrected baseline works.",
+        cause=f"The paper's drives and parameters are not printed. From its own equations the baseline separates both "
+        f"(AUC {area_under_curve(healthy, faulty):.3f}); the search shows which conditions come nearest.",
+        irreproducible=True,
     )
     signed = [variances(sets, drives, state, named.BASELINE_SIGN) for state in ("Healthy", WORST)]
     yield Claim(
@@ -135,8 +138,15 @@ def _claims(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
         overlap(*signed, logarithmic=True),
         at_least(0.4),
         "",
-        "The printed sign compares a torque with its negative; this alone makes the baseline fail.",
+        "The printed sign compares a torque with its negative.",
+        cause=f"The paper's drives and parameters are not printed. The printed sign lowers the AUC to "
+        f"{area_under_curve(*signed):.3f}, part of what the paper shows; for the rest see the search.",
+        irreproducible=True,
     )
+    gate_shares = {
+        name: mean(np.array([window.enabled_share for window in _windows(sets, drives, "Healthy", name)]))
+        for name in (named.BASELINE_GATED, named.BASELINE_IN_G)
+    }
     for name, words, unit in (
         (named.BASELINE_GATED, "gate", "as printed, in m/s²"),
         (named.BASELINE_IN_G, "gate-in-g", "read in g"),
@@ -146,10 +156,14 @@ def _claims(sets: PaperSets, drives: Drives) -> Iterator[Claim]:
             f"The baseline's gate is open 36 % of the time; limits of lateral acceleration {unit}.",
             f"{SOURCE}, section 4.2",
             0.36,
-            mean(np.array([window.enabled_share for window in _windows(sets, drives, "Healthy", name)])),
+            gate_shares[name],
             between(0.22, 0.5),
             "",
             "0.1 to 0.5 m/s² with more than 10° of steering is hardly ever driven, 0.1 to 0.5 g often is.",
+            cause=f"The paper's roads are not printed, and its limits are not those of its share: "
+            f"{100.0 * gate_shares[named.BASELINE_GATED]:.1f} % of the time in m/s², "
+            f"{100.0 * gate_shares[named.BASELINE_IN_G]:.1f} % in g.",
+            irreproducible=True,
         )
     yield from _claims_on_delay(sets, drives)
     refined = [pooled(drives.of(sets.development[state]), named.PRINTED) for state in ("Healthy", WORST)]

@@ -30,10 +30,12 @@ class Drives:
     Args:
         digests: of every drive that went well
         failures: (drive, why) of the others
+        first: seed from which the numbers of the drives counted
     """
 
     digests: Mapping[Case, Digest]
     failures: tuple[tuple[Case, str], ...] = ()
+    first: int = 0
 
     def of(self, cases: Iterable[Case]) -> list[Digest]:
         """The digests of those drives that went well, in order."""
@@ -80,7 +82,7 @@ def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress, first
             progress(done / minutes, f"{len(wants)} drives, {minutes / 60.0:.1f} h")
     if wants and not digests:
         raise TierodError(f"no drive of the study went well; the first one ended so: {failures[0][1]}")
-    return Drives(digests, tuple(failures))
+    return Drives(digests, tuple(failures), first)
 
 
 def _first(wants: Mapping[Case, set[str]]) -> list[_Task]:

@@ -209,6 +209,8 @@ def _claims(counts: dict[str, OperationCount]) -> Iterator[Claim]:
             at_most(printed),
             "",
             REASONS[name],
+            cause=f"The bare equations take {_products(operation_count(bare_observers()[name])):g}. {REASONS[name]} "
+            "Leaving that out would mend the count, and lose the angle at low speed.",
         )
     yield Claim(
         "motor-angle.table-one.order",

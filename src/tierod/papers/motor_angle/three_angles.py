@@ -187,6 +187,16 @@ def _table(groups: dict[tuple[str, str], list[Findings]]) -> Table:
     return Table("Faults of one of three angles", header, tuple(rows), "Found by eq (1), the other tests left out.")
 
 
+def _unnamed(groups: dict[tuple[str, str], list[Findings]]) -> str:
+    """Faults that were found and not named, by kind, in words."""
+    counts = {
+        f"{angle}, {kind}": (sum(not _right(angle, each.suspect) for each in alarmed), len(alarmed))
+        for (angle, kind), found in groups.items()
+        if (alarmed := [each for each in found if np.isfinite(each.delay)])
+    }
+    return "; ".join(f"{name} {missed} of {count}" for name, (missed, count) in counts.items() if missed)
+
+
 def _claims(groups: dict[tuple[str, str], list[Findings]], fault_free: list[Findings]) -> Iterator[Claim]:
     alarmed = [(angle, each) for (angle, _), found in groups.items() for each in found if np.isfinite(each.delay)]
     motion = np.mean([_right(angle, each.motion) for angle, each in alarmed])
@@ -202,6 +212,8 @@ def _claims(groups: dict[tuple[str, str], list[Findings]], fault_free: list[Find
         at_least(NAMED),
         "",
         f"{motion:.2f} by motion alone; of {len(alarmed)}",
+        cause=f"Not named rightly: {_unnamed(groups)}. Which of two angles is off shows only while the motion, or the "
+        "observer of the motor, is more exact than the fault.",
     )
     yield Claim(
         "angles.not-misled",

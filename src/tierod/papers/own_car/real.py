@@ -143,6 +143,12 @@ def _statuses(seen: list[Seen]) -> Table:
     return Table("Verdicts on real fault-free drives", ("car", "vehicle file", *monitors), rows)
 
 
+UNLIKE = (
+    "The shipped file has tyres and noises fitted to the reference of this very drive; tyres typical of a class are "
+    "not those of one car. Laps with a reference, or more drives to identify from, mend it."
+)
+
+
 def _sideslip(known: Known, recording: Recording | None) -> Iterator[Claim]:
     """Band and error of the sideslip with typical values of the class."""
     band, worse = math.nan, math.nan
@@ -160,7 +166,8 @@ def _sideslip(known: Known, recording: Recording | None) -> Iterator[Claim]:
     for key, what, measured, goal in figures:
         claim = f"{what}, {known.vehicle} by mass and wheelbase of a brochure."
         value = None if recording is None else measured
-        yield Claim(f"real.{known.vehicle}-{key}", claim, GOAL, None, value, goal, "", note)
+        cause = UNLIKE if key == "error" else ""
+        yield Claim(f"real.{known.vehicle}-{key}", claim, GOAL, None, value, goal, "", note, cause=cause)
 
 
 def beside_reference(recording: Recording, vehicle: Vehicle, place: float | None = None) -> tuple[float, float]:

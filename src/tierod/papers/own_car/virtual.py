@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.core.claims import Claim, at_most, between, exactly
+from tierod.core.claims import Claim, Goal, at_most, between, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.errors import InputError
 from tierod.experiments.effort import Effort, Progress
@@ -170,6 +170,16 @@ def _verdicts(judged: Sequence[Judged]) -> Table:
     return Table("False verdicts of a fault", ("car", "monitor", "vehicle file", "verdict"), rows or (("none",) * 4,))
 
 
+def _too(of: Pooled, goal: Goal) -> str:
+    """Why a band holds more or less of the truth than it should."""
+    if of.coverage > goal.high:
+        return (
+            f"Too wide: the root mean square error is {of.error:.3g}, and the band covers what no drive has shown. "
+            "Narrower priors, or more that a drive identifies, would mend it."
+        )
+    return f"{100.0 * of.worst:.0f} % on the worst car of {of.drives}; a few cars decide."
+
+
 def claims(monitor: str, of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
     """Coverage and error of a monitor's estimate.
 
@@ -187,13 +197,16 @@ def claims(monitor: str, of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
         WIDE,
         "",
         f"{brochure.worst:.2f} on the worst car.",
+        cause=_too(brochure, WIDE),
     )
     own = of.get((monitor, IDENTIFIED))
     if own is None:
         return
     claim = f"Share of the truth in the 95 % band of {monitor}, after one drive has identified the car."
     note = f"{own.worst:.2f} on the worst car."
-    yield Claim(f"identified.{monitor}-band", claim, GOAL, None, own.coverage, NARROW, "", note)
+    yield Claim(
+        f"identified.{monitor}-band", claim, GOAL, None, own.coverage, NARROW, "", note, cause=_too(own, NARROW)
+    )
     ratio = own.error / true.error if true is not None and true.error > 0.0 else math.nan
     before = brochure.error / true.error if true is not None and true.error > 0.0 else math.nan
     yield Claim(
@@ -205,6 +218,8 @@ def claims(monitor: str, of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
         at_most(MOST_WORSE),
         "",
         f"{before:.2f} by the brochure.",
+        cause=f"Errors {own.error:.3g} identified, {brochure.error:.3g} by the brochure: one drive "
+        "shows little of what moves this estimate.",
     )
 
 

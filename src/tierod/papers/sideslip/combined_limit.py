@@ -220,6 +220,8 @@ def _false_ice(seeds: tuple[int, ...]) -> Claim:
         at_most(1.0),
         "percent",
         f"{below:.1f} s of {total:.0f}, least {least:.2f}; without the steering's torque {longer:.1f} s, {poorer:.2f}.",
+        cause=f"{below:.1f} s of {total:.0f} in {len(seeds)} drives. Where tyres are hardly used, friction shows in no "
+        "signal and wanders. A slower wander would lessen it, and announce the peak later.",
     )
 
 

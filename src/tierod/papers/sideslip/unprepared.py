@@ -89,6 +89,8 @@ def _judged(unprepared: Unprepared, recording: Recording | None) -> Iterator[Ite
         at_most(MOST_WORSE),
         "",
         note,
+        cause=f"Typical tyres of its class are not those of this car; the best of three simple estimates is "
+        f"{best / fitted.rms:.2f} times worse. Laps with a reference mend it, see the race laps by blocks.",
     )
     yield Claim(
         f"unprepared.{unprepared.name}-band",
@@ -99,6 +101,8 @@ def _judged(unprepared: Unprepared, recording: Recording | None) -> Iterator[Ite
         at_least(0.9),
         "",
         f"{min(each.coverage for each in errors):.2f} in the worst corner.",
+        cause="Parameters are taken as exact here, so that the band lacks their spread. With it, as by default, the "
+        "band is wider, see the study of cars without preparation.",
     )
     yield Claim(
         f"unprepared.{unprepared.name}-simple",

@@ -1,0 +1,45 @@
+"""Which sentence a drive and a vehicle file that do not fit each other bring."""
+
+import math
+
+import pytest
+
+from tierod.monitors.driver_torque.column_regression import ColumnGeometry
+from tierod.monitors.driver_torque.decisions import INERTIA_SPREAD, FitRules
+from tierod.monitors.driver_torque.drive import Drive
+from tierod.monitors.driver_torque.misfits import UNNAMED, misfits
+from tierod.vehicles import load
+
+VEHICLE = load("column-bench")
+RULES = FitRules()
+
+
+def drive(inertia_error=0.0, nis=1.0, seen=True):
+    right = dict.fromkeys(ColumnGeometry._fields, 0.0) | {
+        "ratio": VEHICLE["motor_ratio"],
+        "stiffness": VEHICLE["torsion_bar_stiffness"],
+    }
+    plain = dict.fromkeys(Drive._fields, 0.0) | {"motor_inertia": None, "turned": (), "stretches": ()}
+    geometry = ColumnGeometry(**right) if seen else None
+    return Drive(**plain | {"geometry": geometry, "nis": nis, "inertia_error": inertia_error, "contradiction": None})
+
+
+OFF = 20.0 * INERTIA_SPREAD * VEHICLE["steering_wheel_inertia"]
+
+
+@pytest.mark.parametrize(
+    ("inertia_error", "nis", "seen", "begins"),
+    [
+        (0.0, 1.0, True, []),
+        (OFF, 1.0, True, ["steering_wheel_inertia"]),
+        (0.0, 1e4, True, [UNNAMED]),
+        (OFF, 1e4, True, ["steering_wheel_inertia"]),
+        (OFF, 1e4, False, ["steering_wheel_inertia", UNNAMED]),
+        (0.0, 1e4, False, [UNNAMED]),
+        (0.0, math.nan, False, []),
+    ],
+)
+def test_innovations_are_named_where_nothing_else_explains_them(inertia_error, nis, seen, begins):
+    found = misfits(drive(inertia_error, nis, seen), VEHICLE, RULES)
+    assert len(found) == len(begins)
+    assert all(text.startswith(begin) for text, begin in zip(found, begins, strict=True))
