@@ -263,6 +263,8 @@ def _count(end: Counter[float], seen: np.ndarray, outermost: Callable[..., float
 def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) -> Finding:
     """The finding with the defects of its signals; suspect where one of a signal that is needed may have made it.
 
+    Where one withholds the estimate, none is left in the finding.
+
     Args:
         finding: of a monitor
         defects: of its signals
@@ -270,12 +272,16 @@ def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) 
     """
     named: set[str] = set()
     kept = []
-    for defect in defects:
+    for defect in sorted(defects, key=lambda each: not each.withholds):
         if not named & set(defect.names):
             kept.append(defect)
             named |= set(defect.names)
     decisive = [defect.sentence for defect in kept if any(name in monitor.required for name in defect.names)]
     warned = replace(finding, warnings=(*(defect.sentence for defect in kept), *finding.warnings))
+    if finding.estimate is not None and any(defect.withholds for defect in kept):
+        return _withheld(
+            warned, [each.sentence for each in kept if each.withholds or each.sentence in decisive], monitor
+        )
     if decisive and finding.status is Status.NOT_IDENTIFIABLE:
         return _named_first(warned, decisive, monitor)
     if not decisive or finding.status not in (Status.HEALTHY, Status.RISING, Status.FAULT, Status.SUSPECT):
@@ -287,6 +293,19 @@ def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) 
         headline=f"{monitor.title}: {Status.SUSPECT.value}, since {why}. Without regard to that: {finding.headline}",
         cause=f"{why}; {finding.cause}",
         action=f"{REPAIR}; {finding.action}",
+    )
+
+
+def _withheld(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding:
+    """The finding without its estimate, which may be wrong by more than any band."""
+    status = replace(finding, status=Status.SUSPECT)
+    return replace(
+        status,
+        headline=f"{monitor.title}: {status.shown_status}, since {'; '.join(why)}. No value is stated.",
+        estimate=None,
+        cause="; ".join(why),
+        action="correct scale, unit or time of the signal in the channel map, or give the vehicle file of this car "
+        "(tierod identify vehicle), and judge anew",
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from tierod.core.block import Block
-from tierod.core.findings import Finding, Status
+from tierod.core.findings import Defect, Finding, Status
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
 from tierod.core.statement import code_of
@@ -17,10 +17,12 @@ from tierod.models.single_track import SingleTrack
 from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_identifiability import WORDS, identifiability
+from tierod.monitors.sideslip.consistency import Consistency, Tolerances, consistency_of
 from tierod.monitors.sideslip.decisions import LEAST_COVERAGE, MOST_RESTARTS, misfit_rule
 from tierod.monitors.sideslip.drive import TRUTHS, SideslipDrive, truth_in
-from tierod.monitors.sideslip.finding import OFFSET, distances, judge, obstacle, withheld
+from tierod.monitors.sideslip.finding import OFFSET, confirmed, distances, judge, obstacle, withheld
 from tierod.monitors.sideslip.monitor import SideslipMonitor
+from tierod.monitors.sideslip.observables import WHEELS
 from tierod.vehicles import Vehicle
 
 JUDGED = (
@@ -30,6 +32,7 @@ JUDGED = (
     "longitudinal_acceleration",
     "motor_torque",
     "motor_current",
+    *WHEELS,
 )
 """Signals that the session looks at beside the estimator."""
 
@@ -71,8 +74,8 @@ class SideslipSession(BlockSession):
         self.signals = tuple(dict.fromkeys((*self.signals, *JUDGED, *TRUTHS)))
         self.name, self._needs_torque, self._torque_known = name, needs_torque, block.actuator is not None
         self.drive = SideslipDrive(vehicle.parameters_for(SingleTrack.Parameters), block.ratio.steering_ratio, rate)
-        self._consistency = ConsistencyAccumulator()
-        self.misfit_rule, self.least_coverage = misfit_rule(), LEAST_COVERAGE
+        self._consistency, self._vehicle = ConsistencyAccumulator(), vehicle
+        self.misfit_rule, self.least_coverage, self.tolerances = misfit_rule(), LEAST_COVERAGE, Tolerances()
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
@@ -93,7 +96,10 @@ class SideslipSession(BlockSession):
         if reason := obstacle(self.drive, self._needs_torque, self._torque_known):
             return Conclusion(withheld(self.drive, self.name, reason), withheld=tuple(self.traces))
         found = self._consistency.result()
+        consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances)
         finding = judge(self.drive, self.name, self.misfit_rule, found.nis)
+        finding = replace(finding, evidence={**finding.evidence, **consistency.evidence()})
+        defects, hidden = self._contradicting(consistency, finding)
         figures = {
             "enabled_samples": float(found.samples),
             "nis_mean": found.nis,
@@ -101,7 +107,21 @@ class SideslipSession(BlockSession):
             "nis_band_high": found.nis_band[1],
             "nis_outside_95_share": found.outside,
         }
-        return Conclusion(finding, consistency=figures, withheld=TRUTHS[1:], distances=distances(finding))
+        return Conclusion(
+            finding,
+            consistency=figures,
+            withheld=(*TRUTHS[1:], *hidden),
+            distances=distances(finding),
+            defects=defects,
+        )
+
+    def _contradicting(self, consistency: Consistency, finding: Finding) -> tuple[tuple[Defect, ...], tuple[str, ...]]:
+        """What contradicts what, and the traces that are withheld for it; a recorded truth in the band excuses it."""
+        wrong = consistency.wrong()
+        if wrong is None:
+            return (), ()
+        withholds = wrong.decisive and not confirmed(finding, self.drive)
+        return (Defect(wrong.names, wrong.sentence, withholds),), tuple(self.traces) if withholds else ()
 
 
 class CombinedSession(SideslipSession):
