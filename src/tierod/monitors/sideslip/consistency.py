@@ -276,7 +276,8 @@ class Consistency:
         of_file = self.file_weight()
         single = best.weight > limits.decides and (best.zero or abs(best.size) > limits.least)
         if of_file > limits.file_decides and of_file > best.weight + 2.0 * limits.alike:
-            return Wrong((), self._of_file())
+            other = f"; or {best}" if single else ""
+            return Wrong((), f"{self._of_file()}{other}")
         if not single:
             return None
         alike = [each for each in others if each.weight > best.weight - limits.alike and abs(each.size) > limits.least]
@@ -290,13 +291,20 @@ class Consistency:
         off = {name: each for name, each in self.deviations().items() if name in FILE}
         named = sorted(off, key=lambda name: -abs(off[name]))
         named = [name for name in named if abs(off[name]) > 1.5][:3] or named[:1]
-        return f"the vehicle file is not of this car: {'; '.join(self._beside(name) for name in named)}"
+        return f"the vehicle file does not fit this car: {'; '.join(self._beside(name) for name in named)}"
 
     def _beside(self, name: str) -> str:
         factor = 1e3 if name == "understeer" else 1.0
         seen, given = (factor * getattr(each, name) for each in (self.shown, self.expected.values))
-        own = self.expected.deviations
         digits = DECIMALS[name]
+        late = (given - seen) / USUAL_SLOW_SPEED
+        if name == "sensor_place" and abs(late) > LATE:
+            one, other = ("lateral_acceleration", "yaw_rate") if late > 0.0 else ("yaw_rate", "lateral_acceleration")
+            return f"{self._seen(name, seen, given, digits)}, or {one} is {abs(late):.2f} s late against {other}"
+        return self._seen(name, seen, given, digits, factor)
+
+    def _seen(self, name: str, seen: float, given: float, digits: int, factor: float = 1.0) -> str:
+        own = self.expected.deviations
         return (
             f"{WORDS[name]} {seen:.{digits}f} {UNITS[name]} in the drive, {given:.{digits}f} ± "
             f"{factor * getattr(own, name):.{digits}f} expected"
@@ -314,6 +322,9 @@ class Wrong(NamedTuple):
         """Whether the sideslip rests on it."""
         return not self.names or any(name not in UNUSED for name in self.names)
 
+
+USUAL_SLOW_SPEED, LATE = 6.5, 0.1
+"""Speed at which the place of the accelerometer is seen [m/s], and a delay that may stand for it [s]."""
 
 UNUSED = ("longitudinal_acceleration", "track_width", *WHEELS)
 """What hardly moves the sideslip."""

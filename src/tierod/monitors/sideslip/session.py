@@ -17,7 +17,7 @@ from tierod.models.single_track import SingleTrack
 from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_identifiability import WORDS, identifiability
-from tierod.monitors.sideslip.consistency import Consistency, Tolerances, consistency_of
+from tierod.monitors.sideslip.consistency import Consistency, Tolerances, Wrong, consistency_of
 from tierod.monitors.sideslip.decisions import LEAST_COVERAGE, MOST_RESTARTS, misfit_rule
 from tierod.monitors.sideslip.drive import TRUTHS, SideslipDrive, truth_in
 from tierod.monitors.sideslip.finding import OFFSET, confirmed, distances, judge, obstacle, withheld
@@ -98,7 +98,7 @@ class SideslipSession(BlockSession):
         found = self._consistency.result()
         consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances)
         finding = judge(self.drive, self.name, self.misfit_rule, found.nis)
-        finding = replace(finding, evidence={**finding.evidence, **consistency.evidence()})
+        finding = replace(finding, evidence={**finding.evidence, **consistency.evidence(), **self._share()})
         defects, hidden = self._contradicting(consistency, finding)
         figures = {
             "enabled_samples": float(found.samples),
@@ -117,11 +117,23 @@ class SideslipSession(BlockSession):
 
     def _contradicting(self, consistency: Consistency, finding: Finding) -> tuple[tuple[Defect, ...], tuple[str, ...]]:
         """What contradicts what, and the traces that are withheld for it; a recorded truth in the band excuses it."""
-        wrong = consistency.wrong()
+        wrong, motion = consistency.wrong(), self.drive.own_motion.wrong()
+        if motion is not None and wrong is None:
+            wrong = Wrong((), motion)
         if wrong is None:
             return (), ()
         withholds = wrong.decisive and not confirmed(finding, self.drive)
         return (Defect(wrong.names, wrong.sentence, withholds),), tuple(self.traces) if withholds else ()
+
+    def _share(self) -> dict[str, float]:
+        found = self.drive.own_motion.share()
+        return (
+            {} if found is None else {"estimated_motion_share": found[0], "estimated_motion_share_deviation": found[1]}
+        )
+
+    def observe(self, traces: Mapping[str, np.ndarray]) -> None:
+        """The traces of the last piece with the spread of the parameters."""
+        self.drive.own_motion.deviations(traces["sideslip_angle_standard_deviation"])
 
 
 class CombinedSession(SideslipSession):
