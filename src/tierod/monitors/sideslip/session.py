@@ -17,9 +17,10 @@ from tierod.models.single_track import SingleTrack
 from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_identifiability import WORDS, identifiability
-from tierod.monitors.sideslip.consistency import Consistency, Tolerances, Wrong, consistency_of
+from tierod.monitors.sideslip.consistency import Consistency, Wrong, consistency_of
 from tierod.monitors.sideslip.decisions import LEAST_COVERAGE, MOST_RESTARTS, misfit_rule
 from tierod.monitors.sideslip.drive import TRUTHS, SideslipDrive, truth_in
+from tierod.monitors.sideslip.expected import Tolerances
 from tierod.monitors.sideslip.finding import OFFSET, confirmed, distances, judge, obstacle, withheld
 from tierod.monitors.sideslip.monitor import SideslipMonitor
 from tierod.monitors.sideslip.observables import WHEELS
