@@ -60,10 +60,12 @@ class Defect:
     Args:
         names: of the signal; several where they cannot be separated
         sentence: the defect, beginning with the names
+        withholds: whether no estimate can be stated beside it
     """
 
     names: tuple[str, ...]
     sentence: str
+    withholds: bool = False
 
 
 @dataclass(frozen=True)

@@ -106,7 +106,8 @@ class _WatchedParameter(Parameter):
 
     def __getattribute__(self, name: str) -> Any:
         if name == "standard_deviation":
-            self._notes[self.name] = None
+            # A parameter that was made of this one by `dataclasses.replace` is watched no more.
+            super().__getattribute__("__dict__").get("_notes", {})[self.name] = None
         return super().__getattribute__(name)
 
 

@@ -12,14 +12,14 @@ import pytest
 
 from exact_vehicle import diagnose
 from shared_data import shared_data
-from tierod.core.findings import Status
+from tierod.core.findings import Defect, Estimate, Finding, Status
 from tierod.core.recording import Channel, Recording
 from tierod.io.derive import complete
 from tierod.io.quality import LEVELS
 from tierod.io.readers import read
 from tierod.monitors.diagnose import Run, find
 from tierod.monitors.harness.delays import BLOCK, RATE
-from tierod.monitors.harness.input_defects import InputDefects
+from tierod.monitors.harness.input_defects import InputDefects, with_defects
 from tierod.monitors.harness.stuck_over_drive import MAXIMUM_AGE
 from tierod.monitors.registry import MONITORS
 from tierod.proving_ground import FrictionCourse, drive
@@ -211,3 +211,19 @@ def test_without_signals_over_time_the_estimates_stay_the_same(healthy):
     assert set(whole) > set(estimated) == set(full.session.traces) & set(whole)
     for name, each in estimated.items():
         np.testing.assert_array_equal(each.mean, whole[name].mean)
+
+
+def test_a_defect_that_withholds_the_estimate_leaves_none_in_the_finding():
+    estimate = Estimate("largest sideslip angle", 0.3, 0.01, "rad")
+    finding = Finding("sideslip, combined", Status.HEALTHY, "up to 17 ± 1 degrees", estimate=estimate, confirmed=False)
+    late = Defect(("yaw_rate",), "yaw_rate is late")
+    withheld = with_defects(finding, [late, Defect((), "the file is another car's", True)], MONITORS["sideslip"])
+    assert withheld.estimate is None
+    assert withheld.shown_status == "inconsistent"
+    assert "17" not in withheld.headline
+    assert withheld.headline.index("late") < withheld.headline.index("another car")
+    kept = with_defects(
+        finding, [Defect(("steering_wheel_angle",), "steering_wheel_angle is late")], MONITORS["sideslip"]
+    )
+    assert kept.estimate == estimate
+    assert kept.shown_status == "inconsistent"

@@ -10,6 +10,7 @@ from exact_vehicle import diagnose
 from shared_data import shared_data
 from tierod.core.findings import Status
 from tierod.core.graph import Stream
+from tierod.core.recording import Recording
 from tierod.io.derive import complete
 from tierod.io.readers import load_channel_map, read
 from tierod.monitors.sideslip.beside_truth import beside_truth
@@ -135,3 +136,15 @@ def test_one_sample_at_a_time_gives_the_same(laps):
     live = Stream(block)
     said = [live.push(block.Sample(*row)).sideslip_angle for row in aligned.values.tolist()]
     np.testing.assert_array_equal(said, beside_truth(part, load("ferrari-250lm")).estimate)
+
+
+def test_a_file_of_another_car_gives_no_value():
+    recording = read(shared_data(*PARK), channel_map=load("revsted-car").channel_map)
+    bare = Recording({name: each for name, each in recording.channels.items() if name != "sideslip_angle"})
+    found = diagnose(bare, "midsize-eps", "sideslip")
+    (finding,) = found.findings
+    assert finding.shown_status == "inconsistent"
+    assert finding.estimate is None
+    assert "accelerometer" in finding.headline
+    assert "track" in finding.headline
+    assert "sideslip_angle" not in found.traces

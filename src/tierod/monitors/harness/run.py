@@ -23,7 +23,7 @@ from tierod.monitors.harness.input_checks import InputChecks
 from tierod.monitors.harness.over_time import OverTime
 from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, joined, together
 from tierod.monitors.harness.sample_digest import SampleDigest
-from tierod.monitors.harness.session import Conclusion, Monitor, Session, StatusChange, Variant, opened
+from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, StatusChange, Variant, opened
 from tierod.monitors.harness.spread.joining import joined as with_parameter_spread
 from tierod.monitors.harness.spread.opening import Uncertain
 from tierod.monitors.harness.spread.parameter_spread import ParameterSpread
@@ -228,6 +228,8 @@ class Run:
         traces = self.session.absorb(usable)
         if self._spread is not None:
             traces = self._spread.absorb(usable, traces)
+        if isinstance(self.session, BlockSession):
+            self.session.observe(traces)
         shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **traces}
         if self.feed:
             self.feed.add(aligned, self.monitor.rate)

@@ -148,6 +148,9 @@ class BlockSession(ABC):
             if not self.course or self.course[-1].status is not status:
                 self.course.append(StatusChange(float(time[at]), status))
 
+    def observe(self, traces: Mapping[str, np.ndarray]) -> None:  # noqa: B027  # most need no more than their own band
+        """The traces of the last piece as they are shown: their bands hold the spread of the parameters."""
+
     @abstractmethod
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Keep the part of one piece that the conclusion needs: time [s], signals by name, outputs, (n,) each."""
@@ -222,6 +225,7 @@ class Monitor:
         source: paper
         required: canonical signals without which it cannot run
         optional: signals that make it better
+        rests_on: those of them on which the result rests where they are there: a defect of one makes it suspect
         rate: of the grid it runs on [Hz]
         minimum_rate: slowest channel that it accepts [Hz]
         maximum_age: a sample older than this is missing [s]
@@ -251,6 +255,7 @@ class Monitor:
     condition: str = ""
     slower: tuple[float, ...] = ()
     learns: bool = False
+    rests_on: tuple[str, ...] = ()
     subjects: tuple[str, ...] = ()
     reaction: Annotated[float, "s"] = 10.0
 

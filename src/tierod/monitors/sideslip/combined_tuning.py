@@ -216,7 +216,8 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
     front, rear = usual.log_front_stiffness, usual.log_rear_stiffness
     angle, acceleration, yaw = usual.road_wheel_angle_offset, usual.lateral_acceleration_bias, usual.yaw_rate_bias
     if BY_WIRE not in vehicle:
-        front, rear = (_tyres(vehicle, axle) for axle in ("front", "rear"))
+        if given.stiffness_wander != 0.0:  # else nothing follows it, and the spread has to move it
+            front, rear = (_tyres(vehicle, axle) for axle in ("front", "rear"))
         angle = angle or THROUGH_A_COLUMN
         if given.lateral_acceleration_wander is None:
             acceleration, yaw = acceleration or LATERAL_ACCELERATION, yaw or YAW_RATE

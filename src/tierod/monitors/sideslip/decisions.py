@@ -87,7 +87,34 @@ BAND_DECISION = Decision(
     below=True,
 )
 
-DECISIONS = (OFFSET_DECISION, MISFIT_DECISION, BAND_DECISION)
+SIGNALS_DECISION = Decision(
+    name="signals contradict each other or the vehicle file",
+    distance="squared deviations in standard deviations that one wrong scale or zero explains",
+    rule=OwnRule(
+        "above 10, and a scale that is wrong by 8 % or more", {"tolerances.decides": 10.0, "tolerances.least": 0.08}
+    ),
+    place="",
+    mean_time_between_false_alarms=None,
+    demonstrated=Demonstrated(24.0),
+    source="virtual cars with brochure values and real cars with their own files",
+    unit="recording",
+    levels=(10.0,),
+)
+
+FILE_DECISION = Decision(
+    name="vehicle file of another car",
+    distance="squared deviations in standard deviations that wheelbase, understeer, place of the accelerometer and "
+    "track explain",
+    rule=OwnRule("above 16", {"tolerances.file_decides": 16.0}),
+    place="",
+    mean_time_between_false_alarms=None,
+    demonstrated=Demonstrated(24.0),
+    source="virtual cars with brochure values and real cars with their own files",
+    unit="recording",
+    levels=(16.0,),
+)
+
+DECISIONS = (OFFSET_DECISION, MISFIT_DECISION, BAND_DECISION, SIGNALS_DECISION, FILE_DECISION)
 """Of every variant."""
 
 COMBINED_DECISIONS = (

@@ -117,6 +117,7 @@ SIDESLIP = Monitor(
     source=PAPER,
     required=("vehicle_speed", "yaw_rate"),
     optional=(*JUDGED, *TRUTHS),
+    rests_on=("road_wheel_angle", "steering_wheel_angle", "lateral_acceleration"),
     rate=100.0,
     minimum_rate=20.0,
     maximum_age=0.1,

@@ -12,6 +12,8 @@ from tierod.core.graph import Result
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.harness.related_signals import odd_ones_out
 from tierod.monitors.sideslip.motion_over_drive import MotionOverDrive
+from tierod.monitors.sideslip.observables import ObservablesOverDrive
+from tierod.monitors.sideslip.own_motion import OwnMotionOverDrive
 from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
 
 TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
@@ -48,6 +50,7 @@ class SideslipDrive:
     def __init__(self, parameters: SingleTrack.Parameters, ratio: float, rate: float):
         self.figures, self.signs = EstimateFigures(), SignsOverDrive()
         self.sensors, self.motion = SensorsOverDrive(parameters, rate), MotionOverDrive(parameters, rate)
+        self.observables, self.own_motion = ObservablesOverDrive(rate), OwnMotionOverDrive(rate)
         self.rate, self._ratio = rate, ratio
 
     @property
@@ -65,6 +68,8 @@ class SideslipDrive:
         self.figures.add(running, result, truth_in(signals), speed, angle, torque)
         self.sensors.add(speed, yaw_rate, lateral, angle)
         self.motion.add(speed, yaw_rate, lateral, along, angle)
+        self.observables.add(signals, angle)
+        self.own_motion.add(speed, yaw_rate, lateral, np.where(running, result["statement.magnitude"], np.nan))
         self.signs.add(speed, dict(zip(TOGETHER, (angle, yaw_rate, lateral, torque), strict=True)))
 
     def evidence(self) -> dict[str, float]:

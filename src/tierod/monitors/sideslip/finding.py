@@ -8,11 +8,15 @@ from dataclasses import replace
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.methods.detectors import Detector
 from tierod.methods.detectors.rule_design import alarms_at
+from tierod.monitors.sideslip.consistency import FILE_WEIGHT as FILE
+from tierod.monitors.sideslip.consistency import SIGNALS_WEIGHT as SIGNALS
 from tierod.monitors.sideslip.decisions import (
     BAND_DECISION,
+    FILE_DECISION,
     LEAST_COVERAGE,
     MISFIT_DECISION,
     OFFSET_DECISION,
+    SIGNALS_DECISION,
     USUAL_MISFIT,
     USUAL_OFFSET,
 )
@@ -101,6 +105,17 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
     return replace(found, confirmed=figures.compared >= LEAST_COMPARED * drive.rate)
 
 
+def confirmed(finding: Finding, drive: SideslipDrive) -> bool:
+    """Whether the band holds a recorded truth.
+
+    Args:
+        finding: as `judge` gives it
+        drive: what was collected
+    """
+    share = finding.evidence.get("truth_within_band_share", 0.0)
+    return share >= LEAST_COVERAGE and drive.figures.compared >= LEAST_COMPARED * drive.rate
+
+
 def _beside_truth(finding: Finding, seconds: float) -> Finding:
     """The finding, suspect where the band does not hold a recorded truth."""
     share = finding.evidence.get("truth_within_band_share", 1.0)
@@ -165,6 +180,7 @@ def distances(finding: Finding) -> dict[str, float]:
         found[OFFSET_DECISION.name] = evidence[OFFSET] / USUAL_OFFSET
     if "truth_within_band_share" in evidence:
         found[BAND_DECISION.name] = evidence["truth_within_band_share"]
+    found |= {SIGNALS_DECISION.name: evidence[SIGNALS], FILE_DECISION.name: evidence[FILE]}
     return found
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from tierod.core.block import Block
-from tierod.core.findings import Finding, Status
+from tierod.core.findings import Defect, Finding, Status
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
 from tierod.core.statement import code_of
@@ -17,10 +17,13 @@ from tierod.models.single_track import SingleTrack
 from tierod.monitors.harness.session import BlockSession, Conclusion
 from tierod.monitors.sideslip.combined import CombinedSideslip
 from tierod.monitors.sideslip.combined_identifiability import WORDS, identifiability
+from tierod.monitors.sideslip.consistency import Consistency, Wrong, consistency_of
 from tierod.monitors.sideslip.decisions import LEAST_COVERAGE, MOST_RESTARTS, misfit_rule
 from tierod.monitors.sideslip.drive import TRUTHS, SideslipDrive, truth_in
-from tierod.monitors.sideslip.finding import OFFSET, distances, judge, obstacle, withheld
+from tierod.monitors.sideslip.expected import Tolerances
+from tierod.monitors.sideslip.finding import OFFSET, confirmed, distances, judge, obstacle, withheld
 from tierod.monitors.sideslip.monitor import SideslipMonitor
+from tierod.monitors.sideslip.observables import WHEELS
 from tierod.vehicles import Vehicle
 
 JUDGED = (
@@ -30,6 +33,7 @@ JUDGED = (
     "longitudinal_acceleration",
     "motor_torque",
     "motor_current",
+    *WHEELS,
 )
 """Signals that the session looks at beside the estimator."""
 
@@ -71,8 +75,8 @@ class SideslipSession(BlockSession):
         self.signals = tuple(dict.fromkeys((*self.signals, *JUDGED, *TRUTHS)))
         self.name, self._needs_torque, self._torque_known = name, needs_torque, block.actuator is not None
         self.drive = SideslipDrive(vehicle.parameters_for(SingleTrack.Parameters), block.ratio.steering_ratio, rate)
-        self._consistency = ConsistencyAccumulator()
-        self.misfit_rule, self.least_coverage = misfit_rule(), LEAST_COVERAGE
+        self._consistency, self._vehicle = ConsistencyAccumulator(), vehicle
+        self.misfit_rule, self.least_coverage, self.tolerances = misfit_rule(), LEAST_COVERAGE, Tolerances()
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
@@ -93,7 +97,10 @@ class SideslipSession(BlockSession):
         if reason := obstacle(self.drive, self._needs_torque, self._torque_known):
             return Conclusion(withheld(self.drive, self.name, reason), withheld=tuple(self.traces))
         found = self._consistency.result()
+        consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances)
         finding = judge(self.drive, self.name, self.misfit_rule, found.nis)
+        finding = replace(finding, evidence={**finding.evidence, **consistency.evidence(), **self._share()})
+        defects, hidden = self._contradicting(consistency, finding)
         figures = {
             "enabled_samples": float(found.samples),
             "nis_mean": found.nis,
@@ -101,7 +108,33 @@ class SideslipSession(BlockSession):
             "nis_band_high": found.nis_band[1],
             "nis_outside_95_share": found.outside,
         }
-        return Conclusion(finding, consistency=figures, withheld=TRUTHS[1:], distances=distances(finding))
+        return Conclusion(
+            finding,
+            consistency=figures,
+            withheld=(*TRUTHS[1:], *hidden),
+            distances=distances(finding),
+            defects=defects,
+        )
+
+    def _contradicting(self, consistency: Consistency, finding: Finding) -> tuple[tuple[Defect, ...], tuple[str, ...]]:
+        """What contradicts what, and the traces that are withheld for it; a recorded truth in the band excuses it."""
+        wrong, motion = consistency.wrong(), self.drive.own_motion.wrong()
+        if motion is not None and wrong is None:
+            wrong = Wrong((), motion)
+        if wrong is None:
+            return (), ()
+        withholds = wrong.decisive and not confirmed(finding, self.drive)
+        return (Defect(wrong.names, wrong.sentence, withholds),), tuple(self.traces) if withholds else ()
+
+    def _share(self) -> dict[str, float]:
+        found = self.drive.own_motion.share()
+        return (
+            {} if found is None else {"estimated_motion_share": found[0], "estimated_motion_share_deviation": found[1]}
+        )
+
+    def observe(self, traces: Mapping[str, np.ndarray]) -> None:
+        """The traces of the last piece with the spread of the parameters."""
+        self.drive.own_motion.deviations(traces["sideslip_angle_standard_deviation"])
 
 
 class CombinedSession(SideslipSession):

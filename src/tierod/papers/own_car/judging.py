@@ -212,7 +212,8 @@ def over(monitor: str, vehicle: Vehicle, recording: Recording, uncertain: bool) 
     process = Run(definition.suited_to(whole), variant, vehicle, kept=kept, uncertain=uncertain)
     process.add(recording)
     diagnosis = process.finish()
-    units = {name: trace.unit for name, trace in diagnosis.traces.items()}
+    # What a report withholds is scored as well.
+    units = {**process.session.traces, **{name: trace.unit for name, trace in diagnosis.traces.items()}}
     return Over(diagnosis, kept.recording(units, monitor))
 
 

@@ -1,0 +1,234 @@
+"""Whether signals and vehicle file describe one car, and which signal or parameter disagrees by how much.
+
+Generalised likelihood ratio over what a drive shows (`observables`): the deviations from what the file gives are
+explained by one wrong scale of a signal, one wrong zero, or a file that is of another car.
+Source: M. Basseville, I. Nikiforov, Detection of Abrupt Changes (1993), section 7.2.4, for a linear Gaussian model.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from tierod.monitors.sideslip.expected import Expected, Tolerances, expected
+from tierod.monitors.sideslip.observables import WHEELS, Observables, ObservablesOverDrive
+from tierod.vehicles.vehicle import Vehicle
+
+SIGNALS_WEIGHT, FILE_WEIGHT = "contradicting_signals_chi_square", "contradicting_file_chi_square"
+"""Figures of the evidence."""
+
+FILE = ("wheelbase", "understeer", "sensor_place", "track")
+"""Observables that rest on the vehicle file."""
+
+WORDS = {
+    "wheelbase": "wheelbase for the file's steering_ratio",
+    "understeer": "understeer gradient",
+    "sensor_place": "distance of the accelerometer from the rear axle",
+    "track": "track of the rear wheels",
+}
+UNITS = {"wheelbase": "m", "understeer": "mrad·s²/m", "sensor_place": "m", "track": "m"}
+DECIMALS = {"wheelbase": 2, "understeer": 1, "sensor_place": 1, "track": 2}
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """One thing that may be wrong.
+
+    Args:
+        name: of the signal or the parameters
+        weight: squared deviations that it takes away
+        size: natural logarithm of its scale; in rad for a zero
+        deviation: of that
+        zero: whether it is a zero
+    """
+
+    name: str
+    weight: float
+    size: float
+    deviation: float
+    zero: bool = False
+
+    def __str__(self) -> str:
+        if self.zero:
+            degrees = math.degrees(self.size), math.degrees(self.deviation)
+            return f"zero of {self.name}: road wheels straight at {degrees[0]:+.2f} ± {degrees[1]:.2f} degrees"
+        return f"{self.name} ({math.exp(self.size):.2f} ± {math.exp(self.size) * self.deviation:.2f} times right)"
+
+
+@dataclass(frozen=True)
+class Consistency:
+    """Deviations of a drive from its vehicle file, and what explains them.
+
+    Args:
+        shown: by the drive
+        noise: covariance of that
+        expected: by the file
+        limits: from when on something is wrong
+    """
+
+    shown: Observables
+    noise: np.ndarray
+    expected: Expected
+    limits: Tolerances
+
+    @cached_property
+    def _known(self) -> np.ndarray:
+        return np.asarray(np.isfinite(np.array(self.shown)))
+
+    @cached_property
+    def _off(self) -> np.ndarray:
+        return np.asarray((np.array(self.shown) - np.array(self.expected.values))[self._known])
+
+    @cached_property
+    def _weights(self) -> np.ndarray:
+        """Inverse of the covariance of the deviations."""
+        at = np.flatnonzero(self._known)
+        own = self.noise[np.ix_(at, at)] + np.diag(np.array(self.expected.deviations)[at] ** 2)
+        return np.asarray(np.linalg.inv(own))
+
+    def deviations(self) -> dict[str, float]:
+        """Of every quantity that the drive shows, in standard deviations."""
+        names = [name for name, known in zip(self.shown._fields, self._known, strict=True) if known]
+        sizes = np.sqrt(np.diag(np.linalg.inv(self._weights))) if len(names) else []
+        return {name: float(off / size) for name, off, size in zip(names, self._off, sizes, strict=True)}
+
+    def explanations(self) -> tuple[Explanation, ...]:
+        """Every single explanation, the most likely first."""
+        shown = self.shown._asdict()
+        wheelbase, understeer = (_or(shown[name], 0.0) for name in ("wheelbase", "understeer"))
+        place = _or(shown["sensor_place"], 0.0)
+        steering = {"wheelbase": wheelbase, "understeer": understeer}
+        effects: dict[str, Mapping[str, float]] = {
+            "yaw_rate": {
+                "turn": -1.0,
+                "wheelbase": -wheelbase,
+                "understeer": -understeer,
+                "sensor_place": -place,
+                "track": -_or(shown["track"], 0.0),
+            },
+            "vehicle_speed": {
+                "turn": -1.0,
+                "wheelbase": wheelbase,
+                "understeer": -understeer,
+                "wheel": 1.0,
+                "gain": 1.0,
+            },
+            "lateral_acceleration": {"turn": 1.0, "sensor_place": place},
+            "longitudinal_acceleration": {"gain": -1.0},
+            "steering_wheel_angle or steering_ratio or wheelbase": steering,
+            "the wheel speeds": {"wheel": -1.0, "track": _or(shown["track"], 0.0)},
+            "track_width": {"track": _or(shown["track"], 0.0)},
+        }
+        found = [self._explained(name, effect) for name, effect in effects.items()]
+        found.append(self._explained("the steering angle", {"steering_zero": 1.0}, zero=True))
+        return tuple(sorted(found, key=lambda each: -each.weight))
+
+    def _explained(self, name: str, effect: Mapping[str, float], zero: bool = False) -> Explanation:
+        along = np.array([effect.get(each, 0.0) for each in self.shown._fields])[self._known]
+        information = float(along @ self._weights @ along)
+        if not information > 0.0:
+            return Explanation(name, 0.0, 0.0, math.inf, zero)
+        size = float(along @ self._weights @ self._off) / information
+        return Explanation(name, size * size * information, size, information**-0.5, zero)
+
+    def file_weight(self) -> float:
+        """Squared deviations that a vehicle file of another car takes away."""
+        names = [name for name, known in zip(self.shown._fields, self._known, strict=True) if known]
+        along = np.array([[float(name == each) for name in names] for each in FILE if each in names])
+        if not len(along):
+            return 0.0
+        information = along @ self._weights @ along.T
+        right = along @ self._weights @ self._off
+        return float(right @ np.linalg.solve(information, right))
+
+    def evidence(self) -> dict[str, float]:
+        """Squared deviations that the best single explanation and another vehicle file take away, and what was seen."""
+        shown = {f"shown_{name}": value for name, value in self.shown._asdict().items() if math.isfinite(value)}
+        return {SIGNALS_WEIGHT: self.explanations()[0].weight, FILE_WEIGHT: self.file_weight(), **shown}
+
+    def wrong(self) -> Wrong | None:
+        """What is wrong; None where all fits."""
+        limits = self.limits
+        best, *others = self.explanations()
+        of_file = self.file_weight()
+        single = best.weight > limits.decides and (best.zero or abs(best.size) > limits.least)
+        if of_file > limits.file_decides and of_file > best.weight + 2.0 * limits.alike:
+            other = f"; or {best}" if single else ""
+            return Wrong((), f"{self._of_file()}{other}")
+        if not single:
+            return None
+        alike = [each for each in others if each.weight > best.weight - limits.alike and abs(each.size) > limits.least]
+        named = (best, *(each for each in alike if not each.zero))
+        names = tuple(name for each in named for name in _signals(each.name))
+        sentence = " or ".join(str(each) for each in named)
+        return Wrong(names, f"signals and vehicle file contradict each other: {sentence}")
+
+    def _of_file(self) -> str:
+        """The quantities that are most off."""
+        off = {name: each for name, each in self.deviations().items() if name in FILE}
+        named = sorted(off, key=lambda name: -abs(off[name]))
+        named = [name for name in named if abs(off[name]) > 1.5][:3] or named[:1]
+        return f"the vehicle file does not fit this car: {'; '.join(self._beside(name) for name in named)}"
+
+    def _beside(self, name: str) -> str:
+        factor = 1e3 if name == "understeer" else 1.0
+        seen, given = (factor * getattr(each, name) for each in (self.shown, self.expected.values))
+        digits = DECIMALS[name]
+        late = (given - seen) / USUAL_SLOW_SPEED
+        if name == "sensor_place" and abs(late) > LATE:
+            one, other = ("lateral_acceleration", "yaw_rate") if late > 0.0 else ("yaw_rate", "lateral_acceleration")
+            return f"{self._seen(name, seen, given, digits)}, or {one} is {abs(late):.2f} s late against {other}"
+        return self._seen(name, seen, given, digits, factor)
+
+    def _seen(self, name: str, seen: float, given: float, digits: int, factor: float = 1.0) -> str:
+        own = self.expected.deviations
+        return (
+            f"{WORDS[name]} {seen:.{digits}f} {UNITS[name]} in the drive, {given:.{digits}f} ± "
+            f"{factor * getattr(own, name):.{digits}f} expected"
+        )
+
+
+class Wrong(NamedTuple):
+    """What disagrees: signals, empty where it is the vehicle file alone, and a sentence."""
+
+    names: tuple[str, ...]
+    sentence: str
+
+    @property
+    def decisive(self) -> bool:
+        """Whether the sideslip rests on it."""
+        return not self.names or any(name not in UNUSED for name in self.names)
+
+
+USUAL_SLOW_SPEED, LATE = 6.5, 0.1
+"""Speed at which the place of the accelerometer is seen [m/s], and a delay that may stand for it [s]."""
+
+UNUSED = ("longitudinal_acceleration", "track_width", *WHEELS)
+"""What hardly moves the sideslip."""
+
+
+def _signals(name: str) -> tuple[str, ...]:
+    if name == "the wheel speeds":
+        return WHEELS
+    return ("steering_wheel_angle",) if name.startswith(("steering", "the steering")) else (name,)
+
+
+def _or(value: float, other: float) -> float:
+    return value if math.isfinite(value) else other
+
+
+def consistency_of(drive: ObservablesOverDrive, vehicle: Vehicle, limits: Tolerances) -> Consistency:
+    """Of a drive with a vehicle file.
+
+    Args:
+        drive: what was collected
+        vehicle: as which it is judged
+        limits: from when on something is wrong
+    """
+    shown, noise = drive.found()
+    return Consistency(shown, noise, expected(vehicle, limits), limits)

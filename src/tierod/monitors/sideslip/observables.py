@@ -1,0 +1,152 @@
+"""What a drive shows of its signals and of the car without a model of the tyres: scales, distances, zeros."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from tierod.monitors.sideslip.relations import BLOCK, Relation, RelationOverDrive
+
+WHEELS = tuple(f"wheel_speed_{end}_{side}" for end in ("rear", "front") for side in ("left", "right"))
+"""Rear wheels first: they roll along the car."""
+
+
+class Observables(NamedTuple):
+    """Quantities that a drive shows, each NaN where it does not.
+
+    Args:
+        turn: logarithm of lateral acceleration over speed times yaw rate []
+        wheelbase: of steering angle, speed and yaw rate [m]
+        understeer: further steering angle per lateral acceleration [rad*s**2/m]
+        steering_zero: steering angle of the road wheels straight ahead [rad]
+        sensor_place: of the accelerometer ahead of the point of the car that does not slip at low speed, the rear axle
+            [m]
+        track: of the difference of the rear wheel speeds over the yaw rate [m]
+        wheel: logarithm of the speed over the mean of the wheel speeds []
+        gain: logarithm of the speed gained over what the longitudinal acceleration gives []
+    """
+
+    turn: float = math.nan
+    wheelbase: float = math.nan
+    understeer: float = math.nan
+    steering_zero: float = math.nan
+    sensor_place: float = math.nan
+    track: float = math.nan
+    wheel: float = math.nan
+    gain: float = math.nan
+
+
+@dataclass(frozen=True)
+class ObservableLimits:
+    """Where the relations hold.
+
+    Args:
+        slowest: speed below which the motion says little
+        slow: speed up to which the tyres of a turning car hardly slip, so that the rear axle follows its wheels
+        linear: speed times yaw rate up to which tyres are linear
+        gentle: change of the speed up to which wheels hardly slip
+        together: correlation of longitudinal acceleration and change of speed from which their ratio is taken
+        turning: root mean square of speed times yaw rate from which turns show anything
+    """
+
+    slowest: Annotated[float, "m/s"] = 3.0
+    slow: Annotated[float, "m/s"] = 10.0
+    linear: Annotated[float, "m/s**2"] = 4.0
+    gentle: Annotated[float, "m/s**2"] = 3.0
+    together: Annotated[float, ""] = 0.85
+    turning: Annotated[float, "m/s**2"] = 0.3
+
+
+class ObservablesOverDrive:
+    """Regressions over half seconds of a drive, whatever pieces it comes in.
+
+    Args:
+        rate: of the samples [Hz]
+        limits: where the relations hold
+    """
+
+    def __init__(self, rate: float, limits: ObservableLimits | None = None):
+        self._limits = limits or ObservableLimits()
+        self._size, self._step = max(round(BLOCK * rate), 2), 1.0 / rate
+        self._rest = np.empty((0, 5 + len(WHEELS)))
+        self._turn, self._slow = RelationOverDrive(2), RelationOverDrive(3)
+        self._steer, self._track = RelationOverDrive(3), RelationOverDrive(2)
+        self._wheel, self._gain, self._gained = RelationOverDrive(1), RelationOverDrive(2), RelationOverDrive(2)
+
+    def add(self, signals: Mapping[str, np.ndarray], angle: np.ndarray) -> None:
+        """The next piece, (n,) each; NaN where missing.
+
+        Args:
+            signals: by name
+            angle: of the road wheels [rad]
+        """
+        names = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "longitudinal_acceleration")
+        missing = np.full(len(angle), np.nan)
+        wheels = (signals.get(name, missing) for name in WHEELS)
+        rows = np.vstack(
+            [self._rest, np.column_stack([*(signals[name] for name in names), angle, *wheels])],
+        )
+        # A change takes the sample behind its block; that waits for the next piece.
+        count = max(len(rows) - 1, 0) // self._size
+        self._rest = rows[count * self._size :]
+        if not count:
+            return
+        blocks = rows[: count * self._size].reshape(count, self._size, -1)
+        changes = (rows[self._size :: self._size][:count] - rows[: count * self._size : self._size]) / (
+            self._size * self._step
+        )
+        self._relate(blocks, changes[:, 0], changes[:, 1])
+
+    def _relate(self, blocks: np.ndarray, gained: np.ndarray, turning: np.ndarray) -> None:
+        limits, one = self._limits, np.ones(len(blocks))
+        speed, yaw, lateral, along, angle, *wheels = blocks.mean(axis=1).T
+        across = (blocks[:, :, 0] * blocks[:, :, 1]).mean(axis=1)
+        rolling = speed > limits.slowest
+        linear = rolling & (np.abs(across) < limits.linear)
+        self._turn.add((across, one), lateral, rolling)
+        self._slow.add((across, turning, one), lateral, linear & (speed < limits.slow))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self._steer.add((yaw / speed, across, one), angle, linear)
+        rear_left, rear_right, front_left, front_right = wheels
+        self._track.add((yaw, speed), rear_right - rear_left, linear)
+        mean = 0.5 * (rear_left + rear_right)
+        mean = np.where(np.isfinite(mean), mean, 0.5 * (front_left + front_right))
+        self._wheel.add((mean,), speed, rolling)
+        gentle = rolling & (np.abs(gained) < limits.gentle) & (np.abs(along) < limits.gentle)
+        self._gain.add((along, one), gained, gentle)
+        self._gained.add((gained, one), along, gentle)
+
+    def found(self) -> tuple[Observables, np.ndarray]:
+        """The quantities, and the covariance that the noise of the drive gives them."""
+        names = Observables._fields
+        values, covariance = dict.fromkeys(names, math.nan), np.zeros((len(names),) * 2)
+
+        def keep(relation: Relation | None, places: Mapping[str, int], logarithm: bool = False) -> None:
+            if relation is None or (logarithm and not relation.values[0] > 0.0):
+                return
+            at = [names.index(name) for name in places]
+            own = list(places.values())
+            scale = 1.0 / relation.values[own] if logarithm else np.ones(len(own))
+            values.update(
+                (n, math.log(relation.values[i]) if logarithm else float(relation.values[i])) for n, i in places.items()
+            )
+            covariance[np.ix_(at, at)] = relation.covariance[np.ix_(own, own)] * np.outer(scale, scale)
+
+        keep(self._turn.found(), {"turn": 0}, logarithm=True)
+        keep(self._steer.found(), {"wheelbase": 0, "understeer": 1, "steering_zero": 2})
+        keep(self._slow.found(), {"sensor_place": 1})
+        keep(self._track.found(), {"track": 0})
+        keep(self._wheel.found(), {"wheel": 0}, logarithm=True)
+        gain, gained = self._gain.found(), self._gained.found()
+        if gain is not None and gained is not None:
+            # Noise of either signal makes the ratio to the other too small: the mean of both is free of it.
+            one, other = float(gain.values[0]), float(gained.values[0])
+            if one > 0.0 and one * other > self._limits.together**2:
+                values["gain"] = 0.5 * math.log(one / other)
+                at = names.index("gain")
+                covariance[at, at] = 0.5 * (gain.covariance[0, 0] / one**2 + gained.covariance[0, 0] / other**2)
+        return Observables(**values), covariance

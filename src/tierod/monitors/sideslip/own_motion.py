@@ -1,0 +1,101 @@
+"""Whether the estimated sideslip changes as lateral acceleration, yaw rate and speed say: a check without a truth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from tierod.monitors.sideslip.relations import BLOCK, RelationOverDrive
+
+
+@dataclass(frozen=True)
+class OwnMotionLimits:
+    """When the estimate contradicts the motion.
+
+    Args:
+        slowest: speed below which lateral acceleration says little
+        share: by which the share may be off 1: roll, place and delay of the accelerometer make 0.37
+        certain: standard deviations of the share beyond that
+        bands: the error that follows over the standard deviation of the estimate: a 95 % band must hold it
+        least: that error below which nothing is said
+    """
+
+    slowest: Annotated[float, "m/s"] = 3.0
+    share: Annotated[float, ""] = 0.4
+    certain: Annotated[float, ""] = 3.0
+    bands: Annotated[float, ""] = 1.96
+    least: Annotated[float, "rad"] = math.radians(0.2)
+
+
+class OwnMotionOverDrive:
+    """Share of the estimated changes of the lateral speed in a - v r, whatever pieces the drive comes in.
+
+    In a = v r + vy' the measured a, v and r leave vy', which a wrong stiffness, mass or distance does not move. A
+    place of the accelerometer ahead of the centre of gravity goes into the change of the yaw rate, bank and zeros into
+    the constant. A share of one half says that the estimate changes twice as much as the car does.
+
+    Args:
+        rate: of the samples [Hz]
+        limits: when the estimate contradicts the motion
+    """
+
+    def __init__(self, rate: float, limits: OwnMotionLimits | None = None):
+        self.limits = limits or OwnMotionLimits()
+        self._size, self._step = max(round(BLOCK * rate), 2), 1.0 / rate
+        self._rest = np.empty((0, 4))
+        self._relation = RelationOverDrive(4)
+        self._angles, self._variance = np.zeros(3), np.zeros(2)
+
+    def add(self, speed: np.ndarray, yaw_rate: np.ndarray, lateral: np.ndarray, sideslip: np.ndarray) -> None:
+        """The next piece, (n,) each; NaN where missing.
+
+        Args:
+            speed: [m/s]
+            yaw_rate: [rad/s]
+            lateral: acceleration [m/s**2]
+            sideslip: estimated [rad]
+        """
+        known = np.isfinite(sideslip) & (speed > self.limits.slowest)
+        self._angles += (known.sum(), sideslip[known].sum(), sideslip[known] @ sideslip[known])
+        rows = np.vstack([self._rest, np.column_stack([speed, yaw_rate, lateral, speed * np.tan(sideslip)])])
+        # A change takes the sample behind its block; that waits for the next piece.
+        count = max(len(rows) - 1, 0) // self._size
+        self._rest = rows[count * self._size :]
+        if not count:
+            return
+        blocks = rows[: count * self._size].reshape(count, self._size, 4)
+        changes = rows[self._size :: self._size][:count] - rows[: count * self._size : self._size]
+        _, turning, _, across = (changes / (self._size * self._step)).T
+        turn = (blocks[:, :, 0] * blocks[:, :, 1]).mean(axis=1)
+        mean = blocks.mean(axis=1)
+        self._relation.add((across, turn, turning, np.ones(count)), mean[:, 2], mean[:, 0] > self.limits.slowest)
+
+    def deviations(self, deviation: np.ndarray) -> None:
+        """Standard deviations of the estimate [rad], (n,), with the spread of the parameters; NaN where it is held."""
+        known = deviation[np.isfinite(deviation)]
+        self._variance += (len(known), known @ known)
+
+    def share(self) -> tuple[float, float] | None:
+        """Share and its standard deviation; None where the drive does not show it."""
+        relation = self._relation.found()
+        return None if relation is None else (float(relation.values[0]), math.sqrt(relation.covariance[0, 0]))
+
+    def wrong(self) -> str | None:
+        """What is wrong with the estimate; None where it changes as the car does, or within its band."""
+        limits, found = self.limits, self.share()
+        count, total, squares = self._angles
+        if found is None or not (count and self._variance[0]):
+            return None
+        off = abs(found[0] - 1.0)
+        error = off * math.sqrt(max(squares / count - (total / count) ** 2, 0.0))
+        band = math.sqrt(self._variance[1] / self._variance[0])
+        if off < limits.share + limits.certain * found[1] or error < max(limits.least, limits.bands * band):
+            return None
+        return (
+            f"lateral acceleration, yaw rate and speed show {found[0]:.2f} ± {found[1]:.2f} of the changes of lateral "
+            "speed that are estimated: stiffness, mass or distances of the vehicle file do not fit, or one of these "
+            "signals is wrong"
+        )

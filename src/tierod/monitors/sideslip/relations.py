@@ -1,0 +1,96 @@
+"""Regressions between the signals of a drive, with covariances that hold for residuals that last."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+BLOCK: Annotated[float, "s"] = 0.5
+"""Time that is averaged: long against the delays of sensors, short against a turn."""
+
+STRETCH = 4
+"""Blocks of a stretch at first, 2 s; twice as many whenever `MOST` stretches are full."""
+
+MOST = 64
+"""Stretches that are kept: a covariance needs some twenty, and a long drive must not fill the memory."""
+
+FEWEST_BLOCKS, FEWEST_STRETCHES = 15, 6
+"""From which a regression is tried: 7.5 s, in six parts that are taken for independent."""
+
+CONDITION = 1e4
+"""Greatest condition number of the equations: beyond it the drive does not separate the coefficients."""
+
+
+class Relation(NamedTuple):
+    """Coefficients of a regression and their covariance."""
+
+    values: np.ndarray
+    covariance: np.ndarray
+
+
+class RelationOverDrive:
+    """One regression over a drive: products of regressors and target, stretch by stretch.
+
+    The result does not depend on how the recording is cut.
+
+    Args:
+        coefficients: how many there are
+    """
+
+    def __init__(self, coefficients: int):
+        self._sums = np.zeros((MOST, coefficients + 1, coefficients + 1))
+        self._counts = np.zeros(MOST)
+        self._blocks, self._length = 0, STRETCH
+
+    def add(self, regressors: Sequence[np.ndarray], target: np.ndarray, counted: np.ndarray) -> None:
+        """The next blocks, (n,) each.
+
+        Args:
+            regressors: one array per coefficient; NaN where missing
+            target: NaN where missing
+            counted: blocks that may count
+        """
+        rows = np.column_stack([*regressors, target])
+        used = counted & np.isfinite(rows).all(axis=1)
+        rows = np.where(used[:, None], rows, 0.0)
+        while len(rows):
+            room = MOST * self._length - self._blocks
+            at = (self._blocks + np.arange(min(len(rows), room))) // self._length
+            part = rows[: len(at)]
+            np.add.at(self._sums, at, part[:, :, None] * part[:, None, :])
+            np.add.at(self._counts, at, used[: len(at)])
+            self._blocks += len(at)
+            rows, used = rows[len(at) :], used[len(at) :]
+            if self._blocks == MOST * self._length:
+                self._join()
+
+    def _join(self) -> None:
+        """Two stretches become one."""
+        for kept in (self._sums, self._counts):
+            half = kept[0::2] + kept[1::2]
+            kept[:] = 0.0
+            kept[: MOST // 2] = half
+        self._length *= 2
+
+    def found(self) -> Relation | None:
+        """What the drive says; None with too little of it, or with too little motion to separate the coefficients.
+
+        Covariance of a sum of scores that are independent from stretch to stretch only: P. J. Huber, Fifth Berkeley
+        Symposium 1 (1967) 221; K.-Y. Liang, S. L. Zeger, Biometrika 73 (1986) 13.
+        """
+        used = self._counts > 0.0
+        total = self._sums.sum(axis=0)
+        normal, right = total[:-1, :-1], total[:-1, -1]
+        size = np.sqrt(np.diag(normal))
+        stretches = int(used.sum())
+        if self._counts.sum() < FEWEST_BLOCKS or stretches < FEWEST_STRETCHES or not np.all(size > 0.0):
+            return None
+        if np.linalg.cond(normal / np.outer(size, size)) > CONDITION:
+            return None
+        inverse = np.linalg.inv(normal)
+        values = inverse @ right
+        scores = self._sums[used][:, :-1, -1] - self._sums[used][:, :-1, :-1] @ values
+        few = stretches / max(stretches - len(values), 1)
+        return Relation(values, few * inverse @ (scores.T @ scores) @ inverse)

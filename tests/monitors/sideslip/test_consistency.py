@@ -1,0 +1,115 @@
+"""Which signal or parameter disagrees with the others, and by how much, on a made-up drive without tyres' slip."""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tierod.monitors.sideslip.consistency import consistency_of
+from tierod.monitors.sideslip.expected import Tolerances
+from tierod.monitors.sideslip.observables import WHEELS, ObservablesOverDrive
+from tierod.monitors.sideslip.own_motion import OwnMotionOverDrive
+from tierod.papers.own_car.brochure import brochure_car
+from tierod.vehicles import load
+
+RATE = 50.0
+TIME = np.arange(9000) / RATE
+CAR = brochure_car("midsize", "midsize", 1550.0, 2.7)
+
+
+@cache
+def signals():
+    """Turns at 4 to 16 m/s of a car that follows its file, with noise."""
+    speed = 10.0 + 4.0 * np.sin(0.21 * TIME) + 2.0 * np.sin(0.53 * TIME)
+    yaw = (0.2 * np.sin(0.37 * TIME) + 0.15 * np.sin(0.83 * TIME + 1.0)) * 8.0 / speed
+    wheelbase, rear, track = CAR["front_distance"] + CAR["rear_distance"], CAR["rear_distance"], CAR["track_width"]
+    changed = np.gradient(yaw) * RATE
+    noise = np.random.default_rng(1).normal(size=(9, len(TIME)))
+    there = {
+        "vehicle_speed": speed + 0.02 * noise[0],
+        "yaw_rate": yaw + 0.002 * noise[1],
+        "lateral_acceleration": 0.97 * speed * yaw + (rear - 0.2) * changed + 0.05 * noise[2],
+        "longitudinal_acceleration": np.gradient(speed) * RATE + 0.05 * noise[3],
+        "angle": wheelbase * yaw / speed + 0.0035 * speed * yaw + 2e-4 * noise[4],
+    }
+    sides = zip(WHEELS, (-0.5, 0.5, -0.5, 0.5), strict=True)
+    return there | {name: speed + side * track * yaw + 0.03 * noise[5 + at] for at, (name, side) in enumerate(sides)}
+
+
+def over(vehicle=CAR, pieces=1, missing=(), **factors):
+    """The consistency of the drive with a file, some signals scaled."""
+    there = {name: factors.get(name, 1.0) * values for name, values in signals().items()}
+    there |= {name: np.full(len(TIME), math.nan) for name in missing}
+    drive = ObservablesOverDrive(RATE)
+    for at in np.array_split(np.arange(len(TIME)), pieces):
+        piece = {name: values[at] for name, values in there.items()}
+        drive.add(piece, piece.pop("angle"))
+    return consistency_of(drive, vehicle, Tolerances())
+
+
+def test_a_drive_that_fits_its_file_has_nothing_wrong_however_it_is_cut():
+    assert over().wrong() is None
+    assert over(pieces=13).evidence() == pytest.approx(over().evidence(), rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("factor", [0.8, 1.25])
+@pytest.mark.parametrize("name", ["yaw_rate", "vehicle_speed", "lateral_acceleration"])
+def test_a_signal_of_another_scale_is_named_with_it(name, factor):
+    wrong = over(**{name: factor}).wrong()
+    assert wrong is not None
+    assert wrong.decisive
+    assert name in wrong.names
+    best = over(**{name: factor}).explanations()[0]
+    assert best.name == name
+    assert math.exp(best.size) == pytest.approx(factor, rel=0.1)
+
+
+def test_without_wheel_speeds_and_acceleration_along_a_scale_is_still_found():
+    wrong = over(missing=(*WHEELS, "longitudinal_acceleration"), yaw_rate=1.25).wrong()
+    assert wrong is not None
+    assert {"yaw_rate", "lateral_acceleration"} & set(wrong.names)
+
+
+def test_a_zero_of_the_steering_angle_is_named():
+    drive = ObservablesOverDrive(RATE)
+    drive.add(signals(), signals()["angle"] + 0.02)
+    wrong = consistency_of(drive, CAR, Tolerances()).wrong()
+    assert wrong is not None
+    assert wrong.sentence.endswith("degrees")
+    assert "straight at +1.1" in wrong.sentence
+
+
+@pytest.mark.parametrize("name", ["smartload", "revsted-car"])
+def test_the_file_of_another_car_is_named(name):
+    wrong = over(load(name)).wrong()
+    assert wrong is not None
+    assert wrong.decisive
+
+
+def test_a_guess_with_its_spread_contradicts_nothing():
+    guess = replace(CAR.parameters["steering_ratio"], value=1.12 * CAR["steering_ratio"])
+    assert over(replace(CAR, parameters={**CAR.parameters, "steering_ratio": guess})).wrong() is None
+
+
+def test_too_little_driving_says_nothing():
+    drive = ObservablesOverDrive(RATE)
+    short = {name: values[:200] for name, values in signals().items()}
+    drive.add(short, short["angle"])
+    found = consistency_of(drive, load("midsize-eps"), Tolerances())
+    assert found.wrong() is None
+    assert found.file_weight() == 0.0
+
+
+@pytest.mark.parametrize(("factor", "deviation", "said"), [(1.0, 0.2, False), (3.0, 0.2, True), (3.0, 5.0, False)])
+def test_an_estimate_that_moves_more_than_the_car_is_named_unless_its_band_holds_that(factor, deviation, said):
+    there, motion = signals(), OwnMotionOverDrive(RATE)
+    angle = np.radians(2.0 * np.sin(1.1 * TIME))
+    speed, yaw = 20.0 + 0.0 * TIME, there["yaw_rate"]
+    lateral = speed * yaw + np.gradient(speed * np.tan(angle)) * RATE
+    for at in np.array_split(np.arange(len(TIME)), 7):
+        motion.add(speed[at], yaw[at], lateral[at], factor * angle[at])
+        motion.deviations(np.full(len(at), math.radians(deviation)))
+    assert (motion.wrong() is not None) is said
+    assert motion.share()[0] == pytest.approx(1.0 / factor, rel=0.05)
