@@ -46,7 +46,9 @@ def nested(program: Program, operations: Sequence[int], uses: Mapping[int, Set[i
     groups: dict[int, list[int]] = {}
     for index in operations:
         if program.operations[index].name in SELECTIONS:
-            groups.setdefault(_asked(program, index, place).value, []).append(index)
+            condition = _asked(program, index, place).value
+            if not is_presence(program, condition):
+                groups.setdefault(condition, []).append(index)
     found: dict[int, Nested] = {}
     taken: set[int] = set()
     for condition, selections in groups.items():
@@ -61,6 +63,21 @@ def nested(program: Program, operations: Sequence[int], uses: Mapping[int, Set[i
             yield found[index]
         elif index not in taken and not (program.operations[index].name == "not" and uses[index] <= chosen):
             yield index
+
+
+def is_presence(program: Program, index: int) -> bool:
+    """Whether a value is asked for being finite that is no input of the sample.
+
+    Such a value is always there while the monitor holds its inputs, so that no run would reach the branch.
+    """
+    operations = program.operations
+    while operations[index].name == "not":
+        index = operations[index].arguments[0]
+    if operations[index].name != "lt":
+        return False
+    value, limit = (operations[each] for each in operations[index].arguments)
+    endless = limit.name == "constant" and limit.constant == float("inf")
+    return endless and value.name == "fabs" and operations[value.arguments[0]].name != "input"
 
 
 def _branch(

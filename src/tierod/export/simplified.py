@@ -116,6 +116,9 @@ class _Simpler:
         """One of two values: of 1 and 0 the condition itself."""
         condition, first, *rest = arguments
         pair = (self._constant(first), self._constant(rest[0]) if rest else 0.0)
+        inner = self._operation(first)
+        if name == "if" and inner.name == "if" and inner.arguments[0] == condition:
+            return first
         if self._is_truth(condition) and pair in ((1.0, 0.0), (0.0, 1.0)):
             return condition if pair[0] else self._not(condition)
         return self.builder.add(name, arguments)
