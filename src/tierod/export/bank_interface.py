@@ -17,6 +17,7 @@ from tierod.core.graph.trace import Graph
 from tierod.export.described import Described, described
 from tierod.export.interface import Interface
 from tierod.export.members import Member, elements, identifier, members
+from tierod.export.simplified import simplified
 
 
 class _OfBank(Interface):
@@ -163,7 +164,7 @@ class BankInterface(_OfBank):
     @cached_property
     def program(self) -> Program:
         """Program of one step of the judge."""
-        return program(self.bank.judge.function)
+        return simplified(program(self.bank.judge.function), self.initial)
 
     @cached_property
     def initial(self) -> Program:

@@ -10,9 +10,11 @@ from dataclasses import dataclass, replace
 from tierod.core.graph.branches import branches
 from tierod.core.graph.branching_printer import BranchingPrinter
 from tierod.core.graph.line_printer import COMPARE, Places
-from tierod.core.graph.operations import NEXT_STATE, TUNING, Operation, Program
+from tierod.core.graph.operations import NEXT_STATE, OUTPUT, TUNING, Operation, Program
 from tierod.core.graph.trace import Graph
 from tierod.export.clocks import Clock, added, is_own
+from tierod.export.nested import Nested, nested
+from tierod.export.order import soon_taken
 from tierod.export.segments import LONGEST, Layout, Segment, layout
 from tierod.export.spelling import Spelling
 
@@ -73,10 +75,29 @@ class CutPrinter(BranchingPrinter):
             # What is worked out once, of constants alone too, is worked out here and nowhere else.
             self.program, self.carried = replace(self.program, invariant=frozenset()), {}
         self.spelling, self.reach, self.clocks = spelling, reach, clocks
-        needs = {target: self._needed(target) for target in self.program.outputs}
-        self.layout: Layout = layout(self.program, needs, branches(self.program), self._whole, longest)
+        needs = {target: self._needed(target) for target in self.program.outputs if not self._stays(target)}
+        self.layout: Layout = layout(
+            self.program,
+            needs,
+            soon_taken(self.program, branches(self.program)),
+            self._whole,
+            longest,
+            self._readable(needs),
+        )
         self._needs = needs
         self._longest = longest
+        self._users = self._takers()
+
+    def _takers(self) -> dict[int, set[int]]:
+        """Operations that take a value; -1 where it is stored."""
+        found: dict[int, set[int]] = {}
+        for index in (each for segment in self.layout.segments for each in segment.operations):
+            for argument in self._arguments(index):
+                found.setdefault(argument, set()).add(index)
+        for values in self._needs.values():
+            for value in values:
+                found.setdefault(value, set()).add(-1)
+        return found
 
     # -- functions -----------------------------------------------------------------------------------------------
 
@@ -134,7 +155,12 @@ class CutPrinter(BranchingPrinter):
         inputs = (i for i in taken if program.operations[i].name == "input" and i not in program.invariant)
         read = sorted(i for i in inputs if i not in direct)
         places, notes = self._places(), self.notes()
-        lines = [self.statement(index, named, places, notes, indent) for index in (*read, *segment.operations)]
+        lines = [self.statement(index, named, places, notes, indent) for index in read]
+        for each in nested(program, segment.operations, self._uses(segment)):
+            if isinstance(each, Nested):
+                lines.append(self._nested(each, named, notes, indent))
+            else:
+                lines.append(self.statement(each, named, places, notes, indent))
         lines += [self._kept(index, indent) for index in segment.operations if index in self.layout.slots]
         lines += [self._stored(target, named, indent) for target in segment.stores]
         text = "".join(map(self.spelling.spelt, lines))
@@ -142,6 +168,59 @@ class CutPrinter(BranchingPrinter):
             return f"    {{\n{text}    }}\n" if own else text
         asked = self.spelling.spelt(self._truth(segment.condition.value, self._outside(segment.condition.value)))
         return f"    if ({asked if segment.condition.holds else f'!{asked}'}) {{\n{text}    }}\n"
+
+    def _uses(self, segment: Segment) -> dict[int, set[int]]:
+        """Operations of a segment that take a value; -1 stands for all that is outside of it."""
+        own = set(segment.operations)
+        stored = {value for target in segment.stores for value in self._needs[target]}
+        taken = {argument for index in own for argument in self._arguments(index)}
+        outside = own & (self.layout.slots.keys() | stored)
+        return {
+            index: {each if each in own else -1 for each in self._users.get(index, ())}
+            | ({-1} if index in outside else set())
+            for index in own | taken
+        }
+
+    def _nested(self, branch: Nested, named: dict[int, str], notes: dict[int, str], indent: str) -> str:
+        """Selections as one branch; what costs nothing is chosen before it is asked."""
+        lines = []
+        light = next((side for side in (0, 1) if self._is_light(branch, side)), None)
+        for index, pair in branch.chosen.items():
+            kind = "bool" if index in self._whole else self.spelling.real
+            begun = "" if light is None else f" = {self._value(index, pair[light], named)}"
+            note = f" /* {notes[index]} */" if index in notes else ""
+            lines.append(f"{indent}{kind} v{index}{begun};{note}\n")
+        asked = self._truth(branch.condition, named)
+        sides = [self._side(branch, side, named, notes, indent + "    ") for side in (0, 1)]
+        if light is not None:
+            lines.append(f"{indent}if ({asked if light else f'!{asked}'}) {{\n{sides[1 - light]}{indent}}}\n")
+        else:
+            lines.append(f"{indent}if ({asked}) {{\n{sides[0]}{indent}}} else {{\n{sides[1]}{indent}}}\n")
+        return "".join(lines)
+
+    def _is_light(self, branch: Nested, side: int) -> bool:
+        """Whether one side of a branch works nothing out and reads no state."""
+        values = [pair[side] for pair in branch.chosen.values()]
+        reads = any(
+            value is not None and self.program.operations[value].name == "input" and value not in self.program.invariant
+            for value in values
+        )
+        return not branch.sides[side] and not reads
+
+    def _side(self, branch: Nested, side: int, named: dict[int, str], notes: dict[int, str], indent: str) -> str:
+        places = self._places()
+        lines = [self.statement(index, named, places, notes, indent) for index in branch.sides[side]]
+        lines += [
+            f"{indent}v{index} = {self._value(index, pair[side], named)};\n" for index, pair in branch.chosen.items()
+        ]
+        return "".join(lines)
+
+    def _value(self, selection: int, value: int | None, named: dict[int, str]) -> str:
+        """What a selection takes on one side."""
+        logical = selection in self._whole
+        if value is None:
+            return "false" if logical else self.spelling.number(0.0)
+        return self._truth(value, named) if logical else self._real(value, named)
 
     def _direct(self, segment: Segment) -> dict[int, str]:
         """C of the inputs that one operation alone takes, and no store: they need no name of their own."""
@@ -168,7 +247,8 @@ class CutPrinter(BranchingPrinter):
             for index, slot in self.layout.slots.items()
             if index not in own
         }
-        return self.names(self._places()) | crossing
+        stored = {index: self.reach.given(at) for index, at in self.layout.read_back.items() if index not in own}
+        return self.names(self._places()) | stored | crossing
 
     def _outside(self, index: int) -> dict[int, str]:
         """Names of values where no input has been read."""
@@ -207,6 +287,21 @@ class CutPrinter(BranchingPrinter):
         return f"{indent}{place} = {text};\n"
 
     # -- clocks --------------------------------------------------------------------------------------------------
+
+    def _stays(self, target: Group) -> bool:
+        """Whether a state is what it was."""
+        return target[0] == NEXT_STATE and is_own(self.program, self.program.outputs[target], target[1])
+
+    def _readable(self, needs: Mapping[Group, set[int]]) -> frozenset[Group]:
+        """Outputs that hold a number as it was worked out: no clocks, truths, codes and delay lines."""
+        return frozenset(
+            target
+            for target in needs
+            if target[0] in (NEXT_STATE, OUTPUT)
+            and self.program.outputs[target] not in self._whole
+            and target not in self.reach.types
+            and not self._is_clock(target)
+        )
 
     def _is_clock(self, target: Group) -> bool:
         return target[0] == NEXT_STATE and target[1] in self.clocks

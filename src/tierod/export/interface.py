@@ -12,6 +12,7 @@ from tierod.export.clocks import Clock, clocks
 from tierod.export.described import Described
 from tierod.export.growth import growth_first
 from tierod.export.members import Member, elements, identifier, members
+from tierod.export.simplified import simplified
 from tierod.export.spelling import Precision, Spelling
 from tierod.export.subject import Subject
 
@@ -69,7 +70,7 @@ class Interface:
     @cached_property
     def program(self) -> Program:
         """Program of one step; in single precision it sums small changes of a state before it adds them."""
-        found = program(self.graph.function)
+        found = simplified(program(self.graph.function), self.initial)
         return growth_first(found) if self.options.precision == "single" else found
 
     @cached_property

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
+from itertools import accumulate
 
 from tierod.core.graph.branches import Branch, Condition
 from tierod.core.graph.operations import NEXT_STATE, PUSH, RING, STATE, Program
 
-LONGEST = 60
-"""Operations of one function: checkers of C take hours for the functions of thousands that a kernel is made of. With 40
-a step of the friction monitor takes 5 % more instructions of a Cortex-M7, with 120 and more again, since values cross
+LONGEST = 80
+"""Operations of one function: checkers of C take hours for the functions of thousands that a kernel is made of. With 60
+a step of the friction monitor takes 3 % more instructions of a Cortex-M7, with 120 1 % more, since values cross
 functions or do not fit in registers."""
 
 Target = tuple[int, int]
@@ -40,11 +41,13 @@ class Layout:
     Args:
         segments: in order
         slots: value -> place in the scratch array of its kind
+        read_back: value -> output of the program that holds it from where it is worked out, so that it needs no slot
         sizes: of the scratch arrays: of numbers and of truths
     """
 
     segments: tuple[Segment, ...]
     slots: dict[int, int]
+    read_back: dict[int, Target]
     sizes: tuple[int, int]
 
 
@@ -52,7 +55,14 @@ Needs = Mapping[Target, Set[int]]
 """Values that the storing of each output takes."""
 
 
-def layout(program: Program, needs: Needs, parts: Sequence[Branch], truths: Set[int], longest: int = LONGEST) -> Layout:
+def layout(
+    program: Program,
+    needs: Needs,
+    parts: Sequence[Branch],
+    truths: Set[int],
+    longest: int = LONGEST,
+    readable: Set[Target] = frozenset(),
+) -> Layout:
     """Segments of a program, its outputs stored as early as they may be, and places that are used again when free.
 
     Args:
@@ -61,17 +71,43 @@ def layout(program: Program, needs: Needs, parts: Sequence[Branch], truths: Set[
         parts: all its operations, so ordered that each comes after what it needs
         truths: values that are 0 or 1; they lie in an array of their own
         longest: operations of a segment
+        readable: outputs that hold a value as it was worked out
     """
     needed = _needed(program, needs, parts)
     cut = [
-        Segment(part.condition, tuple(found[k : k + longest]))
+        Segment(part.condition, piece)
         for part in parts
-        if (found := [each for each in part.operations if each in needed and _is_work(program, each)])
-        for k in range(0, len(found), longest)
+        for piece in _pieces(
+            program, [each for each in part.operations if each in needed and _is_work(program, each)], longest
+        )
     ]
     segments = _with_stores(program, needs, cut, longest)
-    slots, sizes = _slots(program, needs, segments, truths)
-    return Layout(tuple(segments), slots, sizes)
+    read_back = {
+        program.outputs[target]: target
+        for segment in segments
+        for target in segment.stores
+        if target in readable and program.outputs[target] in segment.operations
+    }
+    slots, sizes = _slots(program, needs, segments, truths, read_back)
+    return Layout(tuple(segments), slots, read_back, sizes)
+
+
+def _pieces(program: Program, operations: Sequence[int], longest: int) -> Iterator[tuple[int, ...]]:
+    """Operations cut where the fewest values cross, not far below the longest piece."""
+    last = {each: place for place, index in enumerate(operations) for each in program.operations[index].arguments}
+    living = [0] * (len(operations) + 1)
+    for place, index in enumerate(operations):
+        living[place + 1] += 1
+        living[last.get(index, place) + 1 if last.get(index, place) < len(operations) else -1] -= 1
+    crossing = list(accumulate(living))
+    start = 0
+    while len(operations) - start > longest:
+        ends = range(start + longest, start + longest * 2 // 3, -1)
+        stop = min(ends, key=lambda place: crossing[place])
+        yield tuple(operations[start:stop])
+        start = stop
+    if start < len(operations):
+        yield tuple(operations[start:])
 
 
 def _needed(program: Program, needs: Needs, parts: Sequence[Branch]) -> set[int]:
@@ -134,7 +170,7 @@ def _remembered(program: Program, values: Iterable[int]) -> list[Target]:
 
 
 def _slots(
-    program: Program, needs: Needs, segments: Sequence[Segment], truths: Set[int]
+    program: Program, needs: Needs, segments: Sequence[Segment], truths: Set[int], read_back: Mapping[int, Target]
 ) -> tuple[dict[int, int], tuple[int, int]]:
     home = {index: place for place, segment in enumerate(segments) for index in segment.operations}
     last: dict[int, int] = {}
@@ -142,7 +178,7 @@ def _slots(
         for index in _used(program, needs, segment):
             if index in home:
                 last[index] = place
-    crossing = sorted((home[i], i) for i, place in last.items() if place > home[i])
+    crossing = sorted((home[i], i) for i, place in last.items() if place > home[i] and i not in read_back)
     slots: dict[int, int] = {}
     free: tuple[list[int], list[int]] = ([], [])
     ending: list[tuple[int, int]] = []

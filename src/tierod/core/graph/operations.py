@@ -73,7 +73,7 @@ def program(function: casadi.Function) -> Program:
     return Program(tuple(operations), outputs, invariant_of(operations))
 
 
-class _Builder:
+class Builder:
     """Value numbering: an operation that exists already is not written again."""
 
     def __init__(self) -> None:
@@ -81,6 +81,7 @@ class _Builder:
         self.known: dict[Operation, int] = {}
 
     def add(self, name: str, arguments: Iterable[int] = (), constant: object = None) -> int:
+        """Number of an operation on earlier ones."""
         arguments = tuple(arguments)
         if name in COMMUTATIVE:
             arguments = tuple(sorted(arguments))
@@ -93,7 +94,7 @@ class _Builder:
 
 def _read(function: casadi.Function) -> tuple[list[Operation], Outputs]:
     names = _instruction_names()
-    builder = _Builder()
+    builder = Builder()
     slot: dict[int, int] = {}
     outputs: Outputs = {}
     for k in range(function.n_instructions()):
@@ -115,7 +116,7 @@ def _read(function: casadi.Function) -> tuple[list[Operation], Outputs]:
     return builder.operations, outputs
 
 
-def _add(builder: _Builder, name: str, arguments: list[int]) -> int:
+def _add(builder: Builder, name: str, arguments: list[int]) -> int:
     operations = builder.operations
     if name == "add" and all(operations[a].name == "if" for a in arguments):
         (condition, first), (other, second) = (operations[a].arguments for a in arguments)
@@ -133,7 +134,7 @@ def _add(builder: _Builder, name: str, arguments: list[int]) -> int:
 def _invert_shared_divisors(operations: list[Operation], outputs: Outputs) -> tuple[list[Operation], Outputs]:
     """CasADi turns a * (1 / b) back into a / b; a divisor used twice is inverted once instead."""
     shared = Counter(o.arguments[-1] for o in operations if o.name in ("div", "inverse"))
-    builder = _Builder()
+    builder = Builder()
     new: dict[int, int] = {}
     for index, operation in enumerate(operations):
         arguments = [new[argument] for argument in operation.arguments]

@@ -55,6 +55,7 @@ class Checked(NamedTuple):
         runs: arguments of the comparison, one after the other: vectors, and random samples
         counted: name of the function whose instructions are counted; "" for none
         reasons: why a rule of MISRA C:2012 is departed from, by its number
+        varied: a program that runs it with other parameters, for the coverage; "" for none
     """
 
     code: str
@@ -62,6 +63,7 @@ class Checked(NamedTuple):
     runs: tuple[tuple[str, str], ...]
     counted: str
     reasons: Mapping[str, str]
+    varied: str = ""
 
     @property
     def sources(self) -> tuple[str, ...]:

@@ -13,8 +13,10 @@ from tierod.core.graph.branches import with_picks
 from tierod.core.graph.operations import STATE, TUNING, Operation, Program
 from tierod.export.evidence.checks import Checked
 from tierod.export.evidence.tools import ran, version
+from tierod.export.nested import is_presence
 
 REASONS = {
+    "parameters": "decided by the parameters alone, which of three whole numbers a count is compared with",
     "clock": "the end of a counter of steps, after 2^32 steps: 497 days at 100 Hz",
     "presence": "whether a value is there that the monitor has worked out itself from inputs that it holds: none of "
     "the samples, whole signals missing among them, makes it missing; the block asks because it stands elsewhere too",
@@ -31,7 +33,7 @@ LONGEST = 110
 
 _LINE = re.compile(r"\s*[-#\d=*]+:\s*(\d+):(.*)")
 _MISSED = re.compile(r"branch\s+\d+ (?:taken 0\b|never executed)")
-_NAMED = re.compile(r"\bconst \w+ v(\d+) =")
+_NAMED = re.compile(r"\bv(\d+) =")
 
 
 class Stepped(NamedTuple):
@@ -55,14 +57,24 @@ def covered(export: Checked, folder: Path, stepped: Stepped | None = None) -> li
         stepped: what the numbers of the C stand for; None for what is no monitor
     """
     title, header = "Coverage by vectors, random samples and failed signals", ("what", "tool", "result")
-    command = ["gcc", "-std=c99", "-O0", "--coverage", "-I.", *export.sources, "-o", "build/covered", "-lm"]
-    built = ran(command, folder)
+    compiled = ["gcc", "-std=c99", "-O0", "-I.", "--coverage"]
+    built = ran([*compiled, "-c", export.code, "-o", "build/covered.o"], folder)
+    programs = {
+        "build/covered": export.sources,
+        **({"build/varied": (*export.parts, export.varied)} if export.varied else {}),
+    }
+    for name, sources in programs.items():
+        others = [each for each in sources if each != export.code]
+        linked = ran([*compiled[:-1], *others, "build/covered.o", "--coverage", "-o", name, "-lm"], folder)
+        built = built if built.code != 0 else linked
     if built.code != 0:
         return [Table(title, header, (("coverage", version("gcov"), f"not run: {built.first}"),))]
+    (folder / "build/covered.gcda").unlink(missing_ok=True)
     for given in export.runs:
         ran(["build/covered", *given], folder)
-    notes = f"build/covered-{export.code.removesuffix('.c')}.gcda"
-    text = ran(["gcov", "-b", "-c", "-o", notes, export.code], folder).text
+    if export.varied:
+        ran(["build/varied"], folder)
+    text = ran(["gcov", "-b", "-c", "-o", "build/covered.gcda", export.code], folder).text
     listing = folder / f"{export.code}.gcov"
     missed = list(_missed(listing.read_text(encoding="utf-8"), stepped)) if listing.exists() else []
     listing.unlink(missing_ok=True)
@@ -96,22 +108,27 @@ def _found(part: str, pattern: str) -> str:
 
 def _missed(listing: str, stepped: Stepped | None) -> Iterator[tuple[str, str, str]]:
     """Kind, line and text of every branch that gcov lists as not taken."""
-    line, text, function = "", "", ""
+    line, text, function, asked = "", "", "", ""
     numbered = stepped and stepped._replace(program=with_picks(stepped.program))
     for each in listing.splitlines():
         if source := _LINE.match(each):
             line, text = source.groups()
+            # A branch decides what was declared before it.
+            asked = asked if text.lstrip().startswith("if (") else text
         elif each.startswith("function "):
             function = each.split()[1]
         elif _MISSED.match(each):
-            yield _kind(text, numbered if "_step" in function or "_judge" in function else None), line, text.strip()
+            known = numbered if "_step" in function or "_judge" in function else None
+            yield _kind(asked, function, known), line, text.strip()
 
 
-def _kind(line: str, stepped: Stepped | None) -> str:
+def _kind(line: str, function: str, stepped: Stepped | None) -> str:
     if "UINT32_MAX" in line:
         return "clock"
     if "TIEROD_MEMORY_CODES) ? (int16_t)" in line:
         return "store"
+    if "_prepare" in function:
+        return "parameters"
     named = _NAMED.search(line)
     if stepped is None or not named:
         return "other"
@@ -142,7 +159,7 @@ def _rests_on_age(stepped: Stepped, index: int) -> bool:
             if operation.constant[0] != STATE or not stepped.state[operation.constant[1]].endswith(".age"):
                 return False
             ages += 1
-        held = operation.name in ("select", "if") and _is_presence(stepped.program, operation.arguments[0])
+        held = operation.name in ("select", "if") and is_presence(stepped.program, operation.arguments[0])
         waiting += operation.arguments[1:] if held else operation.arguments
     return ages > 0
 
@@ -151,18 +168,7 @@ def _rests_on_presence(program: Program, index: int) -> bool:
     """Whether a selection or conjunction tests the presence of a value that is no input of the sample."""
     operation = program.operations[index]
     asked = operation.arguments[:1] if operation.name in ("select", "if") else operation.arguments
-    return operation.name in ("select", "if", "and", "or") and any(_is_presence(program, each) for each in asked)
-
-
-def _is_presence(program: Program, index: int) -> bool:
-    operations = program.operations
-    while operations[index].name == "not":
-        index = operations[index].arguments[0]
-    if operations[index].name != "lt":
-        return False
-    value, limit = (operations[each] for each in operations[index].arguments)
-    endless = limit.name == "constant" and limit.constant == float("inf")
-    return endless and value.name == "fabs" and operations[value.arguments[0]].name != "input"
+    return operation.name in ("select", "if", "and", "or") and any(is_presence(program, each) for each in asked)
 
 
 def _conditions(export: Checked, folder: Path) -> str:

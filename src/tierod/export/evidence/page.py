@@ -13,6 +13,7 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.files import write_text
 from tierod.core.graph.operation_count import operation_count
 from tierod.export.c_export import write_folder
+from tierod.export.evidence import calibrated
 from tierod.export.evidence.checks import FURTHER, Checked, checks, of_monitor
 from tierod.export.evidence.comparison import Difference, differences, table
 from tierod.export.evidence.coverage import Stepped, covered
@@ -60,10 +61,12 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
 
 ALTERED, SHORTEST = 600_000, 1_000
 """Samples of all altered drives together, at the most; of one, so that it is worth while."""
+CALIBRATED = 10
+"""Times as many samples run with other parameters: verdicts take minutes of driving."""
 
 
 def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:
-    """The export with a run over every altered drive, each from the first state on."""
+    """The export with a run over every altered drive, each from the first state on, and runs with other parameters."""
     export, subject = of_monitor(face), face.subject
     count = affordable(subject, ALTERED) // (len(FACTORS) * max(len(subject.sample), 1))
     runs = list(export.runs)
@@ -71,7 +74,9 @@ def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:
         name = f"build/altered-{number}.csv"
         write_text(folder / name, input_table(subject, Vectors(rounded(values), drive[:0], "")))
         runs.append((name, "test/expected.csv"))
-    return export._replace(runs=tuple(runs))
+    each = CALIBRATED * affordable(subject, ALTERED) // (len(calibrated.FACTORS) * max(len(face.graph.tuning), 1))
+    varied = calibrated.write_calibrated(face, folder, rounded(drive[:each])) if each >= SHORTEST else ""
+    return export._replace(runs=tuple(runs), varied=varied)
 
 
 def _summary(face: Interface, found: list[Difference]) -> str:

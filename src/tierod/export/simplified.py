@@ -1,0 +1,198 @@
+"""Simplify a step without changing a bit of it: what a control unit need not ask twice.
+
+Three things are left out. A comparison of a value that was chosen among two constants is the choice itself. Whether a
+value is there, where it was replaced by infinity unless it was there, is the condition of that replacement. And a
+counter of steps that is compared by `time * (count - 0.5) < limit` is compared with a whole number, worked out once.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from tierod.core.graph.operations import (
+    LOGICAL,
+    NEXT_STATE,
+    STATE,
+    Builder,
+    Operation,
+    Program,
+    drop_unused,
+    invariant_of,
+)
+
+
+def simplified(program: Program, initial: Program) -> Program:
+    """The same step with fewer operations; equal to the last bit.
+
+    Args:
+        program: of a step
+        initial: of the first state, by which counters are known
+    """
+    simpler = _Simpler(program, counters(program, initial))
+    operations, outputs = drop_unused(simpler.builder.operations, simpler.outputs())
+    return replace(program, operations=tuple(operations), outputs=outputs, invariant=invariant_of(operations))
+
+
+def counters(program: Program, initial: Program) -> frozenset[int]:
+    """Positions of the states that are whole numbers of steps, or infinite before the first one.
+
+    Args:
+        program: of a step
+        initial: of the first state
+    """
+    first = {k: initial.operations[v] for (group, k), v in initial.outputs.items() if group == NEXT_STATE}
+    found = {k for k, each in first.items() if each.name == "constant" and each.constant in (0.0, math.inf)}
+    while True:
+        kept = {k for k in found if _counts(program, program.outputs[NEXT_STATE, k], found)}
+        if kept == found:
+            return frozenset(found)
+        found = kept
+
+
+def _counts(program: Program, index: int, states: set[int] | frozenset[int]) -> bool:
+    """Whether a value is a whole number, where some states are."""
+    operation = program.operations[index]
+    if operation.name == "constant":
+        return operation.constant == 0.0
+    if operation.name == "input":
+        return operation.constant[0] == STATE and operation.constant[1] in states
+    if operation.name in ("select", "if"):
+        return all(_counts(program, each, states) for each in operation.arguments[1:])
+    return operation.name == "add" and any(
+        _is(program.operations[one], 1.0) and _counts(program, other, states)
+        for one, other in (operation.arguments, operation.arguments[::-1])
+    )
+
+
+def _is(operation: Operation, value: float) -> bool:
+    return operation.name == "constant" and operation.constant == value
+
+
+class _Simpler:
+    """A program written anew, operation by operation."""
+
+    def __init__(self, program: Program, counting: frozenset[int]):
+        self.program, self.counting = program, counting
+        self.builder = Builder()
+        self.new: dict[int, int] = {}
+        for index, operation in enumerate(program.operations):
+            self.new[index] = self._written(index, operation)
+
+    def outputs(self) -> dict[tuple[int, int], int]:
+        """Of the program, by their new numbers."""
+        return {target: self.new[value] for target, value in self.program.outputs.items()}
+
+    def _written(self, index: int, operation: Operation) -> int:
+        arguments = tuple(self.new[each] for each in operation.arguments)
+        if index in self.program.invariant:
+            return self.builder.add(operation.name, arguments, operation.constant)
+        if operation.name == "lt":
+            counted = self._counted(operation)
+            return self._less(*arguments) if counted is None else counted
+        if operation.name == "not":
+            return self._not(arguments[0])
+        if operation.name in ("select", "if"):
+            return self._chosen(operation.name, arguments)
+        return self.builder.add(operation.name, arguments, operation.constant)
+
+    def _operation(self, index: int) -> Operation:
+        return self.builder.operations[index]
+
+    def _constant(self, index: int) -> float | None:
+        operation = self._operation(index)
+        return float(operation.constant) if operation.name == "constant" else None
+
+    def _is_truth(self, index: int) -> bool:
+        return self._operation(index).name in LOGICAL
+
+    def _not(self, index: int) -> int:
+        operation = self._operation(index)
+        if operation.name == "not" and self._is_truth(operation.arguments[0]):
+            return operation.arguments[0]
+        return self.builder.add("not", (index,))
+
+    def _chosen(self, name: str, arguments: tuple[int, ...]) -> int:
+        """One of two values: of 1 and 0 the condition itself."""
+        condition, first, *rest = arguments
+        pair = (self._constant(first), self._constant(rest[0]) if rest else 0.0)
+        inner = self._operation(first)
+        if name == "if" and inner.name == "if" and inner.arguments[0] == condition:
+            return first
+        if self._is_truth(condition) and pair in ((1.0, 0.0), (0.0, 1.0)):
+            return condition if pair[0] else self._not(condition)
+        return self.builder.add(name, arguments)
+
+    # -- comparisons ---------------------------------------------------------------------------------------------
+
+    def _less(self, first: int, second: int) -> int:
+        present = self._present(first) if self._constant(second) == math.inf else None
+        if present is not None:
+            return present
+        for asked, other, is_first in ((first, second, True), (second, first, False)):
+            limit, pair = self._constant(other), self._pair(asked)
+            if limit is not None and pair is not None:
+                condition, values = pair
+                answers = tuple(each < limit if is_first else limit < each for each in values)
+                if answers == (True, False):
+                    return condition
+                if answers == (False, True):
+                    return self._not(condition)
+        return self.builder.add("lt", (first, second))
+
+    def _pair(self, index: int) -> tuple[int, tuple[float, float]] | None:
+        """Condition of a value that is one of two constants, and these."""
+        operation = self._operation(index)
+        if self._is_truth(index):
+            return index, (1.0, 0.0)
+        if operation.name not in ("select", "if") or not self._is_truth(operation.arguments[0]):
+            return None
+        values = [self._constant(each) for each in operation.arguments[1:]] + [0.0]
+        if values[0] is None or values[1] is None:
+            return None
+        return operation.arguments[0], (values[0], values[1])
+
+    def _present(self, magnitude: int) -> int | None:
+        """Whether a value is finite that is infinite unless a condition says that it is."""
+        operation = self._operation(magnitude)
+        chosen = self._operation(operation.arguments[0]) if operation.name == "fabs" else operation
+        if operation.name != "fabs" or chosen.name != "select" or self._constant(chosen.arguments[2]) != math.inf:
+            return None
+        condition, value, _ = chosen.arguments
+        asked = self._operation(condition)
+        if asked.name != "lt" or self._operation(asked.arguments[0]) != Operation("fabs", (value,)):
+            return None
+        limit = self._constant(asked.arguments[1])
+        return condition if limit is not None and not math.isnan(limit) else None
+
+    # -- counters ------------------------------------------------------------------------------------------------
+
+    def _counted(self, operation: Operation) -> int | None:
+        """`time * (count - 0.5) < limit` as the comparison of the counter with a whole number.
+
+        The least count that fails is one of three whole numbers, since each rounding moves it by less than one.
+        """
+        operations, fixed = self.program.operations, self.program.invariant
+        first, limit = operation.arguments
+        if operations[first].name != "mul" or limit not in fixed:
+            return None
+        for time, more in (operations[first].arguments, operations[first].arguments[::-1]):
+            less = operations[more]
+            if (
+                time in fixed
+                and less.name == "sub"
+                and _is(operations[less.arguments[1]], 0.5)
+                and _counts(self.program, less.arguments[0], self.counting)
+            ):
+                least = self._least(self.new[time], self.new[limit], self.new[less.arguments[1]])
+                return self.builder.add("lt", (self.new[less.arguments[0]], least))
+        return None
+
+    def _least(self, time: int, limit: int, half: int) -> int:
+        """The least count at which `time * (count - 0.5) < limit` fails."""
+        add = self.builder.add
+        near = add("floor", (add("add", (add("div", (limit, time)), half)),))
+        one = add("constant", (), 1.0)
+        next_ = add("add", (near, one))
+        holds = [add("lt", (add("mul", (time, add("sub", (each, half)))), limit)) for each in (near, next_)]
+        return add("add", (add("add", (near, holds[0])), holds[1]))
