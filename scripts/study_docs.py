@@ -27,6 +27,8 @@ CAUSES = (
 TITLE = re.compile(r"^\*\*(.+)\*\*$")
 PRINTED_BY = re.compile(r"^Printed by `(?P<command>.+)` of tierod (?P<version>\S+)\n?", re.MULTILINE)
 CLAIMS, DESCRIBED, WHY = "Claims", "Figures of description", "What does not hold, and why"
+PROGRESS = "measuring: "
+"""Begins a line that the study writes for who waits; it is there where both outputs went into one file."""
 COUNTED = re.compile(r"^\d+ claims: .+$", re.MULTILINE)
 
 
@@ -85,7 +87,7 @@ def sections(printed: str) -> list[tuple[str, str]]:
     for line in printed.splitlines():
         if title := TITLE.match(line):
             found.append((title[1], []))
-        elif found:
+        elif found and not line.startswith(PROGRESS):
             found[-1][1].append(line)
     return [(title, "\n".join(lines).strip()) for title, lines in found]
 

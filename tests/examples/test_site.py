@@ -86,15 +86,27 @@ def test_pages_of_a_study_hold_what_it_printed(generator):
     assert "`tierod study sideslip` measures these figures." in pages["sideslip.md"]
 
 
+def test_a_page_of_a_study_gives_causes_and_no_lines_of_progress(generator):
+    why = "**What does not hold, and why**\n\n| claim | ours | goal | cause |\n| --- | --- | --- | --- |\n"
+    why += "| paper.one | 3 | <= 2 | P0 is not printed. |"
+    claims = "**Claims**\n\n| claim | goal |\n| --- | --- |\n| paper.one | <= 2 |\n\n1 claims: 0 hold, 1 do not\n0"
+    printed = f"**First**\n\n| a |\n| --- |\n| 7 |\nmeasuring: the rest\n\n{why}\n\n{claims}"
+    pages = generator[1].pages("sideslip", printed)
+    assert "| `paper.one` | 3 | <= 2 | P0 is not printed. |" in pages["sideslip.md"].partition("and why")[2]
+    assert not pages["sideslip.md"].rstrip().endswith("\n0")
+    assert "measuring" not in pages["sideslip-observers.md"]
+    assert "P0" not in pages["sideslip-observers.md"]
+
+
 def test_a_page_of_a_study_says_which_command_printed_it(generator):
-    claims = "**Claims**\n\n| claim | goal |\n| --- | --- |\n| paper.one | <= 2 |\n\n1 claims"
+    claims = "**Claims**\n\n| claim | goal |\n| --- | --- |\n| paper.one | <= 2 |\n\n1 claims: 1 hold, 0 do not"
     printed = f"{claims}\n\nPrinted by `tierod study sideslip --quick` of tierod 9.8.7\n"
     page = generator[1].pages("sideslip", printed)["sideslip.md"]
     assert (
         "`tierod study sideslip --quick` of tierod 9.8.7 measured these figures. It drives a few minutes only" in page
     )
     assert "Printed by" not in page
-    assert page.rstrip().endswith("1 claims")
+    assert "\n1 claims: 1 hold, 0 do not\n" in page
     whole = generator[1].pages("sideslip", printed.replace(" --quick", ""))["sideslip.md"]
     assert "a few minutes" not in whole
 

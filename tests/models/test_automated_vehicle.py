@@ -42,6 +42,18 @@ def test_a_gentle_steady_turn_is_that_of_the_single_track(speed):
     assert output.tie_rod_force == pytest.approx(rod, rel=0.03)
 
 
+@pytest.mark.parametrize(("learnt", "known"), [(0.02, 0.0), (0.0, 0.02), (0.03, -0.01)])
+def test_tyres_of_different_size_make_wheel_speeds_differ_by_that_share(learnt, known):
+    """A difference of 2 % is 1 % more on the right and 1 % less on the left; a scale holds for both wheels."""
+    car = replace(PLAIN, wheel_speed_difference=known, wheel_speed_scale=1.05)
+    straight = REST._replace(speed=10.0, wheel_speed_difference=learnt)
+    output = AutomatedVehicle.output(straight, NOTHING, car)
+    assert output.wheel_speed_rear_right == pytest.approx(10.0 * 1.05 * 1.01, rel=1e-12)
+    assert output.wheel_speed_rear_left == pytest.approx(10.0 * 1.05 * 0.99, rel=1e-12)
+    larger = AutomatedVehicle.output(straight._replace(wheel_speed_scale=0.04), NOTHING, car)
+    assert larger.wheel_speed_rear_left == pytest.approx(1.04 * output.wheel_speed_rear_left, rel=1e-12)
+
+
 def test_the_column_follows_a_torque_exactly():
     """Against the solution of I a' + d a = M with dry friction and springs left out."""
     car = replace(PLAIN, rack_stiffness=0.0, nominal_friction=1e-12)

@@ -219,9 +219,9 @@ def _paper_claims(parking: CarDrive, errors: dict[str, dict[str, np.ndarray]]) -
         at_most(1.0),
         "",
         "Below 1 on one drive of the car, 2 on another: an integrated angle keeps what it lost, whatever the speed.",
-        cause=f"The paper plots one drive that it does not print, and gives no figure. On this one the error is {fast:.2f} "
-        f"rad above 40 and {slow:.2f} rad from 6 to 20 rad/s. (46) gives an angle within half a turn alone; which half, "
-        "and the hold of a motor that stands, are added here.",
+        cause="The paper plots one drive that it does not print, and gives no figure. On this one the error is "
+        f"{fast:.2f} rad above 40 and {slow:.2f} rad from 6 to 20 rad/s. (46) gives an angle within half a turn only; "
+        "which half turn, and the hold of a motor that stands, are added here.",
         irreproducible=True,
     )
     lost = {name: _lost(parking, errors["parking"][name], HELD) for name in observers}

@@ -89,8 +89,8 @@ def _judged(unprepared: Unprepared, recording: Recording | None) -> Iterator[Ite
         at_most(MOST_WORSE),
         "",
         note,
-        cause=f"Typical tyres of its class are not those of this car; the best of three simple estimates is "
-        f"{best / fitted.rms:.2f} times worse. Laps with a reference mend it, see the race laps by blocks.",
+        cause="Typical tyres of its class are not those of this car; the best of three simple estimates has "
+        f"{best / fitted.rms:.2f} times the error of the fitted file. Laps with a reference mend it, see the blocks.",
     )
     yield Claim(
         f"unprepared.{unprepared.name}-band",
