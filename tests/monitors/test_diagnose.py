@@ -176,10 +176,10 @@ def test_work_follows_the_samples_not_their_stamps(healthy):
     run.session.absorb = lambda aligned: lengths.append(len(aligned.time)) or absorb(aligned)
     run.add(healthy.slice(stop=60.0))
     rest = healthy.slice(60.0, 62.0)
-    for hour in range(1, 500):
+    for hour in range(1, 100):
         run.add(later(rest, 0.0, 3600.0 * hour).slice(3600.0 * hour + 60.0, 3600.0 * hour + 60.02))
-    assert sum(lengths) < 100.0 * (60.0 + 3600.0 + 600.0 + 500 * 11.0)
-    assert run.finish().recording["duration_s"] == pytest.approx(499 * 3600.0 + 60.0, abs=1.0)
+    assert sum(lengths) < 100.0 * (60.0 + 3600.0 + 600.0 + 100 * 11.0)
+    assert run.finish().recording["duration_s"] == pytest.approx(99 * 3600.0 + 60.0, abs=1.0)
 
 
 def test_a_recording_that_is_too_slow_is_refused_though_every_piece_holds_one_sample(healthy):
