@@ -7,8 +7,9 @@ import pytest
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
+from tierod.methods.identification.posterior import Posterior, Prior
 from tierod.methods.identification.vehicle import identify_vehicle
-from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN
+from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN, REMARKED, contradictions
 from tierod.methods.identification.vehicle_priors import SHOWN
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.proving_ground.cars.catalogue import load as load_car
@@ -126,6 +127,28 @@ def test_a_file_that_contradicts_the_drives_is_said_with_both_values(recording, 
     result = identify_vehicle({"drive": recording}, wrong)
     assert "steering_ratio is 0.045 ± 0.0005 before, 0.06" in result.doubt
     assert "channel map" in result.doubt
+
+
+@pytest.mark.parametrize("apart, refused", [(3.0, False), (6.0, True)])
+def test_only_four_deviations_apart_keep_the_file_from_being_written(found, recording, guess, apart, refused):
+    """The file's ratio lies so many of its deviations from that of the drive."""
+    (ratio,) = (each for each in found.found if each.name == "steering_ratio")
+    deviation = 3.0 * ratio.deviation
+    value = ratio.value - apart * np.hypot(deviation, ratio.deviation)
+    result = identify_vehicle({"drive": recording}, changed(guess, steering_ratio=(value, deviation)))
+    assert result.doubt.startswith("vehicle file and drives contradict each other") == refused
+    assert bool(result.found)
+    assert all(each.distance > REMARKED for each in result.contradictory)
+
+
+def test_parameters_that_drives_show_only_together_contradict_together():
+    priors = tuple(Prior(name, 1.0, 0.1, False, 0.0, 5.0) for name in ("mass", "yaw_inertia"))
+    wide = tuple(dataclasses.replace(each, deviation=1.0) for each in priors)
+    bound = np.array([[0.09, -0.0899], [-0.0899, 0.09]])
+    posterior = Posterior(wide, np.array([0.4, 0.4]), bound, None, 1, True)
+    found = contradictions(posterior, priors, ("mass", "yaw_inertia"))
+    assert [each.distance for each in found] == pytest.approx([0.4 / 0.1**0.5] * 2)
+    assert found[0].together == pytest.approx(5.3, abs=0.1)
 
 
 def test_drives_of_two_cars_are_found_and_the_odd_one_is_named(recording, guess):
