@@ -8,8 +8,8 @@ import pytest
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
 from tierod.methods.identification.posterior import Posterior, Prior
-from tierod.methods.identification.vehicle import identify_vehicle
-from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN, REMARKED, contradictions
+from tierod.methods.identification.vehicle import _doubt, _remarks, identify_vehicle
+from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN, Contradiction, contradictions
 from tierod.methods.identification.vehicle_priors import SHOWN
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.proving_ground.cars.catalogue import load as load_car
@@ -129,16 +129,14 @@ def test_a_file_that_contradicts_the_drives_is_said_with_both_values(recording, 
     assert "channel map" in result.doubt
 
 
-@pytest.mark.parametrize("apart, refused", [(3.0, False), (6.0, True)])
-def test_only_four_deviations_apart_keep_the_file_from_being_written(found, recording, guess, apart, refused):
-    """The file's ratio lies so many of its deviations from that of the drive."""
-    (ratio,) = (each for each in found.found if each.name == "steering_ratio")
-    deviation = 3.0 * ratio.deviation
-    value = ratio.value - apart * np.hypot(deviation, ratio.deviation)
-    result = identify_vehicle({"drive": recording}, changed(guess, steering_ratio=(value, deviation)))
-    assert result.doubt.startswith("vehicle file and drives contradict each other") == refused
-    assert bool(result.found)
-    assert all(each.distance > REMARKED for each in result.contradictory)
+@pytest.mark.parametrize(("apart", "together", "refused"), [(2.2, 2.2, False), (4.5, 4.5, True), (2.9, 4.6, True)])
+def test_only_four_deviations_apart_keep_the_file_from_being_written(found, guess, apart, together, refused):
+    against = (Contradiction("steering_ratio", 0.0645, 0.001, apart, together),)
+    doubt = _doubt(guess, found.drives, list(found.judged), against, None, "")
+    remarks = _remarks(guess, list(found.judged), against)
+    assert doubt.startswith("vehicle file and drives contradict each other") == refused
+    assert f"together they are {together} σ apart" in doubt or apart == together
+    assert any("weighed by their standard deviations" in each for each in remarks) != refused
 
 
 def test_parameters_that_drives_show_only_together_contradict_together():

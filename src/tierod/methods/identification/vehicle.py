@@ -23,6 +23,7 @@ from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Post
 from tierod.methods.identification.vehicle_judgement import (
     CONTRADICTION,
     LEARNT,
+    REMARKED,
     Contradiction,
     Judged,
     Odd,
@@ -286,6 +287,7 @@ def _remarks(vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction
             f"the vehicle file gives no standard deviation of {', '.join(usual)}: that of cars of its class was taken"
         )
     refused = _refused(vehicle, against)
+    learnt = [each.name for each in every if each.kind == LEARNT]
     remarks += [
         f"{each.name}: {_both(vehicle, each)}; "
         + (
@@ -294,7 +296,7 @@ def _remarks(vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction
             else "no standard deviation is in the file, so the drives are followed"
         )
         for each in against
-        if each not in refused
+        if each not in refused and each.name in learnt and each.distance > REMARKED
     ]
     return remarks
 
