@@ -3,11 +3,13 @@
 import json
 import re
 import tomllib
+from pathlib import Path
 
 import pytest
 
 from report_pages import Page
 from tierod.cli import main
+from tierod.cli.identify import _next
 from tierod.io.writers import write
 from tierod.proving_ground.courses.natural import City, Country
 from tierod.proving_ground.drives import CHANNELS, drive
@@ -75,6 +77,13 @@ def test_the_terminal_says_what_stays_and_why(folder, capsys):
     assert "Kept as before" in out
     assert "Drives and their zeros" in out
     assert "parameters learnt from 1 drive" in out
+
+
+def test_the_next_command_judges_the_drives_with_the_written_file():
+    drives = [Path("a drive.csv"), Path("b.csv")]
+    assert _next(drives, Path("car.toml"), None) == "go on with: tierod diagnose 'a drive.csv' b.csv --vehicle car.toml"
+    assert _next(drives, Path("car.toml"), Path("m.toml")).endswith("--map m.toml")
+    assert "--output" in _next(drives, None, None)
 
 
 def test_a_contradiction_leaves_the_file_as_it_was(folder, capsys):

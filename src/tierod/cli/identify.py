@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -66,7 +67,18 @@ def identify(
     for what, path in (("vehicle file", target), ("page", report)):
         if path is not None:
             messages().print(f"{what}: {path}", soft_wrap=True, markup=False)
+    if subject == "vehicle" and not found.doubt:
+        messages().print(_next(recordings, target, channel_map), soft_wrap=True, markup=False)
     return NOT_JUDGED if found.doubt else HEALTHY
+
+
+def _next(recordings: list[Path], written: Path | None, channel_map: Path | None) -> str:
+    """The command that follows, or what this one lacked."""
+    if written is None:
+        return "nothing is written: say where with --output car.toml"
+    words = ["tierod", "diagnose", *map(str, recordings), "--vehicle", str(written)]
+    words += [] if channel_map is None else ["--map", str(channel_map)]
+    return f"go on with: {shlex.join(words)}"
 
 
 def _wanted_hours(wanted: Subject, subject: str, false_alarms: str | None) -> float | None:

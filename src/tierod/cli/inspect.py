@@ -108,8 +108,9 @@ def _show_proposal(found: Proposal, target: Path, vehicle: str | None, dbc: Sequ
         own = target.with_name(f"{name or 'car'}.toml")
         named = [] if name else ["--map", str(target)]
         words = ["new", str(own), "--class", "midsize", *named, *databases[:2], "--drive", str(found.path)]
-        console.print("next, with what a brochure says behind it, such as mass=1480 wheelbase=2.68:", markup=False)
     console.print(f"go on with: tierod {shlex.join(words)}", markup=False, soft_wrap=True)
+    if vehicle is None:
+        console.print("and add to it what a brochure says, such as mass=1480 wheelbase=2.68", markup=False)
 
 
 def _show(found: Inspection, every: bool) -> None:

@@ -7,8 +7,9 @@ import pytest
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
+from tierod.methods.identification.posterior import Posterior, Prior
 from tierod.methods.identification.vehicle import _doubt, _remarks, identify_vehicle
-from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN, Contradiction
+from tierod.methods.identification.vehicle_judgement import BOUND, LEARNT, NOT_SEEN, Contradiction, contradictions
 from tierod.methods.identification.vehicle_priors import SHOWN
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.proving_ground.cars.catalogue import load as load_car
@@ -128,12 +129,24 @@ def test_a_file_that_contradicts_the_drives_is_said_with_both_values(recording, 
     assert "channel map" in result.doubt
 
 
-@pytest.mark.parametrize(("distance", "refused"), [(2.2, False), (4.1, True)])
-def test_file_and_drives_contradict_each_other_from_four_deviations_on(guess, distance, refused):
-    against = (Contradiction("steering_ratio", 0.0645, 0.0003, distance),)
-    sentence = f"0.0645 ± 0.0003 in these drives, {distance} σ apart"
-    assert (sentence in _doubt(guess, (), [LEARNT], against, None, "")) == refused
-    assert any(sentence in each for each in _remarks(guess, [], against)) != refused
+@pytest.mark.parametrize(("apart", "together", "refused"), [(2.2, 2.2, False), (4.5, 4.5, True), (2.9, 4.6, True)])
+def test_only_four_deviations_apart_keep_the_file_from_being_written(found, guess, apart, together, refused):
+    against = (Contradiction("steering_ratio", 0.0645, 0.001, apart, together),)
+    doubt = _doubt(guess, found.drives, list(found.judged), against, None, "")
+    remarks = _remarks(guess, list(found.judged), against)
+    assert doubt.startswith("vehicle file and drives contradict each other") == refused
+    assert f"together they are {together} σ apart" in doubt or apart == together
+    assert any("weighed by their standard deviations" in each for each in remarks) != refused
+
+
+def test_parameters_that_drives_show_only_together_contradict_together():
+    priors = tuple(Prior(name, 1.0, 0.1, False, 0.0, 5.0) for name in ("mass", "yaw_inertia"))
+    wide = tuple(dataclasses.replace(each, deviation=1.0) for each in priors)
+    bound = np.array([[0.09, -0.0899], [-0.0899, 0.09]])
+    posterior = Posterior(wide, np.array([0.4, 0.4]), bound, None, 1, True)
+    found = contradictions(posterior, priors, ("mass", "yaw_inertia"))
+    assert [each.distance for each in found] == pytest.approx([0.4 / 0.1**0.5] * 2)
+    assert found[0].together == pytest.approx(5.3, abs=0.1)
 
 
 def test_drives_of_two_cars_are_found_and_the_odd_one_is_named(recording, guess):

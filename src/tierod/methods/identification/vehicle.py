@@ -23,6 +23,7 @@ from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Post
 from tierod.methods.identification.vehicle_judgement import (
     CONTRADICTION,
     LEARNT,
+    REMARKED,
     Contradiction,
     Judged,
     Odd,
@@ -285,17 +286,25 @@ def _remarks(vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction
         remarks.append(
             f"the vehicle file gives no standard deviation of {', '.join(usual)}: that of cars of its class was taken"
         )
+    refused = _refused(vehicle, against)
+    learnt = [each.name for each in every if each.kind == LEARNT]
     remarks += [
-        f"{each.name}: {_both(vehicle, each)}; no standard deviation is in the file, so the drives are followed"
+        f"{each.name}: {_both(vehicle, each)}; "
+        + (
+            "file and drives are weighed by their standard deviations"
+            if spread_of(each.name, vehicle)[1]
+            else "no standard deviation is in the file, so the drives are followed"
+        )
         for each in against
-        if not spread_of(each.name, vehicle)[1]
-    ]
-    remarks += [
-        f"{each.name}: {_both(vehicle, each)}; both count, since that is below {CONTRADICTION:.0f} σ"
-        for each in against
-        if each.distance <= CONTRADICTION and spread_of(each.name, vehicle)[1]
+        if each not in refused and each.name in learnt and each.distance > REMARKED
     ]
     return remarks
+
+
+def _refused(vehicle: Vehicle, against: tuple[Contradiction, ...]) -> list[Contradiction]:
+    """Contradictions of values that the file gives with a standard deviation, where one or all of them are too far."""
+    far = any(max(each.distance, each.together) > CONTRADICTION for each in against)
+    return [each for each in against if far and spread_of(each.name, vehicle)[1]]
 
 
 def _both(vehicle: Vehicle, each: Contradiction) -> str:
@@ -349,9 +358,10 @@ def _doubt(
             f"{which} of another car than the rest: {odd.name} is {odd.own:.4g} there and {odd.others:.4g} in the "
             f"others, {odd.distance:.0f} σ apart; leave it out, or identify it for itself"
         )
-    given = [each for each in against if each.distance > CONTRADICTION and spread_of(each.name, vehicle)[1]]
-    if given:
+    if given := _refused(vehicle, against):
         said = "; ".join(f"{each.name} is {_both(vehicle, each)}" for each in given[:3])
+        if given[0].distance <= CONTRADICTION:
+            said += f", and together they are {given[0].together:.1f} σ apart"
         return (
             f"vehicle file and drives contradict each other: {said}; see that the drives are of this car and that "
             "units and signs of the channel map are right, or give the parameter a wider standard_deviation"

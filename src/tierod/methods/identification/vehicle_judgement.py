@@ -16,7 +16,9 @@ NARROWED = 0.7
 TOGETHER = 0.5
 """Correlation from which a parameter is bound to another one."""
 CONTRADICTION = 4.0
-"""Standard deviations between file and drives from which both are wrong together."""
+"""Standard deviations between file and drives from which one of them is wrong."""
+REMARKED = 2.0
+"""Standard deviations between them from which both values are said."""
 ODD = 6.0
 """Standard deviations between one drive and all others from which it is of another car."""
 
@@ -112,12 +114,14 @@ class Contradiction(NamedTuple):
         name: of the parameter
         value, deviation: of the drives alone
         distance: from the file's value, in standard deviations of both
+        together: the same of all parameters that contradict, which drives may show only together
     """
 
     name: str
     value: float
     deviation: float
     distance: float
+    together: float
 
 
 def contradictory(posterior: Posterior, names: Sequence[str]) -> tuple[str, ...]:
@@ -142,14 +146,30 @@ def contradictions(posterior: Posterior, priors: Sequence[Prior], names: Sequenc
         priors: from the file
         names: of the parameters
     """
-    values, deviations, before = posterior.values, posterior.deviations, {each.name: each for each in priors}
-    found = []
-    for name in names:
-        spread = math.hypot(before[name].deviation, deviations[name])
-        distance = abs(values[name] - before[name].value) / spread
-        if distance > 0.5 * CONTRADICTION:
-            found.append(Contradiction(name, values[name], deviations[name], distance))
+    values, deviations = posterior.values, posterior.deviations
+    places = [k for k, each in enumerate(priors) if each.name in names]
+    before = np.array([priors[k].deviation for k in places])
+    apart = np.array([values[priors[k].name] - priors[k].value for k in places])
+    spread = np.array([deviations[priors[k].name] for k in places])
+    own = np.sqrt(np.diag(posterior.covariance))[places]
+    correlation = posterior.covariance[np.ix_(places, places)] / np.outer(own, own)
+    both = correlation * np.outer(spread, spread) + np.diag(before**2)
+    together = _normal_deviate(float(apart @ np.linalg.solve(both, apart)), len(places))
+    distances = np.abs(apart) / np.sqrt(np.diag(both))
+    found = [
+        Contradiction(priors[k].name, values[priors[k].name], deviations[priors[k].name], float(distance), together)
+        for k, distance in zip(places, distances, strict=True)
+        if max(distance, together) > REMARKED
+    ]
     return tuple(sorted(found, reverse=True, key=lambda each: each.distance))
+
+
+def _normal_deviate(square: float, count: int) -> float:
+    """Distance that a single normal value exceeds as seldom as chi-square exceeds a square."""
+    from scipy.special import chdtrc, ndtri
+
+    found = -float(ndtri(0.5 * chdtrc(count, square)))
+    return found if math.isfinite(found) else math.sqrt(square)
 
 
 class Odd(NamedTuple):
