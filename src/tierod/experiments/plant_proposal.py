@@ -138,7 +138,8 @@ def plant_document(path: str | Path) -> tuple[Document, list[str]]:
     doubtful = [each.variable for each in (*proposal.inputs, *proposal.outputs) if each.is_assumed]
     said = [
         f"{proposal.unit.path.name}: {len(proposal.inputs)} inputs and {len(proposal.outputs)} outputs are connected "
-        f"by their names; 'tierod inspect {proposal.unit.path.name} --write-map car.toml' writes how, to be edited"
+        f"by their names; 'tierod inspect {proposal.unit.path.name} --write-map {proposal.unit.path.stem}.plant.toml' "
+        "writes how, to be edited"
     ]
     if doubtful:
         said.append(f"SI units are assumed for {', '.join(doubtful)}, of which the unit states none")

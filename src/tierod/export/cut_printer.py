@@ -167,7 +167,14 @@ class CutPrinter(BranchingPrinter):
         if segment.condition is None:
             return f"    {{\n{text}    }}\n" if own else text
         asked = self.spelling.spelt(self._truth(segment.condition.value, self._outside(segment.condition.value)))
-        return f"    if ({asked if segment.condition.holds else f'!{asked}'}) {{\n{text}    }}\n"
+        kept = (index for index in segment.operations if index in self.layout.slots)
+        # Compilers cannot see that nothing takes these values elsewhere.
+        other = "".join(
+            f"        {self._slot(index)} = {'false' if index in self._whole else self.spelling.number(0.0)};\n"
+            for index in kept
+        )
+        missing = f" else {{\n{other}    }}\n" if other else "\n"
+        return f"    if ({asked if segment.condition.holds else f'!{asked}'}) {{\n{text}    }}{missing}"
 
     def _uses(self, segment: Segment) -> dict[int, set[int]]:
         """Operations of a segment that take a value; -1 stands for all that is outside of it."""
@@ -242,11 +249,7 @@ class CutPrinter(BranchingPrinter):
         return arguments[:1] if index in self._gathers else arguments
 
     def _names(self, own: set[int]) -> dict[int, str]:
-        crossing = {
-            index: f"{'b' if index in self._whole else 'w'}[{slot}]"
-            for index, slot in self.layout.slots.items()
-            if index not in own
-        }
+        crossing = {index: self._slot(index) for index in self.layout.slots if index not in own}
         stored = {index: self.reach.given(at) for index, at in self.layout.read_back.items() if index not in own}
         return self.names(self._places()) | stored | crossing
 
@@ -257,8 +260,11 @@ class CutPrinter(BranchingPrinter):
         return self._names(set()) | own
 
     def _kept(self, index: int, indent: str) -> str:
-        array = "b" if index in self._whole else "w"
-        return f"{indent}{array}[{self.layout.slots[index]}] = v{index};\n"
+        return f"{indent}{self._slot(index)} = v{index};\n"
+
+    def _slot(self, index: int) -> str:
+        """Where a value lies that crosses functions."""
+        return f"{'b' if index in self._whole else 'w'}[{self.layout.slots[index]}]"
 
     # -- inputs and outputs --------------------------------------------------------------------------------------
 

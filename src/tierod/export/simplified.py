@@ -54,9 +54,10 @@ def _counts(program: Program, index: int, states: set[int] | frozenset[int]) -> 
     """Whether a value is a whole number, where some states are."""
     operation = program.operations[index]
     if operation.name == "constant":
-        return operation.constant == 0.0
+        return float(operation.constant) == 0.0
     if operation.name == "input":
-        return operation.constant[0] == STATE and operation.constant[1] in states
+        group, position = operation.constant
+        return bool(group == STATE) and position in states
     if operation.name in ("select", "if"):
         return all(_counts(program, each, states) for each in operation.arguments[1:])
     return operation.name == "add" and any(
@@ -66,7 +67,7 @@ def _counts(program: Program, index: int, states: set[int] | frozenset[int]) -> 
 
 
 def _is(operation: Operation, value: float) -> bool:
-    return operation.name == "constant" and operation.constant == value
+    return operation.name == "constant" and float(operation.constant) == value
 
 
 class _Simpler:
