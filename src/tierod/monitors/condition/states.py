@@ -156,7 +156,7 @@ def _hindrance(name: str, drive: Driven) -> str:
     if dead := _dead(drive):
         return dead
     if not drive.enough:
-        return TOO_FEW
+        return f"{TOO_FEW}; record wheel speeds, yaw rate and steering wheel angle"
     period, moving = drive.period, drive.forward * drive.period
     if drive.judged * period < LEAST_TESTABLE and drive.not_judged:
         return drive.not_judged
