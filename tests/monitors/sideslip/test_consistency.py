@@ -10,7 +10,7 @@ import pytest
 from tierod.monitors.sideslip.consistency import consistency_of
 from tierod.monitors.sideslip.expected import Tolerances
 from tierod.monitors.sideslip.observables import WHEELS, ObservablesOverDrive
-from tierod.monitors.sideslip.own_motion import OwnMotionOverDrive
+from tierod.monitors.sideslip.own_motion import OwnMotionLimits, OwnMotionOverDrive
 from tierod.papers.own_car.brochure import brochure_car
 from tierod.vehicles import load
 
@@ -113,3 +113,14 @@ def test_an_estimate_that_moves_more_than_the_car_is_named_unless_its_band_holds
         motion.deviations(np.full(len(at), math.radians(deviation)))
     assert (motion.wrong() is not None) is said
     assert motion.share()[0] == pytest.approx(1.0 / factor, rel=0.05)
+
+
+@pytest.mark.parametrize(("separable", "objects"), [(OwnMotionLimits().separable, False), (0.0, True)])
+def test_an_estimate_that_changes_with_the_yaw_rate_alone_is_not_judged_by_its_small_errors(separable, objects):
+    yaw, speed = 0.3 * np.sin(0.37 * TIME) + 0.2 * np.sin(0.83 * TIME), np.full(len(TIME), 20.0)
+    across, error = 3.0 * yaw, 0.05 * np.sin(1.1 * TIME)
+    motion = OwnMotionOverDrive(RATE, OwnMotionLimits(separable=separable))
+    motion.add(speed, yaw, speed * yaw + np.gradient(across) * RATE, np.arctan((across + error) / speed))
+    motion.deviations(np.full(len(TIME), math.radians(0.2)))
+    assert abs(motion.share()[0]) < 0.1
+    assert (motion.wrong() is not None) is objects

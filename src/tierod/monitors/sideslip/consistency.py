@@ -25,12 +25,25 @@ SIGNALS_WEIGHT, FILE_WEIGHT = "contradicting_signals_chi_square", "contradicting
 FILE = ("wheelbase", "understeer", "sensor_place", "track")
 """Observables that rest on the vehicle file."""
 
+REAR_WHEELS = "the rear wheel speeds"
+
 WORDS = {
     "wheelbase": "wheelbase for the file's steering_ratio",
     "understeer": "understeer gradient",
     "sensor_place": "distance of the accelerometer from the rear axle",
     "track": "track of the rear wheels",
 }
+RESTS_ON = {
+    "wheelbase": ("vehicle_speed", "yaw_rate", "the steering angle"),
+    "understeer": ("vehicle_speed", "yaw_rate", "the steering angle"),
+    "sensor_place": ("lateral_acceleration", "yaw_rate"),
+    "track": (REAR_WHEELS, "yaw_rate"),
+}
+"""Signals from which a drive shows an observable that rests on the file."""
+
+LARGEST = math.log(10.0)
+"""Logarithm of a scale beyond which the linear model gives no figure: the signal has another unit or a wrong sign."""
+
 UNITS = {"wheelbase": "m", "understeer": "mrad·s²/m", "sensor_place": "m", "track": "m"}
 DECIMALS = {"wheelbase": 2, "understeer": 1, "sensor_place": 1, "track": 2}
 
@@ -57,6 +70,8 @@ class Explanation:
         if self.zero:
             degrees = math.degrees(self.size), math.degrees(self.deviation)
             return f"zero of {self.name}: road wheels straight at {degrees[0]:+.2f} ± {degrees[1]:.2f} degrees"
+        if abs(self.size) > LARGEST:
+            return f"{self.name} (far from its right scale, or its sign is wrong)"
         return f"{self.name} ({math.exp(self.size):.2f} ± {math.exp(self.size) * self.deviation:.2f} times right)"
 
 
@@ -121,7 +136,8 @@ class Consistency:
             "lateral_acceleration": {"turn": 1.0, "sensor_place": place},
             "longitudinal_acceleration": {"gain": -1.0},
             "steering_wheel_angle or steering_ratio or wheelbase": steering,
-            "the wheel speeds": {"wheel": -1.0, "track": _or(shown["track"], 0.0)},
+            REAR_WHEELS: {"wheel": -1.0, "track": _or(shown["track"], 0.0)},
+            f"one of {REAR_WHEELS}": {"wheel": -0.5},
             "track_width": {"track": _or(shown["track"], 0.0)},
         }
         found = [self._explained(name, effect) for name, effect in effects.items()]
@@ -173,7 +189,11 @@ class Consistency:
         off = {name: each for name, each in self.deviations().items() if name in FILE}
         named = sorted(off, key=lambda name: -abs(off[name]))
         named = [name for name in named if abs(off[name]) > 1.5][:3] or named[:1]
-        return f"the vehicle file does not fit this car: {'; '.join(self._beside(name) for name in named)}"
+        signals = dict.fromkeys(signal for name in named for signal in RESTS_ON[name])
+        return (
+            f"the vehicle file does not fit this car, or one of {', '.join(signals)} is wrong: "
+            f"{'; '.join(self._beside(name) for name in named)}"
+        )
 
     def _beside(self, name: str) -> str:
         factor = 1e3 if name == "understeer" else 1.0
@@ -213,7 +233,7 @@ UNUSED = ("longitudinal_acceleration", "track_width", *WHEELS)
 
 
 def _signals(name: str) -> tuple[str, ...]:
-    if name == "the wheel speeds":
+    if REAR_WHEELS in name:
         return WHEELS
     return ("steering_wheel_angle",) if name.startswith(("steering", "the steering")) else (name,)
 

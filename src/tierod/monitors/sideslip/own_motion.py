@@ -21,6 +21,8 @@ class OwnMotionLimits:
         certain: standard deviations of the share beyond that
         bands: the error that follows over the standard deviation of the estimate: a 95 % band must hold it
         least: that error below which nothing is said
+        separable: share of the estimated changes, squared, that turning does not explain: an estimate that is right to
+            5 % of them makes a quarter of it, below which the share would be that of the errors
     """
 
     slowest: Annotated[float, "m/s"] = 3.0
@@ -28,6 +30,7 @@ class OwnMotionLimits:
     certain: Annotated[float, ""] = 3.0
     bands: Annotated[float, ""] = 1.96
     least: Annotated[float, "rad"] = math.radians(0.2)
+    separable: Annotated[float, ""] = 0.01
 
 
 class OwnMotionOverDrive:
@@ -85,17 +88,20 @@ class OwnMotionOverDrive:
 
     def wrong(self) -> str | None:
         """What is wrong with the estimate; None where it changes as the car does, or within its band."""
-        limits, found = self.limits, self.share()
+        limits, relation = self.limits, self._relation.found()
         count, total, squares = self._angles
-        if found is None or not (count and self._variance[0]):
+        if relation is None or not (count and self._variance[0]):
             return None
+        band = math.sqrt(self._variance[1] / self._variance[0])
+        if relation.tolerance[0] < limits.separable:
+            return None
+        found = float(relation.values[0]), math.sqrt(relation.covariance[0, 0])
         off = abs(found[0] - 1.0)
         error = off * math.sqrt(max(squares / count - (total / count) ** 2, 0.0))
-        band = math.sqrt(self._variance[1] / self._variance[0])
         if off < limits.share + limits.certain * found[1] or error < max(limits.least, limits.bands * band):
             return None
         return (
             f"lateral acceleration, yaw rate and speed show {found[0]:.2f} ± {found[1]:.2f} of the changes of lateral "
             "speed that are estimated: stiffness, mass or distances of the vehicle file do not fit, or one of these "
-            "signals is wrong"
+            "signals, the steering angle or the steering torque is wrong"
         )

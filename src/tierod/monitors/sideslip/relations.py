@@ -24,10 +24,17 @@ CONDITION = 1e4
 
 
 class Relation(NamedTuple):
-    """Coefficients of a regression and their covariance."""
+    """Coefficients of a regression.
+
+    Args:
+        values: (coefficients,)
+        covariance: of these
+        tolerance: share of each regressor's mean square that the other ones do not explain, 1/VIF, (coefficients,)
+    """
 
     values: np.ndarray
     covariance: np.ndarray
+    tolerance: np.ndarray
 
 
 class RelationOverDrive:
@@ -93,4 +100,5 @@ class RelationOverDrive:
         values = inverse @ right
         scores = self._sums[used][:, :-1, -1] - self._sums[used][:, :-1, :-1] @ values
         few = stretches / max(stretches - len(values), 1)
-        return Relation(values, few * inverse @ (scores.T @ scores) @ inverse)
+        tolerance = 1.0 / (np.diag(inverse) * np.diag(normal))
+        return Relation(values, few * inverse @ (scores.T @ scores) @ inverse, tolerance)
