@@ -81,6 +81,27 @@ def test_a_zero_of_the_steering_angle_is_named():
     assert "straight at +1.1" in wrong.sentence
 
 
+@pytest.mark.parametrize(("shown", "track"), [(1e-6, 0.0), (-1e-6, 0.0), (-1.0, -1.0)])
+def test_wheel_speeds_that_show_no_track_or_one_of_the_other_sign_withhold_nothing(shown, track):
+    """Both rear wheels from one channel, or left and right exchanged: no scale explains that, and it moves nothing."""
+    found = over()
+    expected = found.expected.values.track
+    found = replace(found, shown=found.shown._replace(track=shown * expected))
+    wrong = found.wrong()
+    assert wrong.names == ("track_width",)
+    assert not wrong.decisive
+    assert f"{track * expected:.2f} m in the drive, {expected:.2f} ± " in wrong.sentence.replace("-0.00", "0.00")
+    best = found.explanations()[0]
+    assert best.size == pytest.approx(shown - 1.0)
+
+
+def test_a_track_width_that_is_too_small_in_the_file_is_shown_beside_that_of_the_drive():
+    small = replace(CAR.parameters["track_width"], value=0.7 * CAR["track_width"], standard_deviation=0.02)
+    wrong = over(replace(CAR, parameters={**CAR.parameters, "track_width": small})).wrong()
+    assert wrong.names == ("track_width",)
+    assert f"{CAR['track_width']:.2f} m in the drive, {small.value:.2f} ± " in wrong.sentence
+
+
 @pytest.mark.parametrize("name", ["smartload", "revsted-car"])
 def test_the_file_of_another_car_is_named(name):
     wrong = over(load(name)).wrong()

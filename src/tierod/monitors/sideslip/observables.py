@@ -50,7 +50,6 @@ class ObservableLimits:
         linear: speed times yaw rate up to which tyres are linear
         gentle: change of the speed up to which wheels hardly slip
         together: correlation of longitudinal acceleration and change of speed from which their ratio is taken
-        turning: root mean square of speed times yaw rate from which turns show anything
     """
 
     slowest: Annotated[float, "m/s"] = 3.0
@@ -58,7 +57,6 @@ class ObservableLimits:
     linear: Annotated[float, "m/s**2"] = 4.0
     gentle: Annotated[float, "m/s**2"] = 3.0
     together: Annotated[float, ""] = 0.85
-    turning: Annotated[float, "m/s**2"] = 0.3
 
 
 class ObservablesOverDrive:
