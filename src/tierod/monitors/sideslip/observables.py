@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.monitors.sideslip.relations import BLOCK, Relation, RelationOverDrive
+from tierod.monitors.sideslip.relations import BlocksOverDrive, Relation, RelationOverDrive
 
 WHEELS = tuple(f"wheel_speed_{end}_{side}" for end in ("rear", "front") for side in ("left", "right"))
 """Rear wheels first: they roll along the car."""
@@ -69,8 +69,7 @@ class ObservablesOverDrive:
 
     def __init__(self, rate: float, limits: ObservableLimits | None = None):
         self._limits = limits or ObservableLimits()
-        self._size, self._step = max(round(BLOCK * rate), 2), 1.0 / rate
-        self._rest = np.empty((0, 5 + len(WHEELS)))
+        self._blocks = BlocksOverDrive(rate, 5 + len(WHEELS))
         self._turn, self._slow = RelationOverDrive(2), RelationOverDrive(3)
         self._steer, self._track = RelationOverDrive(3), RelationOverDrive(2)
         self._wheel, self._gain, self._gained = RelationOverDrive(1), RelationOverDrive(2), RelationOverDrive(2)
@@ -85,19 +84,10 @@ class ObservablesOverDrive:
         names = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "longitudinal_acceleration")
         missing = np.full(len(angle), np.nan)
         wheels = (signals.get(name, missing) for name in WHEELS)
-        rows = np.vstack(
-            [self._rest, np.column_stack([*(signals[name] for name in names), angle, *wheels])],
-        )
-        # A change takes the sample behind its block; that waits for the next piece.
-        count = max(len(rows) - 1, 0) // self._size
-        self._rest = rows[count * self._size :]
-        if not count:
-            return
-        blocks = rows[: count * self._size].reshape(count, self._size, -1)
-        changes = (rows[self._size :: self._size][:count] - rows[: count * self._size : self._size]) / (
-            self._size * self._step
-        )
-        self._relate(blocks, changes[:, 0], changes[:, 1])
+        rows = np.column_stack([*(signals[name] for name in names), angle, *wheels])
+        blocks, slopes = self._blocks.add(rows)
+        if len(blocks):
+            self._relate(blocks, slopes[:, 0], slopes[:, 1])
 
     def _relate(self, blocks: np.ndarray, gained: np.ndarray, turning: np.ndarray) -> None:
         limits, one = self._limits, np.ones(len(blocks))

@@ -30,6 +30,32 @@ class Relation(NamedTuple):
     covariance: np.ndarray
 
 
+class BlocksOverDrive:
+    """Blocks of a drive, whatever pieces it comes in.
+
+    Args:
+        rate: of the samples [Hz]
+        signals: how many there are
+    """
+
+    def __init__(self, rate: float, signals: int):
+        self._size, self._rate = max(round(BLOCK * rate), 2), rate
+        self._rest = np.empty((0, signals))
+
+    def add(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Blocks that the next samples complete (m, samples, signals), and the slopes over them [1/s], (m, signals).
+
+        Args:
+            rows: the next samples (n, signals)
+        """
+        rows, size = np.vstack([self._rest, rows]), self._size
+        # A slope takes the sample behind its block; that waits for the next piece.
+        count = max(len(rows) - 1, 0) // size
+        self._rest = rows[count * size :]
+        slopes = (rows[size::size][:count] - rows[: count * size : size]) / (size / self._rate)
+        return rows[: count * size].reshape(count, size, rows.shape[1]), slopes
+
+
 class RelationOverDrive:
     """One regression over a drive: products of regressors and target, stretch by stretch.
 
