@@ -72,6 +72,22 @@ def test_without_wheel_speeds_and_acceleration_along_a_scale_is_still_found():
     assert {"yaw_rate", "lateral_acceleration"} & set(wrong.names)
 
 
+@pytest.mark.parametrize(("across", "shown"), [(0.02, False), (0.5, True)])
+def test_a_straight_road_shows_nothing_of_yaw_rate_and_lateral_acceleration(across, shown):
+    """Steps of a tenth of a degree per second in a yaw rate that hardly moves would make its scale seem too large."""
+    missing = np.full(len(TIME), math.nan)
+    piece = dict.fromkeys(signals(), missing)
+    across, step = across * np.sin(0.7 * TIME), math.radians(0.1)
+    noise = 0.002 * np.random.default_rng(2).normal(size=len(TIME))
+    piece |= {"vehicle_speed": 30.0 + 0.0 * TIME, "yaw_rate": step * np.round((across / 30.0 + noise) / step)}
+    piece["lateral_acceleration"] = 0.97 * across
+    drive = ObservablesOverDrive(RATE)
+    drive.add(piece, piece["angle"])
+    found = consistency_of(drive, CAR, Tolerances())
+    assert math.isfinite(found.shown.turn) is shown
+    assert found.wrong() is None
+
+
 def test_a_zero_of_the_steering_angle_is_named():
     drive = ObservablesOverDrive(RATE)
     drive.add(signals(), signals()["angle"] + 0.02)

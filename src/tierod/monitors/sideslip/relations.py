@@ -100,8 +100,13 @@ class RelationOverDrive:
             kept[: MOST // 2] = half
         self._length *= 2
 
-    def found(self) -> Relation | None:
+    def found(self, least: float = 0.0) -> Relation | None:
         """What the drive says; None with too little of it, or with too little motion to separate the coefficients.
+
+        Args:
+            least: standard deviation of the first regressor that is needed beside a last one of ones [its unit]: the
+                noise in a smaller one makes its coefficient too small (W. A. Fuller, Measurement Error Models (1987),
+                section 1.1)
 
         Covariance of a sum of scores that are independent from stretch to stretch only: P. J. Huber, Fifth Berkeley
         Symposium 1 (1967) 221; K.-Y. Liang, S. L. Zeger, Biometrika 73 (1986) 13.
@@ -112,6 +117,8 @@ class RelationOverDrive:
         size = np.sqrt(np.diag(normal))
         stretches = int(used.sum())
         if self._counts.sum() < FEWEST_BLOCKS or stretches < FEWEST_STRETCHES or not np.all(size > 0.0):
+            return None
+        if least and normal[0, 0] - normal[0, -1] ** 2 / normal[-1, -1] < least**2 * normal[-1, -1]:
             return None
         if np.linalg.cond(normal / np.outer(size, size)) > CONDITION:
             return None
