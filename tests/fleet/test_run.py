@@ -297,3 +297,12 @@ def test_drives_that_resemble_each_other_count_each(tmp_path):
     dated = [{**rows[0], "start": start} for start in (0.0, 30.0, DAY)]
     assert list(alike(dated)) == [(0, 1)]
     assert not list(alike([rows[0], {**rows[0], "vehicle": "b"}]))
+
+
+def test_recordings_with_different_signals_of_one_car_are_compared():
+    """No recording has the three signals that are the most common by themselves: a, c and e."""
+    rows = [
+        {"vehicle": "car", "moments": {name: [level, 1.0] for name in names}, "duration_s": 60.0, "start": None}
+        for level, names in enumerate(["abc", "cde", "efa"])
+    ]
+    assert sorted(alike([*rows, *rows])) == [(0, 3), (1, 4), (2, 5)]

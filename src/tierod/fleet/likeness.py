@@ -72,13 +72,9 @@ def alike(rows: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, int]]:
 
 
 def _of_car(rows: Sequence[Mapping[str, Any]], places: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Pairs among the recordings that have the most common signals, then among the rest."""
-    while places:
-        counts = Counter(name for place in places for name in rows[place].get("moments") or ())
-        usual = sorted(name for name, _ in counts.most_common(LEAST_SIGNALS))
-        having = [place for place in places if len(usual) == LEAST_SIGNALS and _has(rows[place], usual)]
-        if not having:
-            return
+    """Pairs among the recordings that have the most common signals together, then among the rest."""
+    while usual := _usual([rows[place].get("moments") or {} for place in places]):
+        having = [place for place in places if _has(rows[place], usual)]
         for pair in _near(np.array([_features(rows[place], usual) for place in having])):
             first, second = (rows[having[at]] for at in pair)
             common = sorted({*first["moments"]} & {*second["moments"]})
@@ -86,6 +82,16 @@ def _of_car(rows: Sequence[Mapping[str, Any]], places: Sequence[int]) -> Iterato
             if np.all(np.abs(apart) < 1.0) and _begin_together(first.get("start"), second.get("start")):
                 yield having[pair[0]], having[pair[1]]
         places = [place for place in places if not _has(rows[place], usual)]
+
+
+def _usual(moments: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Signals that recordings have together: the most common, then the most common beside it; empty without enough."""
+    left, usual = [each for each in moments if len(each) >= LEAST_SIGNALS], list[str]()
+    while left and len(usual) < LEAST_SIGNALS:
+        counts = Counter(name for each in left for name in each if name not in usual)
+        usual.append(min(counts, key=lambda name: (-counts[name], name)))
+        left = [each for each in left if usual[-1] in each]
+    return usual
 
 
 def _has(row: Mapping[str, Any], names: Sequence[str]) -> bool:

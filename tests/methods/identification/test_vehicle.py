@@ -139,6 +139,18 @@ def test_only_four_deviations_apart_keep_the_file_from_being_written(found, gues
     assert any("weighed by their standard deviations" in each for each in remarks) != refused
 
 
+def test_a_value_usual_for_the_class_that_is_too_far_is_named_beside_those_of_the_file(found, guess):
+    guess = changed(guess, mass=(guess["mass"], None))
+    against = (
+        Contradiction("mass", 2.0 * guess["mass"], 10.0, 4.6, 3.2),
+        Contradiction("steering_ratio", 0.0645, 0.001, 1.2, 3.2),
+    )
+    doubt = _doubt(guess, found.drives, list(found.judged), against, None, "")
+    assert "contradict each other: mass is" in doubt
+    assert "4.6 σ apart" in doubt
+    assert "together" not in doubt
+
+
 def test_parameters_that_drives_show_only_together_contradict_together():
     priors = tuple(Prior(name, 1.0, 0.1, False, 0.0, 5.0) for name in ("mass", "yaw_inertia"))
     wide = tuple(dataclasses.replace(each, deviation=1.0) for each in priors)

@@ -72,6 +72,22 @@ def test_without_wheel_speeds_and_acceleration_along_a_scale_is_still_found():
     assert {"yaw_rate", "lateral_acceleration"} & set(wrong.names)
 
 
+@pytest.mark.parametrize(("across", "shown"), [(0.02, False), (0.5, True)])
+def test_a_straight_road_shows_nothing_of_yaw_rate_and_lateral_acceleration(across, shown):
+    """Steps of a tenth of a degree per second in a yaw rate that hardly moves would make its scale seem too large."""
+    missing = np.full(len(TIME), math.nan)
+    piece = dict.fromkeys(signals(), missing)
+    across, step = across * np.sin(0.7 * TIME), math.radians(0.1)
+    noise = 0.002 * np.random.default_rng(2).normal(size=len(TIME))
+    piece |= {"vehicle_speed": 30.0 + 0.0 * TIME, "yaw_rate": step * np.round((across / 30.0 + noise) / step)}
+    piece["lateral_acceleration"] = 0.97 * across
+    drive = ObservablesOverDrive(RATE)
+    drive.add(piece, piece["angle"])
+    found = consistency_of(drive, CAR, Tolerances())
+    assert math.isfinite(found.shown.turn) is shown
+    assert found.wrong() is None
+
+
 def test_a_zero_of_the_steering_angle_is_named():
     drive = ObservablesOverDrive(RATE)
     drive.add(signals(), signals()["angle"] + 0.02)
@@ -79,6 +95,27 @@ def test_a_zero_of_the_steering_angle_is_named():
     assert wrong is not None
     assert wrong.sentence.endswith("degrees")
     assert "straight at +1.1" in wrong.sentence
+
+
+@pytest.mark.parametrize(("shown", "track"), [(1e-6, 0.0), (-1e-6, 0.0), (-1.0, -1.0)])
+def test_wheel_speeds_that_show_no_track_or_one_of_the_other_sign_withhold_nothing(shown, track):
+    """Both rear wheels from one channel, or left and right exchanged: no scale explains that, and it moves nothing."""
+    found = over()
+    expected = found.expected.values.track
+    found = replace(found, shown=found.shown._replace(track=shown * expected))
+    wrong = found.wrong()
+    assert wrong.names == ("track_width",)
+    assert not wrong.decisive
+    assert f"{track * expected:.2f} m in the drive, {expected:.2f} ± " in wrong.sentence.replace("-0.00", "0.00")
+    best = found.explanations()[0]
+    assert best.size == pytest.approx(shown - 1.0)
+
+
+def test_a_track_width_that_is_too_small_in_the_file_is_shown_beside_that_of_the_drive():
+    small = replace(CAR.parameters["track_width"], value=0.7 * CAR["track_width"], standard_deviation=0.02)
+    wrong = over(replace(CAR, parameters={**CAR.parameters, "track_width": small})).wrong()
+    assert wrong.names == ("track_width",)
+    assert f"{CAR['track_width']:.2f} m in the drive, {small.value:.2f} ± " in wrong.sentence
 
 
 @pytest.mark.parametrize("name", ["smartload", "revsted-car"])

@@ -302,7 +302,7 @@ def _remarks(vehicle: Vehicle, every: list[Judged], against: tuple[Contradiction
 
 
 def _refused(vehicle: Vehicle, against: tuple[Contradiction, ...]) -> list[Contradiction]:
-    """Contradictions of values that the file gives with a standard deviation, where one or all of them are too far."""
+    """Contradictions of values that the file gives with a standard deviation, where any value or all are too far."""
     far = any(max(each.distance, each.together) > CONTRADICTION for each in against)
     return [each for each in against if far and spread_of(each.name, vehicle)[1]]
 
@@ -359,9 +359,11 @@ def _doubt(
             f"others, {odd.distance:.0f} σ apart; leave it out, or identify it for itself"
         )
     if given := _refused(vehicle, against):
-        said = "; ".join(f"{each.name} is {_both(vehicle, each)}" for each in given[:3])
-        if given[0].distance <= CONTRADICTION:
-            said += f", and together they are {given[0].together:.1f} σ apart"
+        # A value that is usual for the class may be the one that is too far.
+        far = [each for each in against if each in given or each.distance > CONTRADICTION]
+        said = "; ".join(f"{each.name} is {_both(vehicle, each)}" for each in far[:3])
+        if far[0].distance <= CONTRADICTION:
+            said += f", and together they are {far[0].together:.1f} σ apart"
         return (
             f"vehicle file and drives contradict each other: {said}; see that the drives are of this car and that "
             "units and signs of the channel map are right, or give the parameter a wider standard_deviation"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -41,11 +41,17 @@ RESTS_ON = {
 }
 """Signals from which a drive shows an observable that rests on the file."""
 
-LARGEST = math.log(10.0)
+STATED = math.log(10.0)
 """Logarithm of a scale beyond which the linear model gives no figure: the signal has another unit or a wrong sign."""
 
 UNITS = {"wheelbase": "m", "understeer": "mrad·s²/m", "sensor_place": "m", "track": "m"}
 DECIMALS = {"wheelbase": 2, "understeer": 1, "sensor_place": 1, "track": 2}
+
+STEERED = "steering_wheel_angle or steering_ratio, or inversely wheelbase"
+"""Both signal and ratio make the file's wheelbase seem too short where they are too large."""
+
+LARGEST = math.log(1e3)
+"""Logarithm of a scale that no mistaken unit exceeds: beyond it no scale explains the deviation."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +61,10 @@ class Explanation:
     Args:
         name: of the signal or the parameters
         weight: squared deviations that it takes away
-        size: natural logarithm of its scale; in rad for a zero
+        size: natural logarithm of its scale; in rad for a zero; for the track, its deviation over the file's value
         deviation: of that
         zero: whether it is a zero
+        words: for messages, where it is neither scale nor zero
     """
 
     name: str
@@ -65,12 +72,15 @@ class Explanation:
     size: float
     deviation: float
     zero: bool = False
+    words: str = ""
 
     def __str__(self) -> str:
+        if self.words:
+            return self.words
         if self.zero:
             degrees = math.degrees(self.size), math.degrees(self.deviation)
             return f"zero of {self.name}: road wheels straight at {degrees[0]:+.2f} ± {degrees[1]:.2f} degrees"
-        if abs(self.size) > LARGEST:
+        if abs(self.size) > STATED:
             return f"{self.name} (far from its right scale, or its sign is wrong)"
         return f"{self.name} ({math.exp(self.size):.2f} ± {math.exp(self.size) * self.deviation:.2f} times right)"
 
@@ -114,17 +124,15 @@ class Consistency:
 
     def explanations(self) -> tuple[Explanation, ...]:
         """Every single explanation, the most likely first."""
-        shown = self.shown._asdict()
-        wheelbase, understeer = (_or(shown[name], 0.0) for name in ("wheelbase", "understeer"))
-        place = _or(shown["sensor_place"], 0.0)
-        steering = {"wheelbase": wheelbase, "understeer": understeer}
+        wheelbase, place, track = (self._scalable(name) for name in ("wheelbase", "sensor_place", "track"))
+        understeer = self.shown.understeer if wheelbase else 0.0
         effects: dict[str, Mapping[str, float]] = {
             "yaw_rate": {
                 "turn": -1.0,
                 "wheelbase": -wheelbase,
                 "understeer": -understeer,
                 "sensor_place": -place,
-                "track": -_or(shown["track"], 0.0),
+                "track": -track,
             },
             "vehicle_speed": {
                 "turn": -1.0,
@@ -135,14 +143,22 @@ class Consistency:
             },
             "lateral_acceleration": {"turn": 1.0, "sensor_place": place},
             "longitudinal_acceleration": {"gain": -1.0},
-            "steering_wheel_angle or steering_ratio or wheelbase": steering,
-            REAR_WHEELS: {"wheel": -1.0, "track": _or(shown["track"], 0.0)},
+            STEERED: {"wheelbase": wheelbase, "understeer": understeer},
+            REAR_WHEELS: {"wheel": -1.0, "track": track},
             f"one of {REAR_WHEELS}": {"wheel": -0.5},
-            "track_width": {"track": _or(shown["track"], 0.0)},
         }
-        found = [self._explained(name, effect) for name, effect in effects.items()]
+        scales = [self._explained(name, effect) for name, effect in effects.items()]
+        found = [each if abs(each.size) < LARGEST else replace(each, weight=0.0, size=0.0) for each in scales]
         found.append(self._explained("the steering angle", {"steering_zero": 1.0}, zero=True))
+        of_track = self._explained("track_width", {"track": self.expected.values.track})
+        named = "track_width" if track else "track_width, or wheel speeds left and right that are alike or exchanged"
+        found.append(replace(of_track, words=f"{named} ({self._beside('track')})"))
         return tuple(sorted(found, key=lambda each: -each.weight))
+
+    def _scalable(self, name: str) -> float:
+        """The quantity that the drive shows, which a scale moves by its own size; 0 where the sign is another one."""
+        shown, given = getattr(self.shown, name), getattr(self.expected.values, name)
+        return float(shown) if shown * given > 0.0 else 0.0
 
     def _explained(self, name: str, effect: Mapping[str, float], zero: bool = False) -> Explanation:
         along = np.array([effect.get(each, 0.0) for each in self.shown._fields])[self._known]
@@ -236,10 +252,6 @@ def _signals(name: str) -> tuple[str, ...]:
     if REAR_WHEELS in name:
         return WHEELS
     return ("steering_wheel_angle",) if name.startswith(("steering", "the steering")) else (name,)
-
-
-def _or(value: float, other: float) -> float:
-    return value if math.isfinite(value) else other
 
 
 def consistency_of(drive: ObservablesOverDrive, vehicle: Vehicle, limits: Tolerances) -> Consistency:

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.monitors.sideslip.relations import BLOCK, Relation, RelationOverDrive
+from tierod.monitors.sideslip.relations import BlocksOverDrive, Relation, RelationOverDrive
 
 WHEELS = tuple(f"wheel_speed_{end}_{side}" for end in ("rear", "front") for side in ("left", "right"))
 """Rear wheels first: they roll along the car."""
@@ -49,16 +49,17 @@ class ObservableLimits:
         slow: speed up to which the tyres of a turning car hardly slip, so that the rear axle follows its wheels
         linear: speed times yaw rate up to which tyres are linear
         gentle: change of the speed up to which wheels hardly slip
+        turning: standard deviation of speed times yaw rate from which its ratio to the lateral acceleration is taken: a
+            noise of 0.02, of a yaw rate in steps of 0.1 degrees per second on the motorway, makes that 2 % too small
         together: correlation of longitudinal acceleration and change of speed from which their ratio is taken
-        turning: root mean square of speed times yaw rate from which turns show anything
     """
 
     slowest: Annotated[float, "m/s"] = 3.0
     slow: Annotated[float, "m/s"] = 10.0
     linear: Annotated[float, "m/s**2"] = 4.0
     gentle: Annotated[float, "m/s**2"] = 3.0
+    turning: Annotated[float, "m/s**2"] = 0.15
     together: Annotated[float, ""] = 0.85
-    turning: Annotated[float, "m/s**2"] = 0.3
 
 
 class ObservablesOverDrive:
@@ -71,8 +72,7 @@ class ObservablesOverDrive:
 
     def __init__(self, rate: float, limits: ObservableLimits | None = None):
         self._limits = limits or ObservableLimits()
-        self._size, self._step = max(round(BLOCK * rate), 2), 1.0 / rate
-        self._rest = np.empty((0, 5 + len(WHEELS)))
+        self._blocks = BlocksOverDrive(rate, 5 + len(WHEELS))
         self._turn, self._slow = RelationOverDrive(2), RelationOverDrive(3)
         self._steer, self._track = RelationOverDrive(3), RelationOverDrive(2)
         self._wheel, self._gain, self._gained = RelationOverDrive(1), RelationOverDrive(2), RelationOverDrive(2)
@@ -87,19 +87,10 @@ class ObservablesOverDrive:
         names = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "longitudinal_acceleration")
         missing = np.full(len(angle), np.nan)
         wheels = (signals.get(name, missing) for name in WHEELS)
-        rows = np.vstack(
-            [self._rest, np.column_stack([*(signals[name] for name in names), angle, *wheels])],
-        )
-        # A change takes the sample behind its block; that waits for the next piece.
-        count = max(len(rows) - 1, 0) // self._size
-        self._rest = rows[count * self._size :]
-        if not count:
-            return
-        blocks = rows[: count * self._size].reshape(count, self._size, -1)
-        changes = (rows[self._size :: self._size][:count] - rows[: count * self._size : self._size]) / (
-            self._size * self._step
-        )
-        self._relate(blocks, changes[:, 0], changes[:, 1])
+        rows = np.column_stack([*(signals[name] for name in names), angle, *wheels])
+        blocks, slopes = self._blocks.add(rows)
+        if len(blocks):
+            self._relate(blocks, slopes[:, 0], slopes[:, 1])
 
     def _relate(self, blocks: np.ndarray, gained: np.ndarray, turning: np.ndarray) -> None:
         limits, one = self._limits, np.ones(len(blocks))
@@ -136,7 +127,7 @@ class ObservablesOverDrive:
             )
             covariance[np.ix_(at, at)] = relation.covariance[np.ix_(own, own)] * np.outer(scale, scale)
 
-        keep(self._turn.found(), {"turn": 0}, logarithm=True)
+        keep(self._turn.found(self._limits.turning), {"turn": 0}, logarithm=True)
         keep(self._steer.found(), {"wheelbase": 0, "understeer": 1, "steering_zero": 2})
         keep(self._slow.found(), {"sensor_place": 1})
         keep(self._track.found(), {"track": 0})

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
-from tierod.monitors.sideslip.relations import BLOCK, RelationOverDrive
+from tierod.monitors.sideslip.relations import BlocksOverDrive, RelationOverDrive
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,7 @@ class OwnMotionOverDrive:
 
     def __init__(self, rate: float, limits: OwnMotionLimits | None = None):
         self.limits = limits or OwnMotionLimits()
-        self._size, self._step = max(round(BLOCK * rate), 2), 1.0 / rate
-        self._rest = np.empty((0, 4))
+        self._blocks = BlocksOverDrive(rate, 4)
         self._relation = RelationOverDrive(4)
         self._angles, self._variance = np.zeros(3), np.zeros(2)
 
@@ -63,18 +62,13 @@ class OwnMotionOverDrive:
         """
         known = np.isfinite(sideslip) & (speed > self.limits.slowest)
         self._angles += (known.sum(), sideslip[known].sum(), sideslip[known] @ sideslip[known])
-        rows = np.vstack([self._rest, np.column_stack([speed, yaw_rate, lateral, speed * np.tan(sideslip)])])
-        # A change takes the sample behind its block; that waits for the next piece.
-        count = max(len(rows) - 1, 0) // self._size
-        self._rest = rows[count * self._size :]
-        if not count:
+        blocks, slopes = self._blocks.add(np.column_stack([speed, yaw_rate, lateral, speed * np.tan(sideslip)]))
+        if not len(blocks):
             return
-        blocks = rows[: count * self._size].reshape(count, self._size, 4)
-        changes = rows[self._size :: self._size][:count] - rows[: count * self._size : self._size]
-        _, turning, _, across = (changes / (self._size * self._step)).T
+        _, turning, _, across = slopes.T
         turn = (blocks[:, :, 0] * blocks[:, :, 1]).mean(axis=1)
         mean = blocks.mean(axis=1)
-        self._relation.add((across, turn, turning, np.ones(count)), mean[:, 2], mean[:, 0] > self.limits.slowest)
+        self._relation.add((across, turn, turning, np.ones(len(blocks))), mean[:, 2], mean[:, 0] > self.limits.slowest)
 
     def deviations(self, deviation: np.ndarray) -> None:
         """Standard deviations of the estimate [rad], (n,), with the spread of the parameters; NaN where it is held."""

@@ -37,6 +37,32 @@ class Relation(NamedTuple):
     tolerance: np.ndarray
 
 
+class BlocksOverDrive:
+    """Blocks of a drive, whatever pieces it comes in.
+
+    Args:
+        rate: of the samples [Hz]
+        signals: how many there are
+    """
+
+    def __init__(self, rate: float, signals: int):
+        self._size, self._rate = max(round(BLOCK * rate), 2), rate
+        self._rest = np.empty((0, signals))
+
+    def add(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Blocks that the next samples complete (m, samples, signals), and the slopes over them [1/s], (m, signals).
+
+        Args:
+            rows: the next samples (n, signals)
+        """
+        rows, size = np.vstack([self._rest, rows]), self._size
+        # A slope takes the sample behind its block; that waits for the next piece.
+        count = max(len(rows) - 1, 0) // size
+        self._rest = rows[count * size :]
+        slopes = (rows[size::size][:count] - rows[: count * size : size]) / (size / self._rate)
+        return rows[: count * size].reshape(count, size, rows.shape[1]), slopes
+
+
 class RelationOverDrive:
     """One regression over a drive: products of regressors and target, stretch by stretch.
 
@@ -81,8 +107,13 @@ class RelationOverDrive:
             kept[: MOST // 2] = half
         self._length *= 2
 
-    def found(self) -> Relation | None:
+    def found(self, least: float = 0.0) -> Relation | None:
         """What the drive says; None with too little of it, or with too little motion to separate the coefficients.
+
+        Args:
+            least: standard deviation of the first regressor that is needed beside a last one of ones [its unit]: the
+                noise in a smaller one makes its coefficient too small (W. A. Fuller, Measurement Error Models (1987),
+                section 1.1)
 
         Covariance of a sum of scores that are independent from stretch to stretch only: P. J. Huber, Fifth Berkeley
         Symposium 1 (1967) 221; K.-Y. Liang, S. L. Zeger, Biometrika 73 (1986) 13.
@@ -93,6 +124,8 @@ class RelationOverDrive:
         size = np.sqrt(np.diag(normal))
         stretches = int(used.sum())
         if self._counts.sum() < FEWEST_BLOCKS or stretches < FEWEST_STRETCHES or not np.all(size > 0.0):
+            return None
+        if least and normal[0, 0] - normal[0, -1] ** 2 / normal[-1, -1] < least**2 * normal[-1, -1]:
             return None
         if np.linalg.cond(normal / np.outer(size, size)) > CONDITION:
             return None
