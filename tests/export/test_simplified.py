@@ -9,8 +9,9 @@ from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, rounded, run
 from tierod.core.graph import maths
 from tierod.core.graph.initial import initial_program
-from tierod.core.graph.operations import program
+from tierod.core.graph.operations import NEXT_STATE, SAMPLE, Builder, Program, program
 from tierod.core.graph.trace import trace
+from tierod.export.nested import Nested, nested
 from tierod.export.simplified import counters, simplified
 from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of_block
@@ -65,3 +66,18 @@ def test_the_simplified_step_equals_scan_to_the_last_bit(tmp_path, time, longest
     inputs = rounded(random_inputs(subject, 4000))
     face = exported(subject, tmp_path, precision="double")
     assert np.array_equal(run(face, tmp_path, inputs), reference(subject, inputs), equal_nan=True)
+
+
+def test_a_negation_that_selections_take_as_a_value_is_worked_out():
+    made = Builder()
+    one, two = (made.add("input", constant=(SAMPLE, place)) for place in (0, 1))
+    condition, other = (made.add("lt", pair) for pair in ((one, two), (two, one)))
+    negated, square = made.add("not", (other,)), made.add("mul", (two, two))
+    shown = made.add("add", (square, one))
+    first, second = made.add("select", (condition, negated, shown)), made.add("select", (condition, two, negated))
+    step = Program(tuple(made.operations), {(NEXT_STATE, 0): first, (NEXT_STATE, 1): second}, frozenset())
+    own = (condition, other, negated, square, shown, first, second)
+    uses = {index: {user for user in own if index in step.operations[user].arguments} for index in (one, two, *own)}
+    found = list(nested(step, own, uses | {first: {-1}, second: {-1}}))
+    assert any(isinstance(each, Nested) and set(each.chosen) == {first, second} for each in found)
+    assert negated in found
