@@ -61,7 +61,7 @@ def test_a_signal_of_another_scale_is_named_with_it(name, factor):
     assert wrong is not None
     assert wrong.decisive
     assert name in wrong.names
-    best = over(**{name: factor}).explanations()[0]
+    best = over(**{name: factor}).explanations[0]
     assert best.name == name
     assert math.exp(best.size) == pytest.approx(factor, rel=0.1)
 
@@ -107,7 +107,7 @@ def test_wheel_speeds_that_show_no_track_or_one_of_the_other_sign_withhold_nothi
     assert wrong.names == ("track_width",)
     assert not wrong.decisive
     assert f"{track * expected:.2f} m in the drive, {expected:.2f} ± " in wrong.sentence.replace("-0.00", "0.00")
-    best = found.explanations()[0]
+    best = found.explanations[0]
     assert best.size == pytest.approx(shown - 1.0)
 
 

@@ -41,17 +41,15 @@ RESTS_ON = {
 }
 """Signals from which a drive shows an observable that rests on the file."""
 
-STATED = math.log(10.0)
-"""Logarithm of a scale beyond which the linear model gives no figure: the signal has another unit or a wrong sign."""
-
 UNITS = {"wheelbase": "m", "understeer": "mrad·s²/m", "sensor_place": "m", "track": "m"}
 DECIMALS = {"wheelbase": 2, "understeer": 1, "sensor_place": 1, "track": 2}
 
 STEERED = "steering_wheel_angle or steering_ratio, or inversely wheelbase"
 """Both signal and ratio make the file's wheelbase seem too short where they are too large."""
 
-LARGEST = math.log(1e3)
-"""Logarithm of a scale that no mistaken unit exceeds: beyond it no scale explains the deviation."""
+STATED, LARGEST = math.log(10.0), math.log(1e3)
+"""Logarithms of a scale: beyond the first the linear model gives no figure, since the signal has another unit or a wrong
+sign; no mistaken unit exceeds the second, so that no scale explains the deviation."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +120,7 @@ class Consistency:
         sizes = np.sqrt(np.diag(np.linalg.inv(self._weights))) if len(names) else []
         return {name: float(off / size) for name, off, size in zip(names, self._off, sizes, strict=True)}
 
+    @cached_property
     def explanations(self) -> tuple[Explanation, ...]:
         """Every single explanation, the most likely first."""
         wheelbase, place, track = (self._scalable(name) for name in ("wheelbase", "sensor_place", "track"))
@@ -181,12 +180,12 @@ class Consistency:
     def evidence(self) -> dict[str, float]:
         """Squared deviations that the best single explanation and another vehicle file take away, and what was seen."""
         shown = {f"shown_{name}": value for name, value in self.shown._asdict().items() if math.isfinite(value)}
-        return {SIGNALS_WEIGHT: self.explanations()[0].weight, FILE_WEIGHT: self.file_weight(), **shown}
+        return {SIGNALS_WEIGHT: self.explanations[0].weight, FILE_WEIGHT: self.file_weight(), **shown}
 
     def wrong(self) -> Wrong | None:
         """What is wrong; None where all fits."""
         limits = self.limits
-        best, *others = self.explanations()
+        best, *others = self.explanations
         of_file = self.file_weight()
         single = best.weight > limits.decides and (best.zero or abs(best.size) > limits.least)
         if of_file > limits.file_decides and of_file > best.weight + 2.0 * limits.alike:

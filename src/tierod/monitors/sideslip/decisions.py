@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Annotated
 
 from tierod.methods.detectors import Detector
@@ -11,6 +12,7 @@ from tierod.methods.detectors.rule_design import RuleDesign
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.sideslip.combined_tuning import CombinedTuning
+from tierod.monitors.sideslip.expected import Tolerances
 
 USUAL_OFFSET: Annotated[float, "rad/s"] = math.radians(0.12)
 """Standard deviation of the offset that a production yaw rate sensor keeps after calibration."""
@@ -87,31 +89,30 @@ BAND_DECISION = Decision(
     below=True,
 )
 
+LIMITS = Tolerances()
+
 SIGNALS_DECISION = Decision(
     name="signals contradict each other or the vehicle file",
     distance="squared deviations in standard deviations that one wrong scale or zero explains",
     rule=OwnRule(
-        "above 10, and a scale that is wrong by 8 % or more", {"tolerances.decides": 10.0, "tolerances.least": 0.08}
+        f"above {LIMITS.decides:g}, and a scale that is wrong by {LIMITS.least:.0%} or more".replace("%", " %"),
+        {"tolerances.decides": LIMITS.decides, "tolerances.least": LIMITS.least},
     ),
     place="",
     mean_time_between_false_alarms=None,
     demonstrated=Demonstrated(24.0),
     source="virtual cars with brochure values and real cars with their own files",
     unit="recording",
-    levels=(10.0,),
+    levels=(LIMITS.decides,),
 )
 
-FILE_DECISION = Decision(
+FILE_DECISION = replace(
+    SIGNALS_DECISION,
     name="vehicle file of another car",
     distance="squared deviations in standard deviations that wheelbase, understeer, place of the accelerometer and "
     "track explain",
-    rule=OwnRule("above 16", {"tolerances.file_decides": 16.0}),
-    place="",
-    mean_time_between_false_alarms=None,
-    demonstrated=Demonstrated(24.0),
-    source="virtual cars with brochure values and real cars with their own files",
-    unit="recording",
-    levels=(16.0,),
+    rule=OwnRule(f"above {LIMITS.file_decides:g}", {"tolerances.file_decides": LIMITS.file_decides}),
+    levels=(LIMITS.file_decides,),
 )
 
 DECISIONS = (OFFSET_DECISION, MISFIT_DECISION, BAND_DECISION, SIGNALS_DECISION, FILE_DECISION)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,20 @@ class OwnMotionLimits:
     bands: Annotated[float, ""] = 1.96
     least: Annotated[float, "rad"] = math.radians(0.2)
     separable: Annotated[float, ""] = 0.01
+
+
+class Share(NamedTuple):
+    """Share of the estimated changes that the car makes.
+
+    Args:
+        value: 1 where the estimate is right []
+        deviation: standard deviation of that []
+        tolerance: share of the estimated changes, squared, that turning does not explain []
+    """
+
+    value: float
+    deviation: float
+    tolerance: float
 
 
 class OwnMotionOverDrive:
@@ -75,27 +89,28 @@ class OwnMotionOverDrive:
         known = deviation[np.isfinite(deviation)]
         self._variance += (len(known), known @ known)
 
-    def share(self) -> tuple[float, float] | None:
-        """Share and its standard deviation; None where the drive does not show it."""
+    def share(self) -> Share | None:
+        """The share; None where the drive does not show it."""
         relation = self._relation.found()
-        return None if relation is None else (float(relation.values[0]), math.sqrt(relation.covariance[0, 0]))
+        if relation is None:
+            return None
+        return Share(float(relation.values[0]), math.sqrt(relation.covariance[0, 0]), float(relation.tolerance[0]))
 
     def wrong(self) -> str | None:
         """What is wrong with the estimate; None where it changes as the car does, or within its band."""
-        limits, relation = self.limits, self._relation.found()
+        limits, found = self.limits, self.share()
         count, total, squares = self._angles
-        if relation is None or not (count and self._variance[0]):
+        if found is None or not (count and self._variance[0]):
+            return None
+        if found.tolerance < limits.separable:
             return None
         band = math.sqrt(self._variance[1] / self._variance[0])
-        if relation.tolerance[0] < limits.separable:
-            return None
-        found = float(relation.values[0]), math.sqrt(relation.covariance[0, 0])
-        off = abs(found[0] - 1.0)
+        off = abs(found.value - 1.0)
         error = off * math.sqrt(max(squares / count - (total / count) ** 2, 0.0))
-        if off < limits.share + limits.certain * found[1] or error < max(limits.least, limits.bands * band):
+        if off < limits.share + limits.certain * found.deviation or error < max(limits.least, limits.bands * band):
             return None
         return (
-            f"lateral acceleration, yaw rate and speed show {found[0]:.2f} ± {found[1]:.2f} of the changes of lateral "
-            "speed that are estimated: stiffness, mass or distances of the vehicle file do not fit, or one of these "
-            "signals, the steering angle or the steering torque is wrong"
+            f"lateral acceleration, yaw rate and speed show {found.value:.2f} ± {found.deviation:.2f} of the changes "
+            "of lateral speed that are estimated: stiffness, mass or distances of the vehicle file do not fit, or one "
+            "of these signals, the steering angle or the steering torque is wrong"
         )

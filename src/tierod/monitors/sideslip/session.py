@@ -128,9 +128,9 @@ class SideslipSession(BlockSession):
 
     def _share(self) -> dict[str, float]:
         found = self.drive.own_motion.share()
-        return (
-            {} if found is None else {"estimated_motion_share": found[0], "estimated_motion_share_deviation": found[1]}
-        )
+        if found is None:
+            return {}
+        return {"estimated_motion_share": found.value, "estimated_motion_share_deviation": found.deviation}
 
     def observe(self, traces: Mapping[str, np.ndarray]) -> None:
         """The traces of the last piece with the spread of the parameters."""
