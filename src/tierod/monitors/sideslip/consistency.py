@@ -48,8 +48,8 @@ STEERED = "steering_wheel_angle or steering_ratio, or inversely wheelbase"
 """Both signal and ratio make the file's wheelbase seem too short where they are too large."""
 
 STATED, LARGEST = math.log(10.0), math.log(1e3)
-"""Logarithms of a scale: beyond the first the linear model gives no figure, since the signal has another unit or a wrong
-sign; no mistaken unit exceeds the second, so that no scale explains the deviation."""
+"""Logarithms of a scale. Beyond the first the linear model gives no figure: another unit, or a wrong sign.
+No mistaken unit exceeds the second, so that no scale explains the deviation."""
 
 
 @dataclass(frozen=True)
