@@ -41,6 +41,11 @@ def test_neither_bank_nor_an_angle_that_is_off_is_taken_for_an_offset():
     assert seen().offset() is None
 
 
+def test_an_acceleration_that_grows_with_speed_is_no_offset_of_the_yaw_rate_where_the_steering_fits_it():
+    assert seen().offset(beside_turns=OFFSET) is None
+    assert seen(offset=0.7 * OFFSET, bank=1.0).offset(beside_turns=OFFSET).value == OFFSET
+
+
 def test_a_scale_is_not_taken_for_an_offset_in_turns_to_one_side():
     # Roll makes the acceleration read 5 % high, and tyres near their limit make the steering angle larger.
     assert seen(circle=0.3, acceleration=1.05, angle=0.01).offset() is None

@@ -26,7 +26,7 @@ class SensorLimits:
         rolling: speed above which the car shows offset and units
         rolling_time: needed for that
         alike: factor within which lateral acceleration and steering must show the same offset; a bank, or an angle that
-            is off, moves one of them only
+            is off, moves one of them only; where steering shows less than its inverse, none is named
         scale: share of the mean yaw rate by which roll, tyres near their limit and a wrong steering ratio may move
             both; in turns to one side it cannot be separated from an offset
         largest: yaw rate that no car reaches
@@ -103,12 +103,15 @@ class SensorsOverDrive:
             mean = total / count
             if math.sqrt(max(squares / count - mean * mean, 0.0)) < self.limits.still:
                 return self._worth_naming(mean, "while the car stands")
-        if found := self._worth_naming(beside_turns, "beside the lateral acceleration at different speeds"):
-            return found
         count, beside_acceleration, beside_steering, turned = self._rolling
-        if count < self.limits.rolling_time * self._rate:
+        rolls = count >= self.limits.rolling_time * self._rate
+        one, other = (beside_acceleration / count, beside_steering / count) if rolls else (math.nan, math.nan)
+        found = self._worth_naming(beside_turns, "beside the lateral acceleration at different speeds")
+        # A lateral acceleration whose offset grows with the drive looks alike; the steering then fits the yaw rate.
+        if found and not abs(other) < abs(found.value) / self.limits.alike:
+            return found
+        if not rolls:
             return None
-        one, other = beside_acceleration / count, beside_steering / count
         alike = one * other > 0.0 and 1.0 / self.limits.alike < abs(one / other) < self.limits.alike
         smaller = min(one, other, key=abs)
         if abs(smaller) < self.limits.scale * abs(turned / count - smaller):
