@@ -139,6 +139,20 @@ class ElementCourse:
         ]
         return tuple(sorted(found, key=lambda episode: episode.start))
 
+    def declare(self, start: float, found: float, end: float, kind: float, magnitude: tuple[float, float]) -> None:
+        """Add a fault that lasts to the end of the drive, found by a check beside the block.
+
+        Args:
+            start, found: when it began, and was detected [s]
+            end: of the recording [s]
+            kind: number of the kind
+            magnitude: with its standard deviation, in the unit that `described` expects
+        """
+        fault = Stretch(start, end, 1, np.zeros(len(ELEMENTS)))
+        fault.add(kind, 1, *magnitude)
+        self.faults.append(fault)
+        self.course[:] = [*(each for each in self.course if each.time < found), StatusChange(found, Status.FAULT)]
+
     def forget(self, start: float, end: float) -> None:
         """Take back declared faults and doubts of a time in which something else was wrong.
 

@@ -19,8 +19,10 @@ from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.courses import ElementCourse
 from tierod.monitors.condition.driven import STANDING, Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
+from tierod.monitors.condition.kinds.catalogue import OFFSET
 from tierod.monitors.condition.recording_checks.coverage import Coverage, ImpossibleValues, TargetPace
 from tierod.monitors.condition.recording_checks.filter_inputs import AccelerationCheck, TargetCheck
+from tierod.monitors.condition.recording_checks.steering_zero import SteeringZero
 from tierod.monitors.condition.recording_checks.wiring import ClockLeap, CloseLimits, Wiring
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
@@ -52,6 +54,11 @@ SLICE = 60_000
 """Samples that are judged at once, so that not all outputs of a long piece lie in memory together."""
 BEFORE = 1.0
 """Of the first sign of an acceleration that fails, from when on it may have moved the filters [s]."""
+SHIFTED = (
+    "the mean of the angle in gentle driving has moved away from that of the drive's beginning, while yaw rate and "
+    "wheel speeds fit each other"
+)
+"""Cause of a finding where the zero of the steering angle has shifted."""
 TRACED = {FAULT: 1.0, SUSPECT: 0.5, HEALTHY: 0.0}
 """Values of the states over time; a quarter for those that are not testable, none where nothing is judged."""
 NOT_TESTABLE = 0.25
@@ -121,6 +128,8 @@ class ConditionSession:
         self._whole = whole is not None
         self._pace = TargetPace(rate) if whole is not None else None
         self._asked = TargetCheck(whole, rate) if whole is not None else None
+        # A bank that knows the forces finds slow offsets itself.
+        self._zero = SteeringZero(car.parameters, rate) if car is not None else None
         self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(parameters, rate)
         self._read = np.zeros(len(self._measured), bool)
         self._courses = {each: ElementCourse(each, 1.0 / rate) for each in self._elements}
@@ -145,6 +154,8 @@ class ConditionSession:
         values, failures = self._without_failed_accelerations(aligned.time, values)
         if self._asked is not None:
             self._asked.add(aligned.time, dict(zip(self.signals, values.T, strict=True)))
+        if self._zero is not None:
+            self._zero.add(aligned.time, dict(zip(self.signals, values.T, strict=True)))
         changes = (np.flatnonzero(np.diff(covered.judged)) + 1).tolist()
         # One that fails with the last sample lets the monitor begin anew with the next piece.
         begins, self._anew = failures | ({0} if self._anew else set()), len(values) in failures
@@ -219,6 +230,16 @@ class ConditionSession:
             **supplied,
         }
 
+    def _shift_of_zero(self) -> bool:
+        """Declare the steering angle whose zero has shifted, unless the filters have declared anything by then."""
+        shift, end = self._zero.found if self._zero is not None else None, self._driven.end
+        declared = [each for course in self._courses.values() for each in course.episodes(end)]
+        if shift is None or any(each.start <= shift.found for each in declared):
+            return False
+        size = shift.value, shift.deviation
+        self._courses["steering_wheel_angle"].declare(shift.start, shift.found, end, OFFSET, size)
+        return True
+
     def conclude(self) -> Conclusion:
         """The state of every element, and the finding."""
         # A car that slides sideways has another acceleration than that of its turn.
@@ -231,6 +252,7 @@ class ConditionSession:
             if each.sure:
                 for course in self._courses.values():
                     course.forget(each.window - BEFORE, each.found)
+        shifted = self._shift_of_zero()
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
         slow = () if self._pace is None else self._pace.problems()
         wired = self._wiring.problems() or self._leap.problems([each for each in faults if not each.candidates])
@@ -247,7 +269,10 @@ class ConditionSession:
         if not problems:
             states = (*states, *acceleration_elements(disagreeing))
         finding = judge(self.name, states, self._driven, problems, lost, interruptions, designed, notes, causes)
-        if any(each.status in (Status.FAULT, Status.SUSPECT) and each.name not in ACCELERATIONS for each in states):
+        wrong = [each.name for each in states if each.status in (Status.FAULT, Status.SUSPECT)]
+        if shifted and wrong == ["steering_wheel_angle"]:
+            finding = replace(finding, cause=SHIFTED)
+        elif not {*wrong} <= {*ACCELERATIONS}:
             finding = replace(finding, decided_by=(self.decision,))
         own = {each.name for each in states if each.name in self.graph.sensors and not each.substitute}
         withheld = tuple(f"{what}{name}" for name in sorted(own) for what in ("supplied_", "deviation_of_supplied_"))

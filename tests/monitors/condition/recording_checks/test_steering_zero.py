@@ -1,0 +1,93 @@
+"""Zero of the steering angle over a drive: a slow change of it, in closed form and on drives of a virtual car."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from monitors.condition.motion_alone import drive
+from tierod.core.findings import Status
+from tierod.core.recording import Recording
+from tierod.models.rolling_car import RollingCar
+from tierod.monitors.condition.recording_checks.steering_zero import LEAST, SteeringZero
+from tierod.monitors.diagnose import diagnose
+from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
+from tierod.vehicles import load
+
+CAR = load("rav4")
+P = CAR.parameters_for(RollingCar.Parameters)
+RATE = 100.0
+STEADY = 40.0
+"""Time before the zero begins to move [s]: longer than one window."""
+
+
+def made_up(shift, speed=10.0, yaw=0.0, wheels=0.0, seconds=120.0):
+    """Wheel speeds, yaw rate and angle of a sine of .1 rad/s about a mean, whose zero moves over 10 s.
+
+    Args:
+        shift: of the zero [rad]
+        speed: [m/s]
+        yaw: mean yaw rate [rad/s]
+        wheels: by which the rear wheels show another yaw rate [rad/s]
+        seconds: of the drive
+    """
+    time = np.arange(round(seconds * RATE)) / RATE
+    rate = yaw + 0.1 * np.sin(0.5 * time)
+    gradient = understeer_gradient(
+        P.mass, P.front_distance, P.rear_distance, P.front_cornering_stiffness, P.rear_cornering_stiffness
+    )
+    gain = P.steering_ratio * steady_yaw_gain(speed, P.front_distance + P.rear_distance, gradient)
+    half = 0.5 * P.track_width * (rate + wheels)
+    moved = shift * np.clip((time - STEADY) / 10.0, 0.0, 1.0)
+    return time, {
+        "wheel_speed_rear_left": speed - half,
+        "wheel_speed_rear_right": (speed + half) * (1.0 + P.wheel_speed_difference),
+        "yaw_rate": rate + P.yaw_rate_offset,
+        "steering_wheel_angle": rate / gain + 0.02 + moved,
+    }
+
+
+def found(time, signals, pieces=1):
+    check = SteeringZero(P, RATE)
+    for cut in np.array_split(np.arange(len(time)), pieces):
+        check.add(time[cut], {name: values[cut] for name, values in signals.items()})
+    return check.found
+
+
+@pytest.mark.parametrize("shift", [0.35, -0.35])
+def test_a_shift_is_found_with_its_size_and_its_time_however_the_drive_is_cut(shift):
+    shown = found(*made_up(shift))
+    assert shown.value == pytest.approx(shift, abs=0.02)
+    assert STEADY < shown.start < STEADY + 6.0
+    # Two thirds of the window have moved by two thirds of the shift and more.
+    assert STEADY + 10.0 < shown.found < STEADY + 35.0
+    assert found(*made_up(shift), pieces=7) == shown
+
+
+@pytest.mark.parametrize("change", [{"shift": 0.9 * LEAST}, {"shift": 0.35, "seconds": 55.0}])
+def test_small_shifts_and_short_drives_show_none(change):
+    assert found(*made_up(**change)) is None
+
+
+def test_sliding_tyres_slow_driving_and_wheels_that_disagree_do_not_count():
+    assert found(*made_up(3.0, speed=20.0)) is None
+    assert found(*made_up(0.5, speed=4.0)) is None
+    assert found(*made_up(0.5, wheels=0.1)) is None
+    assert found(*made_up(0.5, yaw=0.3)) is None
+
+
+def shifted(recording, size):
+    """The recording with a steering angle whose zero moves by a size [rad] between 80 and 140 s."""
+    angle = recording["steering_wheel_angle"]
+    moved = size * np.clip((angle.time - angle.time[0] - 80.0) / 60.0, 0.0, 1.0)
+    return Recording({**recording.channels, "steering_wheel_angle": replace(angle, values=angle.values + moved)})
+
+
+def test_a_slow_shift_names_the_steering_angle_with_its_size_and_a_fault_free_drive_names_nothing():
+    drove = drive(3)
+    finding = diagnose(shifted(drove, 0.4), CAR, "condition").findings[0]
+    assert finding.status is Status.FAULT
+    assert finding.headline.startswith("Steering wheel angle sensor: positive offset of")
+    assert finding.estimate.value == pytest.approx(0.4, rel=0.1)
+    assert 85.0 < finding.since < 150.0
+    assert diagnose(drove, CAR, "condition").findings[0].status is Status.HEALTHY
