@@ -10,7 +10,8 @@ import numpy as np
 from tierod.core.recording import Channel, Recording
 
 STUCK_FROM = 1.0 / 3.0
-"""Share of the recording after which a stuck signal stands still: before any fault of the recordings can be judged."""
+"""Share of the recording after which a stuck signal stands still, and one that creeps begins: before any fault of the
+recordings can be judged."""
 
 CLIPPED_AT = 0.8
 """Quantile of the magnitude at which a clipped signal ends."""
@@ -29,6 +30,20 @@ def _times(factor: float) -> Callable[[Channel, np.random.Generator], Channel]:
 
 def _offset(channel: Channel, random: np.random.Generator) -> Channel:
     return replace(channel, values=channel.values + np.nanstd(channel.values))
+
+
+def _growth(channel: Channel) -> np.ndarray:
+    """Share of a change that grows evenly from `STUCK_FROM` to the end."""
+    share = np.linspace(0.0, 1.0, len(channel.values))
+    return np.clip((share - STUCK_FROM) / (1.0 - STUCK_FROM), 0.0, 1.0)
+
+
+def _drifting(channel: Channel, random: np.random.Generator) -> Channel:
+    return replace(channel, values=channel.values + 2.0 * np.nanstd(channel.values) * _growth(channel))
+
+
+def _growing(channel: Channel, random: np.random.Generator) -> Channel:
+    return replace(channel, values=channel.values * (1.0 + _growth(channel)))
 
 
 def _late(seconds: float) -> Callable[[Channel, np.random.Generator], Channel]:
@@ -61,6 +76,8 @@ CHANGES: dict[str, Callable[[Channel, np.random.Generator], Channel]] = {
     "x2": _times(2.0),
     "x0.5": _times(0.5),
     "offset": _offset,
+    "drift to two deviations": _drifting,
+    "gain that grows to 2": _growing,
     "late .1 s": _late(0.1),
     "late .5 s": _late(0.5),
     "noise": _noisy,

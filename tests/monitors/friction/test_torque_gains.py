@@ -9,7 +9,7 @@ import pytest
 
 from tierod.monitors.friction.torque_gains import GainsOverDrive
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import drive
+from tierod.proving_ground import FrictionCourse, drive
 from tierod.vehicles import load
 
 REQUIRED = MONITORS["friction"].required
@@ -80,3 +80,33 @@ def test_a_guessed_assist_map_accuses_no_sensor(signals):
     scaled = signals | {"driver_torque": 2.0 * signals["driver_torque"]}
     assert after(scaled).defects() != ()
     assert after(scaled, guessed).defects() == ()
+
+
+@pytest.fixture(scope="module")
+def long_drive() -> dict[str, np.ndarray]:
+    """A drive whose friction doubles in its middle."""
+    aligned = drive(minutes=10.0, friction=FrictionCourse.step(4.0, 8.0, 300.0), seed=12).align(REQUIRED, 100.0)
+    return dict(zip(REQUIRED, aligned.values.T, strict=True))
+
+
+def creeping(values: np.ndarray, gain: float = 1.0, offset: float = 0.0) -> np.ndarray:
+    """A signal whose gain and zero move evenly over the second half."""
+    share = np.clip(np.linspace(-1.0, 1.0, len(values)), 0.0, 1.0)
+    return values * (1.0 + (gain - 1.0) * share) + offset * share
+
+
+@pytest.mark.parametrize(
+    ("name", "gain", "offset"),
+    [("driver_torque", 1.5, 0.0), ("motor_torque", 1.5, 0.0), ("driver_torque", 1.0, 1.0), ("motor_torque", 1.0, 0.3)],
+)
+def test_a_gain_or_a_zero_that_creeps_is_named_though_the_map_is_a_guess(long_drive, name, gain, offset):
+    known = load("midsize-eps")
+    wide = dataclasses.replace(known.parameters["assist_linear_gain"], standard_deviation=0.6)
+    guessed = dataclasses.replace(known, parameters={**known.parameters, "assist_linear_gain": wide})
+    (defect,) = after(long_drive | {name: creeping(long_drive[name], gain, offset)}, guessed).defects()
+    assert name in defect.names
+    assert "no longer follows" in defect.sentence
+
+
+def test_friction_that_doubles_changes_no_relation_of_the_torques(long_drive):
+    assert after(long_drive).defects() == ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Annotated
@@ -27,6 +28,9 @@ WIDEST = 0.2
 """Relative standard deviation of the assist map up to which it speaks of sensors [-]. What is typical of a class is
 known to 0.3, and gives other cars of it 1.6 times the right gain."""
 
+WINDOW = 2
+"""Blocks at the beginning and at the end of a drive whose relations of the torques are compared: 100 s of driving."""
+
 _TERMS = 10
 """Of the regression, see `GainsOverDrive`."""
 
@@ -48,20 +52,21 @@ class AssistCharacteristic:
     motor_ratio: Annotated[float, ""]
 
     @classmethod
-    def of(cls, vehicle: Vehicle) -> AssistCharacteristic | None:
+    def of(cls, vehicle: Vehicle, widest: float = WIDEST) -> AssistCharacteristic | None:
         """Characteristic of a vehicle; None where its file has none or a guess, or its torques are raw counts.
 
         Args:
             vehicle: whose characteristic it is
+            widest: relative standard deviation of its values up to which they are no guess
         """
-        known = vehicle.calibrated and all(_known(vehicle, field.name) for field in fields(cls))
+        known = vehicle.calibrated and all(_known(vehicle, field.name, widest) for field in fields(cls))
         return vehicle.parameters_for(cls) if known else None
 
 
-def _known(vehicle: Vehicle, name: str) -> bool:
+def _known(vehicle: Vehicle, name: str, widest: float) -> bool:
     """Whether the file gives a value that is more than a guess."""
     parameter = vehicle.parameters.get(name)
-    return parameter is not None and (parameter.standard_deviation or 0.0) <= WIDEST * abs(parameter.value)
+    return parameter is not None and (parameter.standard_deviation or 0.0) <= widest * abs(parameter.value)
 
 
 @dataclass(frozen=True)
@@ -77,6 +82,12 @@ class GainLimits:
         ratio: factor by which the motor's torque over the driver's may be off [-]; sensors of 10 % and offsets gave
             0.85 to 1.06 in 12 fault-free drives; worn sensors whose gains differ by 30 % gave 0.58
         single: factor by which one torque may be off where the ratio of the two fits [-]; 0.71 to 1.18 there
+        change: share of the motor's torque by which its relation to the driver's may change within a drive [-]; 15
+            fault-free drives of 8 virtual cars, and such with a step of friction, change it by 0.01 to 0.07, a
+            quadricycle with little assist by 0.14; a gain that grows to 2 by 0.44 and 1.6, a zero that drifts by two
+            deviations of its signal by 0.8 and 2.6
+        unlike: the same, at least so many times the residual of the first window: what the terms miss changes with
+            the road
     """
 
     slowest: Annotated[float, "m/s"] = 3.0
@@ -85,6 +96,8 @@ class GainLimits:
     deviation: Annotated[float, ""] = 0.25
     ratio: Annotated[float, ""] = 1.75
     single: Annotated[float, ""] = 1.6
+    change: Annotated[float, ""] = 0.2
+    unlike: Annotated[float, ""] = 1.5
 
 
 @dataclass(frozen=True)
@@ -119,11 +132,16 @@ class GainsOverDrive:
 
     def __init__(self, vehicle: Vehicle, rate: float, limits: GainLimits | None = None):
         self.limits, self._rate = limits or GainLimits(), rate
-        self._map = AssistCharacteristic.of(vehicle)
+        self._known = AssistCharacteristic.of(vehicle) is not None
+        # A change within the drive shows whatever the map is: a guess of the speed factor does.
+        self._map = AssistCharacteristic.of(vehicle, math.inf)
         self._stride = Stride(STRIDE)
         self._rows: list[np.ndarray] = []
         self._sums = np.zeros((_TERMS + 1, _TERMS + 1))
         self._count = 0
+        self._first: list[np.ndarray] = []
+        self._last: deque[np.ndarray] = deque(maxlen=WINDOW)
+        self._changed = 0.0
 
     def add(self, signals: Mapping[str, np.ndarray]) -> None:
         """The next piece: signals by name, (n,) each, NaN where missing."""
@@ -134,8 +152,27 @@ class GainsOverDrive:
         self._rows = [np.vstack([*self._rows, rows])]
         while len(self._rows[0]) >= BLOCK:
             block, self._rows[0] = self._rows[0][:BLOCK], self._rows[0][BLOCK:]
-            self._sums += block.T @ block
+            products = block.T @ block
+            self._sums += products
             self._count += len(block)
+            self._compare(products)
+
+    def _compare(self, products: np.ndarray) -> None:
+        """Keep the greatest change of the relation between the torques from the first window to any later one."""
+        if len(self._first) < WINDOW:
+            self._first.append(products)
+            return
+        self._last.append(products)
+        first, last = sum(self._first[1:], self._first[0]), sum(self._last, np.zeros_like(products))
+        usual, now = _terms_of(first), _terms_of(last)
+        if len(self._last) < WINDOW or usual is None or now is None:
+            return
+        off = usual - now
+        # At the least squares the mixed products vanish: what is left by the first terms beyond the best ones.
+        change = math.sqrt(max(float(off @ last[:-1, :-1] @ off), 0.0) / float(last[-1, -1]))
+        residual = _residual(first, usual)
+        if residual <= self.limits.deviation and change > max(self.limits.change, self.limits.unlike * residual):
+            self._changed = max(self._changed, change)
 
     def _terms(self, signals: Mapping[str, np.ndarray]) -> np.ndarray:
         """Rows of the regression: its terms, then the motor's torque at the column."""
@@ -165,27 +202,24 @@ class GainsOverDrive:
 
     def found(self) -> TorqueGains | None:
         """The gains; None where the drive or the vehicle file lack the data for them."""
-        if self._map is None or self._count * STRIDE / self._rate < self.limits.seconds:
+        if not self._known or self._count * STRIDE / self._rate < self.limits.seconds:
             return None
-        matrix, right = self._sums[:-1, :-1], self._sums[:-1, -1]
-        # A term that is zero throughout leaves nothing to scale; its gain is unknown.
-        if not np.diag(matrix).all() or np.linalg.cond(matrix / self._scale(matrix)) > 1e10:
+        terms = _terms_of(self._sums)
+        if terms is None:
             return None
-        terms = np.linalg.solve(matrix, right)
-        power = float(self._sums[-1, -1])
-        left = max(power - float(terms @ right), 0.0)
         linear, quadratic = float(terms[0]), float(terms[1])
-        if not (linear > 0.0 and quadratic > 0.0) or math.sqrt(left / power) > self.limits.deviation:
+        if not (linear > 0.0 and quadratic > 0.0) or _residual(self._sums, terms) > self.limits.deviation:
             return None
         return TorqueGains(linear / quadratic, linear * linear / quadratic, linear)
 
-    @staticmethod
-    def _scale(matrix: np.ndarray) -> np.ndarray:
-        size = np.sqrt(np.diag(matrix))
-        return np.outer(size, size)
-
     def defects(self) -> tuple[Defect, ...]:
-        """Defects of torques with a wrong gain."""
+        """Defects of torques with a wrong gain, or with one or a zero that changes in the drive."""
+        if self._changed > 0.0:
+            sentence = (
+                f"motor_torque no longer follows driver_torque and vehicle_speed as at the beginning of the drive, by "
+                f"{self._changed:.0%} of it: gain or zero of one of them has changed, or the mode of the assist"
+            )
+            return (Defect((*BOTH, "vehicle_speed"), sentence),)
         found = self.found()
         if found is None:
             return ()
@@ -202,3 +236,19 @@ class GainsOverDrive:
             gains = f"{found.driver:.2f} and {found.motor:.2f} times the right gain"
             return (Defect(BOTH, f"driver_torque and motor_torque have {gains}: the assist bends elsewhere"),)
         return ()
+
+
+def _terms_of(products: np.ndarray) -> np.ndarray | None:
+    """Least squares from the products of terms and motor's torque; None where they do not separate the terms."""
+    matrix = products[:-1, :-1]
+    size = np.sqrt(np.diag(matrix))
+    # A term that is zero throughout leaves nothing to scale; its gain is unknown.
+    if not size.all() or np.linalg.cond(matrix / np.outer(size, size)) > 1e10:
+        return None
+    return np.asarray(np.linalg.solve(matrix, products[:-1, -1]))
+
+
+def _residual(products: np.ndarray, terms: np.ndarray) -> float:
+    """Share of the motor's torque that the terms leave, root mean square."""
+    power = float(products[-1, -1])
+    return math.sqrt(max(power - float(terms @ products[:-1, -1]), 0.0) / power)

@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -92,12 +92,14 @@ class Consistency:
         noise: covariance of that
         expected: by the file
         limits: from when on something is wrong
+        lever: zero of the steering angle that an offset of the yaw rate feigns, per offset [s]; NaN if not known
     """
 
     shown: Observables
     noise: np.ndarray
     expected: Expected
     limits: Tolerances
+    lever: Annotated[float, "s"] = math.nan
 
     @cached_property
     def _known(self) -> np.ndarray:
@@ -148,11 +150,19 @@ class Consistency:
         }
         scales = [self._explained(name, effect) for name, effect in effects.items()]
         found = [each if abs(each.size) < LARGEST else replace(each, weight=0.0, size=0.0) for each in scales]
-        found.append(self._explained("the steering angle", {"steering_zero": 1.0}, zero=True))
+        found += [self._explained("the steering angle", {"steering_zero": 1.0}, zero=True), *self._yaw_rate_offset()]
         of_track = self._explained("track_width", {"track": self.expected.values.track})
         named = "track_width" if track else "track_width, or wheel speeds left and right that are alike or exchanged"
         found.append(replace(of_track, words=f"{named} ({self._beside('track')})"))
         return tuple(sorted(found, key=lambda each: -each.weight))
+
+    def _yaw_rate_offset(self) -> list[Explanation]:
+        """An offset of the yaw rate, which looks like a zero of the steering angle."""
+        if not self.lever > 0.0:
+            return []
+        found = self._explained("yaw_rate", {"steering_zero": -self.lever}, zero=True)
+        size, deviation = math.degrees(found.size), math.degrees(found.deviation)
+        return [replace(found, words=f"offset of the yaw rate: {size:+.1f} ± {deviation:.1f} degrees per second")]
 
     def _scalable(self, name: str) -> float:
         """The quantity that the drive shows, which a scale moves by its own size; 0 where the sign is another one."""
@@ -193,8 +203,8 @@ class Consistency:
             return Wrong((), f"{self._of_file()}{other}")
         if not single:
             return None
-        alike = [each for each in others if each.weight > best.weight - limits.alike and abs(each.size) > limits.least]
-        named = (best, *(each for each in alike if not each.zero))
+        alike = [each for each in others if each.weight > best.weight - limits.alike]
+        named = (best, *(each for each in alike if (best.zero if each.zero else abs(each.size) > limits.least)))
         names = tuple(name for each in named for name in _signals(each.name))
         sentence = " or ".join(str(each) for each in named)
         return Wrong(names, f"signals and vehicle file contradict each other: {sentence}")
@@ -253,13 +263,18 @@ def _signals(name: str) -> tuple[str, ...]:
     return ("steering_wheel_angle",) if name.startswith(("steering", "the steering")) else (name,)
 
 
-def consistency_of(drive: ObservablesOverDrive, vehicle: Vehicle, limits: Tolerances) -> Consistency:
+def consistency_of(
+    drive: ObservablesOverDrive, vehicle: Vehicle, limits: Tolerances, yaw_rate_offset: float = 0.0
+) -> Consistency:
     """Of a drive with a vehicle file.
 
     Args:
         drive: what was collected
         vehicle: as which it is judged
         limits: from when on something is wrong
+        yaw_rate_offset: known from elsewhere [rad/s]: the zero of the steering angle that it feigns is taken away
     """
     shown, noise = drive.found()
-    return Consistency(shown, noise, expected(vehicle, limits), limits)
+    lever = drive.lever(shown.wheelbase, shown.understeer)
+    shown = shown._replace(steering_zero=shown.steering_zero + lever * yaw_rate_offset)
+    return Consistency(shown, noise, expected(vehicle, limits), limits, lever)

@@ -76,6 +76,7 @@ class ObservablesOverDrive:
         self._turn, self._slow = RelationOverDrive(2), RelationOverDrive(3)
         self._steer, self._track = RelationOverDrive(3), RelationOverDrive(2)
         self._wheel, self._gain, self._gained = RelationOverDrive(1), RelationOverDrive(2), RelationOverDrive(2)
+        self._speeds = np.zeros(3)
 
     def add(self, signals: Mapping[str, np.ndarray], angle: np.ndarray) -> None:
         """The next piece, (n,) each; NaN where missing.
@@ -102,6 +103,8 @@ class ObservablesOverDrive:
         self._slow.add((across, turning, one), lateral, linear & (speed < limits.slow))
         with np.errstate(divide="ignore", invalid="ignore"):
             self._steer.add((yaw / speed, across, one), angle, linear)
+            steered = linear & np.isfinite(yaw + angle)
+            self._speeds += (np.sum(steered), np.sum(1.0 / speed[steered]), np.sum(speed[steered]))
         rear_left, rear_right, front_left, front_right = wheels
         self._track.add((yaw, speed), rear_right - rear_left, linear)
         mean = 0.5 * (rear_left + rear_right)
@@ -110,6 +113,15 @@ class ObservablesOverDrive:
         gentle = rolling & (np.abs(gained) < limits.gentle) & (np.abs(along) < limits.gentle)
         self._gain.add((along, one), gained, gentle)
         self._gained.add((gained, one), along, gentle)
+
+    def lever(self, wheelbase: float, understeer: float) -> float:
+        """Zero of the steering angle that an offset of the yaw rate feigns, with the opposite sign, per offset [s].
+
+        Args:
+            wheelbase, understeer: as in `Observables`
+        """
+        _, slowness, speed = self._speeds / max(self._speeds[0], 1.0)
+        return float(wheelbase * slowness + understeer * speed)
 
     def found(self) -> tuple[Observables, np.ndarray]:
         """The quantities, and the covariance that the noise of the drive gives them."""

@@ -97,8 +97,9 @@ class SideslipSession(BlockSession):
         if reason := obstacle(self.drive, self._needs_torque, self._torque_known):
             return Conclusion(withheld(self.drive, self.name, reason), withheld=tuple(self.traces))
         found = self._consistency.result()
-        consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances)
         finding = judge(self.drive, self.name, self.misfit_rule, found.nis)
+        offset = finding.evidence.get(OFFSET, 0.0)
+        consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances, offset)
         finding = replace(finding, evidence={**finding.evidence, **consistency.evidence(), **self._share()})
         defects, hidden = self._contradicting(consistency, finding)
         figures = {
