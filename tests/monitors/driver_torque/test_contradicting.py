@@ -69,3 +69,36 @@ def test_gaps_and_too_few_samples_say_nothing():
     gaps = np.where(np.arange(len(TIME)) % 4 == 0, signals()["driver_torque"], np.nan)
     assert found(driver_torque=gaps).names == ()
     assert found(driver_torque=np.full(len(TIME), np.nan)) is None
+
+
+def creeping(values, gain=1.0, zero=0.0):
+    """A signal whose gain and zero move evenly over the last two thirds."""
+    share = np.clip((TIME / TIME[-1] - 1.0 / 3.0) * 1.5, 0.0, 1.0)
+    return values * (1.0 + (gain - 1.0) * share) + zero * share
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_a_gain_that_creeps_is_found(name):
+    contradiction = found(**{name: creeping(signals()[name], gain=2.0)})
+    # Both angles turn alike: beside noise only their sum with the torque separates them.
+    assert name in contradiction.names
+    assert contradiction.creeps == "gain"
+    assert (
+        described(contradiction) == f"the gain of {' or '.join(contradiction.names)} changes slowly against the others"
+    )
+
+
+@pytest.mark.parametrize(("name", "size"), [("steering_wheel_angle", 2.0), ("motor_angle_mechanical", 2.0 * RATIO)])
+def test_a_zero_that_creeps_further_than_the_bar_twists_is_that_of_an_angle(name, size):
+    contradiction = found(**{name: creeping(signals()[name], zero=size)})
+    assert contradiction.creeps == "zero"
+    assert set(contradiction.names) == {"steering_wheel_angle", "motor_angle_mechanical"}
+
+
+def test_a_zero_that_creeps_little_may_be_that_of_the_torque():
+    contradiction = found(driver_torque=creeping(signals()["driver_torque"], zero=5.0))
+    assert (contradiction.creeps, set(contradiction.names)) == ("zero", set(SIGNALS))
+
+
+def test_a_wrong_sign_throughout_does_not_creep():
+    assert found(driver_torque=-signals()["driver_torque"]).creeps == ""

@@ -47,3 +47,13 @@ def test_phase_currents_that_do_not_sum_to_zero_are_named(gain, offset):
     found = finding(changed(**phases, motor_current_alpha=alpha, motor_current_beta=beta))
     assert found.status is Status.FAULT
     assert found.cause == "the phase currents do not add up to zero"
+
+
+@pytest.mark.parametrize("signal", ["motor_current_alpha", "motor_current_beta", "motor_voltage_alpha"])
+def test_a_gain_that_grows_does_not_accuse_the_angle_sensor_alone(signal):
+    values = column(signal)
+    growth = np.clip(np.linspace(-0.5, 1.0, len(values)), 0.0, 1.0)
+    found = finding(changed(**{signal: values * (1.0 + growth)}))
+    assert found.status in (Status.FAULT, Status.SUSPECT)
+    assert "urrents and voltages" in found.headline
+    assert "are not those of one motor" in found.cause or "either may be wrong" in found.cause

@@ -47,6 +47,12 @@ UNLIKE = 4.0
 HELD = 0.9
 """Share of the contradiction's changes that falls on times at which a signal stands still, from which it is stuck."""
 
+BENDS = (0.0, 1.0 / 3.0, 2.0 / 3.0)
+"""Shares of a drive at which a slow change may begin or turn."""
+
+DRIFTS = 3.0
+"""Multiple of a signal's range beyond which its zero does not drift: a wheel that is off by a turn is no torque."""
+
 FITS = 0.05
 """Variance of the contradiction, as a share of that of the bar's twist, up to which the three signals fit."""
 
@@ -58,11 +64,13 @@ class Contradiction(NamedTuple):
         names: of the signals, one of which is wrong; empty where the three fit each other
         gain: of the one signal, where a gain explains the contradiction; else 1
         delay: of the one signal, where a delay explains the contradiction; else 0
+        creeps: "gain" or "zero" where one that changes slowly in the drive explains it; else empty
     """
 
     names: tuple[str, ...]
     gain: Annotated[float, ""] = 1.0
     delay: Annotated[float, "s"] = 0.0
+    creeps: str = ""
 
 
 class ContradictionOverDrive:
@@ -104,8 +112,10 @@ class ContradictionOverDrive:
         gains = [_gain(clean, column) for column in range(3)]
         delays = [_delay(smooth, column, round(LATEST * self._rate)) for column in range(3)]
         best = min(left for left, _ in (*gains, *delays))
-        if held or best > EXPLAINED * apart:
-            return Contradiction((held,) if held else () if fits else _following(whole))
+        if held:
+            return Contradiction((held,))
+        if best > EXPLAINED * apart:
+            return _creeping(clean) or Contradiction(() if fits else _following(whole))
         limit = min(NEARLY * best, EXPLAINED * apart)
         left = {name: min(gains[at][0], delays[at][0]) for at, name in enumerate(SIGNALS)}
         names = tuple(name for name, value in left.items() if value <= limit)
@@ -149,6 +159,31 @@ def _variance(values: np.ndarray) -> float:
     return float(np.var(there)) if len(there) >= FEWEST else np.inf
 
 
+def _creeping(rows: np.ndarray) -> Contradiction | None:
+    """The signal whose gain or zero changes slowly; None where such a change leaves much of the contradiction."""
+    apart = rows.sum(axis=1)
+    time = np.linspace(0.0, 1.0, len(rows))
+    slow = np.column_stack([np.maximum(time - start, 0.0) for start in BENDS])
+    left = [_left_by(apart, slow), *(_left_by(apart, slow * signal[:, None]) for signal in rows.T)]
+    constant = min(_left_by(apart, signal[:, None]) for signal in rows.T)
+    if min(left) > EXPLAINED * float(np.var(apart)) or constant <= NEARLY * min(left):
+        return None
+    if left[0] <= NEARLY * min(left):
+        # Each of them may have the drift but one that would exceed all that its signal does.
+        drift = float(np.ptp(apart))
+        names = (name for name, spread in zip(SIGNALS, np.ptp(rows, axis=0), strict=True) if drift < DRIFTS * spread)
+        return Contradiction(tuple(names) or SIGNALS, creeps="zero")
+    names = tuple(name for name, each in zip(SIGNALS, left[1:], strict=True) if each <= NEARLY * min(left))
+    return Contradiction(names, creeps="gain")
+
+
+def _left_by(values: np.ndarray, terms: np.ndarray) -> float:
+    """Variance that is left by least squares on terms, their means taken away."""
+    terms, values = terms - terms.mean(axis=0), values - values.mean()
+    found, *_ = np.linalg.lstsq(terms, values, rcond=None)
+    return float(np.var(values - terms @ found))
+
+
 def _held(rows: np.ndarray) -> str:
     """The signal that stands still while the contradiction changes; "" where there is none."""
     energy = np.diff(rows.sum(axis=1)) ** 2
@@ -176,6 +211,8 @@ def described(found: Contradiction) -> str:
         found: the contradicting signal, with a name
     """
     name = found.names[0]
+    if found.creeps:
+        return f"the {found.creeps} of {' or '.join(found.names)} changes slowly against the others"
     if found.delay > 0.0:
         return f"{name} is late: the signals fit once it is taken {1e3 * found.delay:.0f} ms earlier"
     if found.gain != 1.0:

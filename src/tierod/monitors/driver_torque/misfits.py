@@ -37,6 +37,14 @@ def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     """
     if unit := _wrong_unit(drive, vehicle):
         return [unit]
+    wrong = _of_the_column(drive, vehicle, rules)
+    # What creeps looks like a wrong stiffness, an offset or a delay, whichever comes nearest.
+    found = drive.contradiction
+    return [described(found)] if wrong and found is not None and found.creeps else wrong
+
+
+def _of_the_column(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
+    """Contradictions, as if each signal had one gain, offset and delay throughout."""
     if is_late(drive, vehicle, rules):
         return _misshapen(drive, vehicle, rules)
     wrong = []
@@ -65,6 +73,8 @@ def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
     found = drive.contradiction
     if found is None:
         return (NO_THIRD,)
+    if found.creeps:
+        return ()
     if found.names:
         return (described(found),)
     if drive.motor and all(each.startswith(UNNAMED) for each in wrong):

@@ -49,6 +49,13 @@ SENSOR_ALONE = (
 )
 """What `model` means where the induced voltage turns as its magnitude requires."""
 
+UNSETTLED = (
+    "the angle sensor differs from the angle that currents and voltages give, and these contradict each other too: "
+    "either may be wrong",
+    "check sign, gain and phases of currents and voltages, and the sensor's magnet and its zero",
+)
+"""What `angle` and `speed` mean where the induced voltage then turns otherwise than its magnitude requires."""
+
 CONFIRMED = (
     "the motor's angle stays away from target_motor_angle_mechanical, though currents and voltages confirm the sensor: "
     "the target is not the one that the motor follows, or it cannot follow",
@@ -161,13 +168,14 @@ def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: 
     if root == "model" and math.isfinite(drive.resistance * drive.flux) and cause == BY_NAME[root].cause:
         cause += f"; as if resistance and flux were {drive.resistance:.2f} and {drive.flux:.2f} of the vehicle file's"
     # The difference from the observer is the magnitude of the fault only where it decided.
-    magnitude = estimate if root == "angle" else None
-    by = f" by {math.degrees(drive.offset):+.1f}° electrical" if root == "angle" else ""
+    decided = root == "angle" and (cause, action) != UNSETTLED
+    magnitude = estimate if decided else None
+    by = f" by {math.degrees(drive.offset):+.1f}° electrical" if decided else ""
     since = drive.starts[root]
     headline = f"{cause[0].upper()}{cause[1:]}{by}, since {since:.2f} s."
     return Finding(
         drive.monitor,
-        Status.FAULT,
+        Status.SUSPECT if (cause, action) == UNSETTLED else Status.FAULT,
         headline,
         since,
         magnitude,
@@ -184,6 +192,8 @@ def _cause_of(root: str, drive: Drive) -> tuple[str, str]:
         return ONCE
     if root == "model" and drive.voltages == MEASURED and drive.contradicting < FITS:
         return SENSOR_ALONE
+    if root in ("angle", "speed") and drive.voltages == MEASURED and drive.contradicting > FITS:
+        return UNSETTLED
     confirmed = drive.known >= LEAST_KNOWN and drive.rms < FIVE_DEGREES
     if root == "not_following" and confirmed and set(drive.starts) <= {root, "plausibility"}:
         return CONFIRMED
