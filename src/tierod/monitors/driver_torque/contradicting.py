@@ -171,8 +171,8 @@ def _creeping(rows: np.ndarray) -> Contradiction | None:
     if left[0] <= NEARLY * min(left):
         # Each of them may have the drift but one that would exceed all that its signal does.
         drift = float(np.ptp(apart))
-        names = (name for name, spread in zip(SIGNALS, np.ptp(rows, axis=0), strict=True) if drift < DRIFTS * spread)
-        return Contradiction(tuple(names) or SIGNALS, creeps="zero")
+        able = [name for name, spread in zip(SIGNALS, np.ptp(rows, axis=0), strict=True) if drift < DRIFTS * spread]
+        return Contradiction(tuple(able) or SIGNALS, creeps="zero")
     names = tuple(name for name, each in zip(SIGNALS, left[1:], strict=True) if each <= NEARLY * min(left))
     return Contradiction(names, creeps="gain")
 
