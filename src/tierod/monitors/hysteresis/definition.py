@@ -208,7 +208,7 @@ _REMEDIES = {
 _CAUSES = {
     Status.HEALTHY: "the loop is as wide as it should be",
     Status.SUSPECT: "the loop is wider than it should be, but no wider than damping, scatter and the unknown friction "
-    "of this car when it was fault-free may explain",
+    "of this car when it was fault-free may explain, or a gain of driver_torque or motor_torque that has changed",
 }
 _ACTIONS = {
     Status.SUSPECT: "compare with the same test of the unfaulted car (--baseline), or turn slowly and several times",
