@@ -71,6 +71,7 @@ class CutPrinter(BranchingPrinter):
         gathered: Gathered | None = None,
     ):
         super().__init__(graph, operations, gathered)
+        self._worked_out_once = self.program  # a clock's step is among it, whatever is worked out here
         if not any(_is_tuning(each) for each in operations.operations):
             # What is worked out once, of constants alone too, is worked out here and nowhere else.
             self.program, self.carried = replace(self.program, invariant=frozenset()), {}
@@ -113,8 +114,9 @@ class CutPrinter(BranchingPrinter):
         given = {**arguments, **self._scratch_arguments()}
         for number, group in enumerate(self._grouped()):
             body = "".join(self._segment(segment) for segment in group)
-            # A member may be called like an argument: u->x.
-            used = [word for word in given if re.search(rf"(?<!->)\b{word}\b", body)]
+            # A member or an output may be called like an argument: u->x, and the comment of a value.
+            code = re.sub(r"/\*.*?\*/", "", body)
+            used = [word for word in given if re.search(rf"(?<!->)\b{word}\b", code)]
             part = f"{name}_{number:02d}"
             texts.append(f"static void {part}({', '.join(given[word] for word in used)})\n{{\n{body}}}\n\n")
             calls.append(f"    {part}({', '.join(used)});\n")
@@ -147,13 +149,13 @@ class CutPrinter(BranchingPrinter):
 
     def _segment(self, segment: Segment) -> str:
         own, program = set(segment.operations), self.program
-        indent = "        " if segment.condition or len(segment.operations) else "    "
         taken = {argument for index in segment.operations for argument in self._arguments(index)}
         taken = taken.union(*(self._needs[target] for target in segment.stores))
         direct = self._direct(segment)
         named = self._names(own) | direct
         inputs = (i for i in taken if program.operations[i].name == "input" and i not in program.invariant)
         read = sorted(i for i in inputs if i not in direct)
+        indent = "        " if segment.condition or own or read else "    "
         places, notes = self._places(), self.notes()
         lines = [self.statement(index, named, places, notes, indent) for index in read]
         for each in nested(program, segment.operations, self._uses(segment)):
@@ -165,7 +167,7 @@ class CutPrinter(BranchingPrinter):
         lines += [self._stored(target, named, indent) for target in segment.stores]
         text = "".join(map(self.spelling.spelt, lines))
         if segment.condition is None:
-            return f"    {{\n{text}    }}\n" if own else text
+            return f"    {{\n{text}    }}\n" if own or read else text
         asked = self.spelling.spelt(self._truth(segment.condition.value, self._outside(segment.condition.value)))
         kept = (index for index in segment.operations if index in self.layout.slots)
         # Compilers cannot see that nothing takes these values elsewhere.
@@ -226,7 +228,7 @@ class CutPrinter(BranchingPrinter):
         """What a selection takes on one side."""
         logical = selection in self._whole
         if value is None:
-            return "false" if logical else self.spelling.number(0.0)
+            return self._zero(logical)
         return self._truth(value, named) if logical else self._real(value, named)
 
     def _direct(self, segment: Segment) -> dict[int, str]:
@@ -319,7 +321,7 @@ class CutPrinter(BranchingPrinter):
             first = self._count(operation.arguments[1], position, named)
             other = self._count(operation.arguments[2], position, named) if operation.name == "select" else "0U"
             return f"({self._truth(operation.arguments[0], named)} ? {first} : {other})"
-        more = added(self.program, index, position)
+        more = added(self._worked_out_once, index, position)
         if more is not None:
             asked = "" if more.condition is None else f"{self._truth(more.condition, named)} && "
             return f"(({asked}({own} < UINT32_MAX)) ? ({own} + 1U) : {own})"
@@ -330,7 +332,7 @@ class CutPrinter(BranchingPrinter):
 
         def conditions(index: int) -> set[int]:
             operation = self.program.operations[index]
-            more = added(self.program, index, target[1])
+            more = added(self._worked_out_once, index, target[1])
             if more is not None and more.condition is not None:
                 return {more.condition}
             if operation.name not in ("select", "if"):
@@ -384,6 +386,10 @@ class CutPrinter(BranchingPrinter):
             condition, _, rest = super().expression(operation, named).partition(" ? ")
             return f"({condition}) ? {rest}" if " " in condition else f"{condition} ? {rest}"
         return super(BranchingPrinter, self).expression(operation, named | reals)
+
+    def _zero(self, logical: bool) -> str:
+        """What a selection gives where it has no second value."""
+        return "false" if logical else self.spelling.number(0.0)
 
     def _real(self, index: int, named: dict[int, str]) -> str:
         """A value as a number."""

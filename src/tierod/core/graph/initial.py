@@ -33,8 +33,14 @@ def initial_program(block: Block) -> Program:
         found = [np.asarray(each, dtype=float).ravel() for each in function.call([casadi.DM(values)])]
     except (RuntimeError, TypeError, NotImplementedError):
         return fixed
-    same = all(np.allclose(a, b, 1e-12, 0.0, equal_nan=True) for a, b in zip(found, (plain, rings), strict=True))
-    return program(function) if same else fixed
+    pairs = list(zip(found, (np.array(plain, dtype=float), np.array(rings, dtype=float)), strict=True))
+    return program(function) if all(_alike(*pair) for pair in pairs) else fixed
+
+
+def _alike(found: np.ndarray, wanted: np.ndarray) -> bool:
+    """Whether numbers differ by their rounding alone; zeros with their signs."""
+    signs = (np.signbit(found) == np.signbit(wanted)) | np.isnan(wanted)
+    return bool(np.allclose(found, wanted, 1e-12, 0.0, equal_nan=True) and signs.all())
 
 
 def _parted(state: Tree) -> tuple[list[Any], list[Any]]:
