@@ -137,6 +137,27 @@ def test_a_counted_time_of_any_sign_is_compared_as_scan_compares(tmp_path, time,
 
 
 @dataclass(frozen=True)
+class CountedByConstants:
+    """A counter that is compared as a time, with nothing tuned."""
+
+    Sample = Pair
+
+    def init(self):
+        return math.inf
+
+    def step(self, state, sample):
+        count = maths.where(sample.a > 0.5, 0.0, state + 1.0)
+        return count, Two(maths.where((count - 0.5) * 0.01 < 0.25, sample.b, -1.0), count)
+
+
+@needs_gcc
+def test_what_follows_from_constants_is_worked_out_without_a_warning(tmp_path):
+    assert same_as_scan(CountedByConstants(), tmp_path)
+    subject = subject_of_block("block", CountedByConstants(), 100.0)
+    run(exported(subject, tmp_path, precision="single"), tmp_path, random_inputs(subject, 10))
+
+
+@dataclass(frozen=True)
 class Since:
     """A clock in a block without parameters."""
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 
-from tierod.core.graph.operations import OUTPUT, PUSH, Program, drop_unused, invariant_of, is_constant
+from tierod.core.graph.operations import OUTPUT, PUSH, Program, drop_unused, is_constant
 from tierod.export.c_header import banner, declared, index_type, reason_name, reasons
 from tierod.export.c_maths import helpers
 from tierod.export.clocks import Clock
@@ -105,7 +104,7 @@ def _alone(operations: Program, outputs: Mapping[Group, int]) -> Program:
     """A program that gives these outputs and is worked out as a whole."""
     kept, moved = drop_unused(operations.operations, dict(outputs))
     renamed = [each._replace(constant=(PARAMETER, each.constant[1])) if each.name == "input" else each for each in kept]
-    return replace(operations, operations=tuple(renamed), outputs=moved, invariant=invariant_of(renamed))
+    return Program(tuple(renamed), moved, frozenset())
 
 
 def printed(

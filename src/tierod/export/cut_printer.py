@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from tierod.core.graph.branches import branches
 from tierod.core.graph.branching_printer import BranchingPrinter
 from tierod.core.graph.line_printer import COMPARE, Places
-from tierod.core.graph.operations import NEXT_STATE, OUTPUT, TUNING, Operation, Program
+from tierod.core.graph.operations import NEXT_STATE, OUTPUT, Operation, Program
 from tierod.core.graph.trace import Graph
 from tierod.export.clocks import Clock, added, is_own
 from tierod.export.nested import Nested, nested
@@ -71,10 +71,6 @@ class CutPrinter(BranchingPrinter):
         gathered: Gathered | None = None,
     ):
         super().__init__(graph, operations, gathered)
-        self._worked_out_once = self.program  # a clock's step is among it, whatever is worked out here
-        if not any(_is_tuning(each) for each in operations.operations):
-            # What is worked out once, of constants alone too, is worked out here and nowhere else.
-            self.program, self.carried = replace(self.program, invariant=frozenset()), {}
         self.spelling, self.reach, self.clocks = spelling, reach, clocks
         needs = {target: self._needed(target) for target in self.program.outputs if not self._stays(target)}
         self.layout: Layout = layout(
@@ -321,7 +317,7 @@ class CutPrinter(BranchingPrinter):
             first = self._count(operation.arguments[1], position, named)
             other = self._count(operation.arguments[2], position, named) if operation.name == "select" else "0U"
             return f"({self._truth(operation.arguments[0], named)} ? {first} : {other})"
-        more = added(self._worked_out_once, index, position)
+        more = added(self.program, index, position)
         if more is not None:
             asked = "" if more.condition is None else f"{self._truth(more.condition, named)} && "
             return f"(({asked}({own} < UINT32_MAX)) ? ({own} + 1U) : {own})"
@@ -332,7 +328,7 @@ class CutPrinter(BranchingPrinter):
 
         def conditions(index: int) -> set[int]:
             operation = self.program.operations[index]
-            more = added(self._worked_out_once, index, target[1])
+            more = added(self.program, index, target[1])
             if more is not None and more.condition is not None:
                 return {more.condition}
             if operation.name not in ("select", "if"):
@@ -403,7 +399,3 @@ class CutPrinter(BranchingPrinter):
             return "true" if operation.constant != 0.0 else "false"
         text = named.get(index, f"v{index}")
         return text if index in self._whole else f"({text} != R(0.0))"
-
-
-def _is_tuning(operation: Operation) -> bool:
-    return operation.name == "input" and operation.constant[0] == TUNING
