@@ -62,7 +62,7 @@ def test_a_value_by_a_tuned_number_leaves_other_constants_where_they_are(tmp_pat
 
 @dataclass(frozen=True)
 class Lines:
-    """Delay lines that begin with parameters, and a state that begins with a negative zero."""
+    """Delay lines that begin with parameters."""
 
     first: Annotated[float, ""] = 0.3
     slope: Annotated[float, ""] = 2.0
@@ -91,20 +91,23 @@ def test_delay_lines_begin_with_what_init_gives(tmp_path, sizes):
 
 @dataclass(frozen=True)
 class NegativeZero:
-    """A state that begins with a negative zero."""
+    """A state that begins with a negative zero, and one that begins with a parameter."""
 
+    start: Annotated[float, ""] = 0.3
     Sample = Pair
 
     def init(self):
-        return -0.0
+        return (-0.0, self.start)
 
     def step(self, state, sample):
-        return maths.where(sample.a > 1e3, sample.a, state), Two(1.0 / state, state)
+        zero, level = state
+        return (maths.where(sample.a > 1e3, sample.a, zero), 0.5 * (level + sample.b)), Two(1.0 / zero, level)
 
 
 @needs_gcc
-def test_a_first_state_keeps_the_sign_of_its_zero(tmp_path):
+def test_a_first_state_keeps_the_sign_of_its_zero_and_follows_the_parameters(tmp_path):
     assert same_as_scan(NegativeZero(), tmp_path)
+    assert "p->start" in (tmp_path / "tierod_block.c").read_text()
 
 
 def test_a_zero_and_a_negative_zero_are_two_constants():

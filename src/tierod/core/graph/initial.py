@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from tierod.core.block import Block, Ring, Tree, leaves, tuning, with_tuning
-from tierod.core.graph.operations import NEXT_STATE, PUSH, Operation, Program, program
+from tierod.core.graph.operations import NEXT_STATE, PUSH, Operation, Program, invariant_of, is_constant, program
 
 
 def initial_program(block: Block) -> Program:
@@ -33,14 +34,18 @@ def initial_program(block: Block) -> Program:
         found = [np.asarray(each, dtype=float).ravel() for each in function.call([casadi.DM(values)])]
     except (RuntimeError, TypeError, NotImplementedError):
         return fixed
-    pairs = list(zip(found, (np.array(plain, dtype=float), np.array(rings, dtype=float)), strict=True))
-    return program(function) if all(_alike(*pair) for pair in pairs) else fixed
+    same = all(np.allclose(a, b, 1e-12, 0.0, equal_nan=True) for a, b in zip(found, (plain, rings), strict=True))
+    return _with_signs(program(function), {NEXT_STATE: plain, PUSH: rings}) if same else fixed
 
 
-def _alike(found: np.ndarray, wanted: np.ndarray) -> bool:
-    """Whether numbers differ by their rounding alone; zeros with their signs."""
-    signs = (np.signbit(found) == np.signbit(wanted)) | np.isnan(wanted)
-    return bool(np.allclose(found, wanted, 1e-12, 0.0, equal_nan=True) and signs.all())
+def _with_signs(followed: Program, numbers: dict[int, list[float]]) -> Program:
+    """The program with negative zeros where they are constants: CasADi has none."""
+    operations, outputs = list(followed.operations), dict(followed.outputs)
+    for (group, position), value in followed.outputs.items():
+        if is_constant(operations[value], 0.0) and math.copysign(1.0, numbers[group][position]) < 0.0:
+            outputs[group, position] = len(operations)
+            operations.append(Operation("constant", (), -0.0))
+    return Program(tuple(operations), outputs, invariant_of(operations))
 
 
 def _parted(state: Tree) -> tuple[list[Any], list[Any]]:
