@@ -20,6 +20,7 @@ from tierod.core.graph.operations import (
     Program,
     drop_unused,
     invariant_of,
+    is_constant,
 )
 from tierod.export.vectors import rounded
 
@@ -114,12 +115,10 @@ class _Maker:
 
     def _one(self) -> int:
         draw, add, choice = self.chance.random(), self.builder.add, self.chance.choice
-        if draw < 0.4:
-            return add(choice(OF_TWO), (self.number(), self.number()))
-        if draw < 0.5:
-            return add(choice(OF_THREE), (self.number(), self.number(), self.number()))
         if draw < 0.65:
-            return add(choice(OF_ONE), (self.number(),))
+            arity, names = (2, OF_TWO) if draw < 0.4 else (3, OF_THREE) if draw < 0.5 else (1, OF_ONE)
+            name, arguments = choice(names), tuple(self.number() for _ in range(arity))
+            return arguments[0] if self._is_mistaken(name, arguments) else add(name, arguments)
         if draw < 0.68:
             return add(choice(OF_LIBRARY), (self._input(SAMPLE, 0),))
         if draw < 0.74:
@@ -133,6 +132,12 @@ class _Maker:
             self.truths.append(self._compared_choice())
             return self.truths[-1]
         return add("select", (self.truth(), self.number(), self.number()))
+
+    def _is_mistaken(self, name: str, arguments: tuple[int, ...]) -> bool:
+        """Whether GCC 12 gives a zero of the wrong sign: for -fma(a, b, c), and for 0.0 less a truth."""
+        given = [self.builder.operations[each] for each in arguments]
+        place = {"neg": 0, "fms": 2, "fnma": 0}.get(name)
+        return (name == "sub" and is_constant(given[0], 0.0)) or (place is not None and given[place].name in OF_THREE)
 
     def _presence(self) -> int:
         """A value that is infinite unless it is small; whether it is there is asked next."""

@@ -11,6 +11,7 @@ import pytest
 from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, rounded, run, worst_share
 from tierod.core.block import Ring
+from tierod.core.errors import ParameterError
 from tierod.core.graph import branches, maths
 from tierod.core.graph.operations import Builder, is_constant
 from tierod.export import c_source
@@ -196,6 +197,37 @@ class Plain:
 
     def step(self, state, sample):
         return state, Two(sample.a + sample.b, sample.a * sample.b)
+
+
+Wide = NamedTuple("Wide", [(f"input{k}", float) for k in range(33)])
+
+
+@dataclass(frozen=True)
+class Many:
+    """More inputs than a mask has bits."""
+
+    Sample = Wide
+
+    def init(self):
+        return ()
+
+    def step(self, state, sample):
+        return state, Two(sample[0], sample[32])
+
+
+def test_more_inputs_than_a_mask_has_bits_are_refused(tmp_path):
+    subject = subject_of_block("many", Many(), 100.0)
+    with pytest.raises(ParameterError, match="takes 33 inputs, and a mask of valid ones has 32 bits"):
+        exported(subject, tmp_path, validity=True)
+
+
+@needs_gcc
+@pytest.mark.parametrize("flag", ["-ffast-math", "-ffinite-math-only"])
+def test_options_that_break_missing_values_are_refused_by_the_source(tmp_path, flag):
+    subject = subject_of_block("plain", Plain(), 100.0)
+    face = exported(subject, tmp_path)
+    with pytest.raises(AssertionError, match="NaN means that a value is missing"):
+        run(face, tmp_path, random_inputs(subject, 10), flags=(flag,))
 
 
 @needs_gcc

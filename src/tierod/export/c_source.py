@@ -23,7 +23,15 @@ def assembled(face: Interface, own: str) -> str:
     called = helpers(face.spelling, own, face.options.libm)
     includes = f'#include "{prefix}.h"\n\n#include <math.h>\n'
     includes += "#include <string.h>\n\n" if "memcpy(" in called else "\n"
-    return "".join((banner(face, "the monitor"), includes, called, _identity(face), own, _reason(face)))
+    return "".join((banner(face, "the monitor"), includes, _STRICT, called, _identity(face), own, _reason(face)))
+
+
+_STRICT = """\
+#if defined __FAST_MATH__ || (defined __FINITE_MATH_ONLY__ && (__FINITE_MATH_ONLY__ > 0))
+#error "NaN means that a value is missing: compile without -ffast-math, -Ofast and -ffinite-math-only"
+#endif
+
+"""
 
 
 def _identity(face: Interface) -> str:
