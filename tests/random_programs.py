@@ -134,10 +134,8 @@ class _Maker:
         return add("select", (self.truth(), self.number(), self.number()))
 
     def _is_mistaken(self, name: str, arguments: tuple[int, ...]) -> bool:
-        """Whether GCC 12 gives a zero of the wrong sign: for -fma(a, b, c), and for 0.0 less a truth."""
-        given = [self.builder.operations[each] for each in arguments]
-        place = {"neg": 0, "fms": 2, "fnma": 0}.get(name)
-        return (name == "sub" and is_constant(given[0], 0.0)) or (place is not None and given[place].name in OF_THREE)
+        """Whether GCC 12 gives a zero of the wrong sign: for 0.0 less a truth, which CasADi writes as a negation."""
+        return name == "sub" and is_constant(self.builder.operations[arguments[0]], 0.0)
 
     def _presence(self) -> int:
         """A value that is infinite unless it is small; whether it is there is asked next."""
