@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from tierod.core.graph.branches import branches
 from tierod.core.graph.branching_printer import BranchingPrinter
 from tierod.core.graph.line_printer import COMPARE, Places
-from tierod.core.graph.operations import NEXT_STATE, OUTPUT, TUNING, Operation, Program
+from tierod.core.graph.operations import NEXT_STATE, OUTPUT, Operation, Program
 from tierod.core.graph.trace import Graph
 from tierod.export.clocks import Clock, added, is_own
 from tierod.export.nested import Nested, nested
@@ -71,9 +71,6 @@ class CutPrinter(BranchingPrinter):
         gathered: Gathered | None = None,
     ):
         super().__init__(graph, operations, gathered)
-        if not any(_is_tuning(each) for each in operations.operations):
-            # What is worked out once, of constants alone too, is worked out here and nowhere else.
-            self.program, self.carried = replace(self.program, invariant=frozenset()), {}
         self.spelling, self.reach, self.clocks = spelling, reach, clocks
         needs = {target: self._needed(target) for target in self.program.outputs if not self._stays(target)}
         self.layout: Layout = layout(
@@ -113,8 +110,9 @@ class CutPrinter(BranchingPrinter):
         given = {**arguments, **self._scratch_arguments()}
         for number, group in enumerate(self._grouped()):
             body = "".join(self._segment(segment) for segment in group)
-            # A member may be called like an argument: u->x.
-            used = [word for word in given if re.search(rf"(?<!->)\b{word}\b", body)]
+            # A member or an output may be called like an argument: u->x, and the comment of a value.
+            code = re.sub(r"/\*.*?\*/", "", body)
+            used = [word for word in given if re.search(rf"(?<!->)\b{word}\b", code)]
             part = f"{name}_{number:02d}"
             texts.append(f"static void {part}({', '.join(given[word] for word in used)})\n{{\n{body}}}\n\n")
             calls.append(f"    {part}({', '.join(used)});\n")
@@ -147,13 +145,13 @@ class CutPrinter(BranchingPrinter):
 
     def _segment(self, segment: Segment) -> str:
         own, program = set(segment.operations), self.program
-        indent = "        " if segment.condition or len(segment.operations) else "    "
         taken = {argument for index in segment.operations for argument in self._arguments(index)}
         taken = taken.union(*(self._needs[target] for target in segment.stores))
         direct = self._direct(segment)
         named = self._names(own) | direct
         inputs = (i for i in taken if program.operations[i].name == "input" and i not in program.invariant)
         read = sorted(i for i in inputs if i not in direct)
+        indent = "        " if segment.condition or own or read else "    "
         places, notes = self._places(), self.notes()
         lines = [self.statement(index, named, places, notes, indent) for index in read]
         for each in nested(program, segment.operations, self._uses(segment)):
@@ -165,7 +163,7 @@ class CutPrinter(BranchingPrinter):
         lines += [self._stored(target, named, indent) for target in segment.stores]
         text = "".join(map(self.spelling.spelt, lines))
         if segment.condition is None:
-            return f"    {{\n{text}    }}\n" if own else text
+            return f"    {{\n{text}    }}\n" if own or read else text
         asked = self.spelling.spelt(self._truth(segment.condition.value, self._outside(segment.condition.value)))
         kept = (index for index in segment.operations if index in self.layout.slots)
         # Compilers cannot see that nothing takes these values elsewhere.
@@ -226,7 +224,7 @@ class CutPrinter(BranchingPrinter):
         """What a selection takes on one side."""
         logical = selection in self._whole
         if value is None:
-            return "false" if logical else self.spelling.number(0.0)
+            return self._zero(logical)
         return self._truth(value, named) if logical else self._real(value, named)
 
     def _direct(self, segment: Segment) -> dict[int, str]:
@@ -385,6 +383,10 @@ class CutPrinter(BranchingPrinter):
             return f"({condition}) ? {rest}" if " " in condition else f"{condition} ? {rest}"
         return super(BranchingPrinter, self).expression(operation, named | reals)
 
+    def _zero(self, logical: bool) -> str:
+        """What a selection gives where it has no second value."""
+        return "false" if logical else self.spelling.number(0.0)
+
     def _real(self, index: int, named: dict[int, str]) -> str:
         """A value as a number."""
         text = self.constant(index) or named.get(index, f"v{index}")
@@ -397,7 +399,3 @@ class CutPrinter(BranchingPrinter):
             return "true" if operation.constant != 0.0 else "false"
         text = named.get(index, f"v{index}")
         return text if index in self._whole else f"({text} != R(0.0))"
-
-
-def _is_tuning(operation: Operation) -> bool:
-    return operation.name == "input" and operation.constant[0] == TUNING

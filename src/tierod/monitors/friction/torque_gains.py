@@ -216,9 +216,9 @@ class GainsOverDrive:
         """Defects of torques with a wrong gain, or with one or a zero that changes in the drive."""
         if self._changed > 0.0:
             sentence = (
-                "motor_torque no longer follows driver_torque, vehicle_speed and steering_wheel_angle as at the beginning "
-                f"of the drive, by {self._changed:.0%} of it: gain or zero of one of them has changed, or the mode of the "
-                "assist"
+                "motor_torque no longer follows driver_torque, vehicle_speed and steering_wheel_angle as at the "
+                f"beginning of the drive, by {self._changed:.0%} of it: gain or zero of one of them has changed, or the "
+                "mode of the assist"
             )
             return (Defect((*BOTH, "vehicle_speed", "steering_wheel_angle"), sentence),)
         found = self.found()
