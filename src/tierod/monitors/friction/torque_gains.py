@@ -217,8 +217,8 @@ class GainsOverDrive:
         if self._changed > 0.0:
             sentence = (
                 "motor_torque no longer follows driver_torque, vehicle_speed and steering_wheel_angle as at the "
-                f"beginning of the drive, by {self._changed:.0%} of it: gain or zero of one of them has changed, or the "
-                "mode of the assist"
+                f"beginning of the drive, by {self._changed:.0%} of it: gain or zero of one of them has changed, or "
+                "the mode of the assist"
             )
             return (Defect((*BOTH, "vehicle_speed", "steering_wheel_angle"), sentence),)
         found = self.found()
