@@ -9,8 +9,10 @@ from tierod.core.graph.operations import NEXT_STATE, OUTPUT, PUSH, Program, drop
 from tierod.export.c_header import banner, declared, reason_name, reasons
 from tierod.export.c_maths import helpers
 from tierod.export.clocks import Clock
-from tierod.export.cut_printer import CutPrinter, Gathered, Group, Reach
+from tierod.export.cut_printer import CutPrinter
 from tierod.export.interface import PARAMETER, Interface
+from tierod.export.rolled_printer import RolledPrinter, Rolling
+from tierod.export.statements import Gathered, Group, Reach
 
 
 def source(face: Interface) -> str:
@@ -87,7 +89,11 @@ def _is_zero(first: Program, value: int) -> bool:
 
 
 def step(
-    face: Interface, name: str = "step", arguments: Mapping[str, str] | None = None, gathered: Gathered | None = None
+    face: Interface,
+    name: str = "step",
+    arguments: Mapping[str, str] | None = None,
+    gathered: Gathered | None = None,
+    rolling: Rolling | None = None,
 ) -> str:
     """One sample on.
 
@@ -96,12 +102,13 @@ def step(
         name: of the function
         arguments: C of the declaration of each argument, by its name, where the function is a static one
         gathered: see `CutPrinter`
+        rolling: see `RolledPrinter`; None for a step without loops
     """
     notes = {(OUTPUT, k): path for k, path in enumerate(face.graph.output)}
     types = {(OUTPUT, k): f"{face.prefix}_status_t" for k in face.statuses}
     reach = Reach(face.taken, face.given, face.carried, notes, types)
     words = arguments or {word: declared(face, word) for word in "cxuy"}
-    text = printed(face, face.program, reach, face.clocks, name, words, arguments is not None, gathered)
+    text = printed(face, face.program, reach, face.clocks, name, words, arguments is not None, gathered, rolling)
     more = "".join(
         f"    x->{line}_head = ((x->{line}_head + 1U) < {size}U) ? (uint16_t)(x->{line}_head + 1U) : 0U;\n"
         for line, size in face.rings
@@ -125,9 +132,11 @@ def printed(
     arguments: Mapping[str, str],
     static: bool = False,
     gathered: Gathered | None = None,
+    rolling: Rolling | None = None,
 ) -> str:
     """The functions of a program."""
-    printer = CutPrinter(face.graph, operations, face.spelling, reach, clocks, gathered=gathered)
+    given = (face.graph, operations, face.spelling, reach, clocks)
+    printer = CutPrinter(*given, gathered=gathered) if rolling is None else RolledPrinter(*given, rolling, gathered)
     return printer.functions(f"{face.prefix}_{name}", arguments, static)
 
 
