@@ -162,8 +162,8 @@ class BankInterface(_OfBank):
         )
 
     @cached_property
-    def program(self) -> Program:
-        """Program of one step of the judge."""
+    def stepped(self) -> Program:
+        """Program of one step of the judge as the graph has it."""
         return simplified(program(self.bank.judge.function), self.initial)
 
     @cached_property

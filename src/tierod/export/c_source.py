@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from tierod.core.graph.operations import NEXT_STATE, OUTPUT, PUSH, Program, drop_unused, invariant_of
+from tierod.core.graph.operations import NEXT_STATE, OUTPUT, Program, drop_unused, invariant_of
 from tierod.export.c_header import banner, declared, reason_name, reasons
 from tierod.export.c_maths import helpers
 from tierod.export.clocks import Clock
@@ -69,15 +69,15 @@ def initial(face: Interface, name: str, arguments: Mapping[str, str], zeroed: st
     """
     first = face.initial
     outputs = {t: v for t, v in first.outputs.items() if t[0] == NEXT_STATE and not _is_zero(first, v)}
-    filled = {t: v for t, v in first.outputs.items() if t[0] == PUSH}
     reach = Reach(face.taken, face.given, face.carried, {}, {})
     text = printed(face, _alone(first, outputs), reach, {}, name, arguments, static)
     more = ""
-    for (_, position), value in filled.items():
-        line, size = face.rings[position]
-        number = face.spelling.number(float(first.operations[value].constant or 0.0))
-        more += f"    for (uint16_t k = 0U; k < {size}U; k++) {{\n        x->{line}[k] = {number};\n    }}\n"
-        more += f"    x->{line}_head = 0U;\n"
+    for line in face.lines.arrays:
+        rows = [(row, value) for row, value in enumerate(line.first) if value]
+        for row, value in rows:
+            own = line.name if len(line.first) == 1 else f"{line.name}[{row}]"
+            more += f"    for (uint16_t k = 0U; k < {line.size}U; k++) {{\n"
+            more += f"        x->{own}[k] = {face.spelling.number(value)};\n    }}\n"
     signature = f"void {face.prefix}_{name}({', '.join(arguments.values())})\n{{\n"
     begun_text, _, rest = text.rpartition(signature)
     return f"{begun_text}{signature}{zeroed}{rest.removesuffix('}' + chr(10))}{more}}}\n"
@@ -110,8 +110,8 @@ def step(
     words = arguments or {word: declared(face, word) for word in "cxuy"}
     text = printed(face, face.program, reach, face.clocks, name, words, arguments is not None, gathered, rolling)
     more = "".join(
-        f"    x->{line}_head = ((x->{line}_head + 1U) < {size}U) ? (uint16_t)(x->{line}_head + 1U) : 0U;\n"
-        for line, size in face.rings
+        f"    x->{line.name}_head = ((x->{line.name}_head + 1U) < {line.size}U) ? (uint16_t)(x->{line.name}_head + 1U) : 0U;\n"
+        for line in face.lines.arrays
     )
     return f"{text.removesuffix('}' + chr(10))}{more}}}\n"
 

@@ -12,7 +12,7 @@ import heapq
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
-from itertools import count
+from itertools import count, pairwise
 
 from tierod.core.graph.operations import Operation
 from tierod.export.net import CLOCK, Net
@@ -142,7 +142,7 @@ class _Finder:
         return not any(self._before[index] & together for index in group)
 
     def _is_chain(self, group: Sequence[int]) -> bool:
-        return all(self._before[later] >> index & 1 for index, later in zip(group, group[1:], strict=False))
+        return all(self._before[later] >> index & 1 for index, later in pairwise(group))
 
     def _aligned(self, group: Sequence[int]) -> Iterable[tuple[int, ...]]:
         """Arguments of each, the first two so that they are most like those of the first."""

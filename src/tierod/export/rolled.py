@@ -190,7 +190,7 @@ def _worked(part: Part) -> Iterable[int]:
 
 
 def _free(until: Sequence[int], count: int, begun: int) -> int:
-    """The first of so many places side by side that are free from a part on; the last of them may lie beyond the end."""
+    """The first of so many places side by side that are free from a part on; they may reach beyond the end."""
     first = 0
     for place, ended in enumerate(until):
         if place - first == count:

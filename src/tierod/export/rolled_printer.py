@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from tierod.core.graph.branches import with_picks
 from tierod.core.graph.branching_printer import truths_of
@@ -38,7 +38,7 @@ class LoopSegment(Segment):
         loop: in which they stand
     """
 
-    loop: Loop = Loop((), {})
+    loop: Loop = field(kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class RolledPrinter(CutPrinter):
             own = part if loop is None else tuple(index for pack in loop.packs for index in pack.members)
             stored = tuple(target for index in own if (target := step.net.target(index)) is not None)
             worked = tuple(index for index in own if step.net.target(index) is None)
-            segments.append(LoopSegment(None, worked, stored, loop) if loop else Segment(None, worked, stored))
+            segments.append(LoopSegment(None, worked, stored, loop=loop) if loop else Segment(None, worked, stored))
         return Layout(tuple(segments), slots, {}, sizes)
 
     def _reached(self, operations: Sequence[Operation], index: int) -> str:
