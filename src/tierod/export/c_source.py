@@ -110,8 +110,9 @@ def step(
     words = arguments or {word: declared(face, word) for word in "cxuy"}
     text = printed(face, face.program, reach, face.clocks, name, words, arguments is not None, gathered, rolling)
     more = "".join(
-        f"    x->{line.name}_head = ((x->{line.name}_head + 1U) < {line.size}U) ? (uint16_t)(x->{line.name}_head + 1U) : 0U;\n"
+        f"    {head} = (({head} + 1U) < {line.size}U) ? (uint16_t)({head} + 1U) : 0U;\n"
         for line in face.lines.arrays
+        for head in [f"x->{line.name}_head"]
     )
     return f"{text.removesuffix('}' + chr(10))}{more}}}\n"
 

@@ -168,7 +168,7 @@ def places(step: Rolled) -> tuple[dict[int, int], tuple[int, int]]:
     Args:
         step: rolled up
     """
-    home = {index: number for number, part in enumerate(step.parts) for index in _worked(part)}
+    home = {index: number for number, part in enumerate(step.parts) for index in worked(part)}
     last: dict[int, int] = {}
     for number, part in enumerate(step.parts):
         last.update(dict.fromkeys((each for each in taken(step.net, part) if each in home), number))
@@ -185,7 +185,12 @@ def places(step: Rolled) -> tuple[dict[int, int], tuple[int, int]]:
     return slots, (len(busy[0]), len(busy[1]))
 
 
-def _worked(part: Part) -> Iterable[int]:
+def worked(part: Part) -> Iterable[int]:
+    """Operations and stores of a part.
+
+    Args:
+        part: a loop or a straight piece
+    """
     return (index for pack in part.packs for index in pack.members) if isinstance(part, Loop) else part
 
 

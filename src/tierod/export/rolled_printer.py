@@ -16,7 +16,7 @@ from tierod.export.clocks import Clock
 from tierod.export.cut_printer import CutPrinter
 from tierod.export.net import STORE, Target, net_of
 from tierod.export.packs import Pack, families
-from tierod.export.rolled import is_kept_at_the_end, outside, places, rolled
+from tierod.export.rolled import is_kept_at_the_end, outside, places, rolled, worked
 from tierod.export.schedule import Loop
 from tierod.export.segments import LONGEST, Layout, Segment
 from tierod.export.spelling import Spelling
@@ -99,13 +99,15 @@ class RolledPrinter(CutPrinter):
         self.program, self._whole = step.net.program, step.truths
         self._logical = frozenset(self.program.operations[index] for index in self._whole)
         slots, sizes = places(step)
-        segments = []
+        segments: list[Segment] = []
         for part in step.parts:
-            loop = part if isinstance(part, Loop) else None
-            own = part if loop is None else tuple(index for pack in loop.packs for index in pack.members)
+            own = tuple(worked(part))
             stored = tuple(target for index in own if (target := step.net.target(index)) is not None)
-            worked = tuple(index for index in own if step.net.target(index) is None)
-            segments.append(LoopSegment(None, worked, stored, loop=loop) if loop else Segment(None, worked, stored))
+            rest = tuple(index for index in own if step.net.target(index) is None)
+            if isinstance(part, Loop):
+                segments.append(LoopSegment(None, rest, stored, loop=part))
+            else:
+                segments.append(Segment(None, rest, stored))
         return Layout(tuple(segments), slots, {}, sizes)
 
     def _reached(self, operations: Sequence[Operation], index: int) -> str:
