@@ -1,6 +1,10 @@
 """A judge whose loops over lanes become loops in C: equal to `scan` to the last bit, whatever the lanes are tied by."""
 
+import os
+import subprocess
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -10,10 +14,6 @@ from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, run
 from tierod.core.block import Ring
 from tierod.core.graph import KEEP, Bank, Verdict, maths
-from tierod.export.c_export import monitor_files
-from tierod.export.c_source import step
-from tierod.export.interface import Options
-from tierod.export.bank_interface import BankInterface
 from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of_block
 
@@ -88,7 +88,9 @@ class RandomJudge:
         """One more loop."""
         a, b = (vectors[k] for k in generator.integers(len(vectors), size=2))
         scalar = scalars[generator.integers(len(scalars))]
-        turned = list(np.roll(np.arange(COUNT), generator.integers(-2, 3))) if generator.random() < 0.4 else range(COUNT)
+        turned = (
+            list(np.roll(np.arange(COUNT), generator.integers(-2, 3))) if generator.random() < 0.4 else range(COUNT)
+        )
         b = [b[int(k)] for k in turned]
         special = set(generator.integers(COUNT, size=2).tolist()) if generator.random() < 0.4 else set()
         sets = [sorted(set(generator.integers(12, size=4).tolist())) for _ in range(COUNT)]
@@ -155,3 +157,26 @@ def test_loops_over_lanes_equal_scan_to_the_last_bit(tmp_path):
 @pytest.mark.parametrize("seed", range(100, 160))
 def test_many_loops_over_lanes_equal_scan_to_the_last_bit(tmp_path, seed):
     equal(tmp_path, seed)
+
+
+@needs_gcc
+def test_the_text_of_a_bank_is_the_same_in_another_process(tmp_path):
+    texts = []
+    for seed in ("1", "2"):
+        code = (
+            "import sys; sys.path[:0] = sys.argv[1:]\n"
+            "from test_rolled import random_bank\n"
+            "from tierod.export.c_export import interface_of, monitor_files\n"
+            "from tierod.export.interface import Options\n"
+            "from tierod.export.subject import subject_of_block\n"
+            "face = interface_of(subject_of_block('drawn', random_bank(3), 100.0), Options('double'))\n"
+            "print(''.join(monitor_files(face).values()))\n"
+        )
+        folders = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
+        done = subprocess.run(
+            [sys.executable, "-c", code, *folders], capture_output=True, text=True, check=True,
+            env={**os.environ, "PYTHONHASHSEED": seed},
+        )  # fmt: skip
+        texts.append(done.stdout)
+    assert texts[0] == texts[1]
+    assert "for (uint16_t i = 0U; i < 9U" in texts[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,6 +22,8 @@ from tierod.export.schedule import Loop
 from tierod.export.segments import LONGEST, Layout, Segment
 from tierod.export.spelling import Spelling
 from tierod.export.statements import Gathered, Reach, StatementPrinter, halves, hexadecimal
+
+_VALUE = re.compile(r"(?<![\w>.])v(\d+)\b")
 
 ROLE = 5
 """Group of what the turns of a loop take from elsewhere: in the program of one turn they are inputs."""
@@ -151,7 +154,8 @@ class RolledPrinter(CutPrinter):
                 place = tables.indexed([self._slot(index) for index in pack.members])
                 ends.append(f"{indent}{place} = v{turn.values[pack.members]};\n")
         begun, left = self._handed(loop, handed, turn, ends, indent)
-        body = "".join(lines + ends)
+        # Values of a turn are no values of the step, whose numbers begin with v.
+        body = _VALUE.sub(r"r\1", "".join(lines + ends))
         head = f"        for (uint16_t i = 0U; i < {loop.turns}U; i++) {{\n"
         return f"    {{\n{tables.text}{begun}{head}{body}        }}\n{left}    }}\n"
 

@@ -120,6 +120,8 @@ class StatementPrinter(BranchingPrinter):
         reals = {each: self._real(each, named) for each in arguments if each in self._whole and name != "select"}
         if name in ("select", "if"):
             condition, _, rest = super().expression(operation, named).partition(" ? ")
+            if name == "if" and operation in self._logical:
+                rest = rest.removesuffix("R(0.0)") + "false"
             return f"({condition}) ? {rest}" if " " in condition else f"{condition} ? {rest}"
         return super(BranchingPrinter, self).expression(operation, named | reals)
 

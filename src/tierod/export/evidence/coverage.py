@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tierod.core.content import Table
-from tierod.core.graph.branches import with_picks
 from tierod.core.graph.operations import STATE, TUNING, Operation, Program
 from tierod.export.evidence.checks import Checked
 from tierod.export.evidence.tools import ran, version
@@ -40,7 +39,7 @@ class Stepped(NamedTuple):
     """Meanings of the numbers in the C of a step.
 
     Args:
-        program: of the step that is printed
+        program: of the step that is printed, its chains as picks and members
         state: dotted names of its states
     """
 
@@ -109,7 +108,6 @@ def _found(part: str, pattern: str) -> str:
 def _missed(listing: str, stepped: Stepped | None) -> Iterator[tuple[str, str, str]]:
     """Kind, line and text of every branch that gcov lists as not taken."""
     line, text, function, asked = "", "", "", ""
-    numbered = stepped and stepped._replace(program=with_picks(stepped.program))
     for each in listing.splitlines():
         if source := _LINE.match(each):
             line, text = source.groups()
@@ -118,7 +116,7 @@ def _missed(listing: str, stepped: Stepped | None) -> Iterator[tuple[str, str, s
         elif each.startswith("function "):
             function = each.split()[1]
         elif _MISSED.match(each):
-            known = numbered if "_step" in function or "_judge" in function else None
+            known = stepped if "_step" in function or "_judge" in function else None
             yield _kind(asked, function, known), line, text.strip()
 
 
@@ -130,7 +128,8 @@ def _kind(line: str, function: str, stepped: Stepped | None) -> str:
     if "_prepare" in function:
         return "parameters"
     named = _NAMED.search(line)
-    if stepped is None or not named:
+    # Values of the turns of a loop, and copies for one, have numbers of their own.
+    if stepped is None or not named or int(named[1]) >= len(stepped.program.operations):
         return "other"
     if _rests_on_presence(stepped.program, int(named[1])):
         return "presence"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -11,16 +13,28 @@ import numpy as np
 
 from tierod.core.content import Heading, Item, Table
 from tierod.core.files import write_text
+from tierod.core.graph.branches import with_picks
+from tierod.core.graph.membership import with_members
 from tierod.core.graph.operation_count import operation_count
+from tierod.core.graph.operations import Program
+from tierod.export.bank_interface import BankInterface
 from tierod.export.c_export import write_folder
 from tierod.export.evidence import calibrated
-from tierod.export.evidence.checks import FURTHER, Checked, checks, of_monitor
+from tierod.export.evidence.checks import FURTHER, SANITIZED, Checked, checked, checks, misra, of_monitor
 from tierod.export.evidence.comparison import Difference, differences, table
 from tierod.export.evidence.coverage import Stepped, covered
 from tierod.export.evidence.single_precision import apart, beside_double
 from tierod.export.evidence.targets import targets
+from tierod.export.evidence.tools import AT_ONCE
 from tierod.export.interface import Interface
-from tierod.export.stimuli import FACTORS, affordable, altered_inputs, disturbed_inputs
+from tierod.export.stimuli import (
+    FACTORS,
+    MOST_SANITIZED,
+    SANITIZED_WORK,
+    affordable,
+    altered_inputs,
+    disturbed_inputs,
+)
 from tierod.export.vectors import Vectors, input_table, rounded
 from tierod.report.analysis.analysis import Analysis
 
@@ -40,23 +54,47 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
     (folder / "build").mkdir(exist_ok=True)
     first = next(iter(samples.values()))
     driven = dict(list(samples.items())[:-1])
-    further = np.concatenate([*samples.values(), disturbed_inputs(first, 2 * len(first))])
+    parts = [*samples.values(), disturbed_inputs(first, 2 * len(first))]
+    further = np.concatenate(parts)
     write_text(folder / FURTHER, input_table(face.subject, Vectors(rounded(further), vectors.outputs, "")))
+    write_text(
+        folder / SANITIZED, input_table(face.subject, Vectors(rounded(_short(face, parts)), vectors.outputs, ""))
+    )
+    export, stepped = of_monitor(face), Stepped(_numbered(face), face.graph.state)
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        # The longest first, so that none is left alone at the end; none needs what another one writes.
+        departures = pool.submit(misra, export, folder)
+        missed = pool.submit(covered, _with_altered(face, folder, first), folder, stepped)
+        rows = [pool.submit(each) for each in checks(export, folder)]
+        cost = pool.submit(targets, face, folder, vectors)
     found = differences(face, folder, samples)
     items: list[Item] = [
         Heading("Back to back"),
         table(found, face.options.precision),
         *([beside_double(face, apart(face, folder, driven))] if face.options.precision == "single" else []),
         Heading("Checks"),
-        *checks(of_monitor(face), folder),
-        *covered(_with_altered(face, folder, first), folder, Stepped(face.program, face.graph.state)),
+        checked([each.result() for each in rows]),
+        departures.result(),
+        *missed.result(),
         Heading("Targets"),
-        targets(face, folder, vectors),
+        cost.result(),
         Heading("Operations"),
         _operations(face),
     ]
     title = f"Evidence for {face.prefix}"
     return Analysis(title, (_summary(face, found),), items, _document(face, found, items))
+
+
+def _short(face: Interface, parts: Sequence[np.ndarray]) -> np.ndarray:
+    """Samples for sanitizers, which make a long step some twenty times longer: the beginning of each part."""
+    share = affordable(face.subject, MOST_SANITIZED, SANITIZED_WORK) / sum(map(len, parts))
+    return np.concatenate([part[: math.ceil(min(share, 1.0) * len(part))] for part in parts])
+
+
+def _numbered(face: Interface) -> Program:
+    """The program by whose numbers the C of a step is named."""
+    found = with_picks(face.program)
+    return with_members(found) if isinstance(face, BankInterface) else found
 
 
 ALTERED, SHORTEST = 600_000, 1_000
