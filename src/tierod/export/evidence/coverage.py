@@ -21,6 +21,9 @@ REASONS = {
     "the samples, whole signals missing among them, makes it missing; the block asks because it stands elsewhere too",
     "age": "how long ago a value was there that the monitor works out itself: with these samples it is always there",
     "limit": "a limit at zero that the value does not reach with these samples",
+    "number": "that the number of a lane is whole and there is such a lane, which the judge always gives",
+    "circle": "lanes that take over the states of each other in a circle, which this judge never asks for; "
+    "tests/export/test_bank_export.py runs a bank whose judge does",
     "store": "a checksum that is right over contents that are not",
     "other": "no reason is recorded: drives, altered ones too, random samples and failed signals do not reach them; "
     "listed below",
@@ -32,6 +35,7 @@ LONGEST = 110
 
 _LINE = re.compile(r"\s*[-#\d=*]+:\s*(\d+):(.*)")
 _MISSED = re.compile(r"branch\s+\d+ (?:taken 0\b|never executed)")
+_NUMBER = re.compile(r"\b(?:bool k|int32_t [ij])\d+ =")
 _NAMED = re.compile(r"\bv(\d+) =")
 
 
@@ -127,6 +131,10 @@ def _kind(line: str, function: str, stepped: Stepped | None) -> str:
         return "store"
     if "_prepare" in function:
         return "parameters"
+    if function.endswith("_member") or _NUMBER.search(line):
+        return "number"
+    if function.endswith("_adopt"):
+        return "circle"
     named = _NAMED.search(line)
     # Values of the turns of a loop, and copies for one, have numbers of their own.
     if stepped is None or not named or int(named[1]) >= len(stepped.program.operations):

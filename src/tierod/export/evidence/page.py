@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -97,8 +97,10 @@ def _numbered(face: Interface) -> Program:
     return with_members(found) if isinstance(face, BankInterface) else found
 
 
-ALTERED, SHORTEST = 600_000, 1_000
+ALTERED, SHORTEST = 600_000, 500
 """Samples of all altered drives together, at the most; of one, so that it is worth while."""
+COVERED_WORK: Annotated[float, ""] = 16e9
+"""Operations that all altered drives may take: a step of a bank takes a millisecond where branches are counted."""
 CALIBRATED = 10
 """Times as many samples run with other parameters: verdicts take minutes of driving."""
 
@@ -106,7 +108,7 @@ CALIBRATED = 10
 def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:
     """The export with a run over every altered drive, each from the first state on, and runs with other parameters."""
     export, subject = of_monitor(face), face.subject
-    count = affordable(subject, ALTERED) // (len(FACTORS) * max(len(subject.sample), 1))
+    count = affordable(subject, ALTERED, COVERED_WORK) // (len(FACTORS) * max(len(subject.sample), 1))
     runs = list(export.runs)
     for number, values in enumerate(altered_inputs(drive, count) if count >= SHORTEST else ()):
         name = f"build/altered-{number}.csv"
