@@ -62,18 +62,26 @@ class RandomJudge:
 
     def init(self):
         lines = tuple(tuple(Ring(delay, 0.5 * row) for delay in own) for row, own in enumerate(self.delays))
-        return (0.0,) * COUNT, tuple(float(k) for k in range(COUNT)), 0.0, lines
+        return (0.0,) * COUNT, tuple(float(k) for k in range(COUNT)), 0.0, lines, (0.0,) * COUNT
 
     def step(self, state, sample):
         generator = np.random.default_rng(self.seed)
-        first, second, number, lines = state
+        first, second, number, lines, waited = state
+        # Clocks, which single precision counts in whole numbers.
+        waited = [
+            maths.where(maths.present(maths.where(lane.rate > 2.0 + 0.1 * k, np.inf, lane.rate)), 0.0, each + 1.0)
+            for k, (lane, each) in enumerate(zip(sample.lanes, waited, strict=True))
+        ]
         vectors = [
             list(first), list(second), list(self.limits),
             [lane.level for lane in sample.lanes], [lane.rate for lane in sample.lanes],
         ]  # fmt: skip
         scalars = [number, sample.sample.a, sample.lanes[0].level]
         read = [line.oldest for row in lines for line in row]
-        vectors.append([read[k % len(read)] for k in range(COUNT)])
+        vectors += [
+            [read[k % len(read)] for k in range(COUNT)],
+            [maths.where(each > 3.0, 1.0, each) for each in waited],
+        ]
         for _ in range(14):
             self._grow(generator, vectors, scalars)
         pushed = [maths.where(maths.present(each), each, 0.25) for each in vectors[-1][: len(lines)]]
@@ -81,8 +89,9 @@ class RandomJudge:
         kept = [[maths.limit(maths.where(maths.present(v), v, 0.0), -9.0, 9.0) for v in each] for each in vectors[-2:]]
         chosen = maths.where(maths.present(scalars[-1]), maths.floor(maths.limit(scalars[-1], 0.0, 8.0)), 0.0)
         adopt = [maths.where(kept[0][k] > self.limits[k] + 3.0, chosen, KEEP) for k in range(COUNT)]
-        output = Told(tuple(vectors[-1] + vectors[-3]), chosen)
-        return (tuple(kept[0]), tuple(kept[1]), chosen, after), Verdict(output, tuple(adopt))
+        since = [maths.where(each > 3.0, 1.0, 0.25 * each) for each in waited]
+        output = Told(tuple(vectors[-1] + vectors[-3] + since), chosen)
+        return (tuple(kept[0]), tuple(kept[1]), chosen, after, tuple(waited)), Verdict(output, tuple(adopt))
 
     def _grow(self, generator, vectors, scalars):
         """One more loop."""
@@ -150,6 +159,27 @@ def test_loops_over_lanes_equal_scan_to_the_last_bit(tmp_path):
         folder.mkdir()
         loops += equal(folder, seed)
     assert loops > 6 * 5
+
+
+@needs_gcc
+def test_in_single_precision_loops_equal_the_step_without_them_to_the_last_bit(tmp_path, monkeypatch):
+    for seed in range(3):
+        subject = subject_of_block("drawn", random_bank(seed), 100.0, "A judge drawn at random")
+        inputs = random_inputs(subject, 300, seed)
+        found = []
+        for name in ("rolled", "straight"):
+            folder = tmp_path / f"{name}{seed}"
+            folder.mkdir()
+            with monkeypatch.context() as patched:
+                if name == "straight":
+                    patched.setattr("tierod.export.bank_interface.BankInterface.rolling", None)
+                face = exported(subject, folder, inputs=inputs)
+            assert len(face.clocks) == COUNT
+            assert ("i < 9U; i++) {\n            const" in (folder / "tierod_drawn.c").read_text()) == (
+                name == "rolled"
+            )
+            found.append(run(face, folder, inputs, flags=NATIVE))
+        assert np.array_equal(*found, equal_nan=True)
 
 
 @pytest.mark.slow

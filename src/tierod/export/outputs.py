@@ -31,6 +31,8 @@ class OutputPrinter(StatementPrinter):
     ):
         super().__init__(graph, operations, spelling, reach, gathered, truths)
         self.clocks = clocks
+        # What a clock counts by is read from the step as it was given, which loops may write otherwise.
+        self.meant = self.program
 
     def _stored(self, target: Group, named: dict[int, str], indent: str) -> str:
         value = self.program.outputs[target]
@@ -64,28 +66,28 @@ class OutputPrinter(StatementPrinter):
 
     def _count(self, index: int, position: int, named: dict[int, str]) -> str:
         """The next number of steps of a clock."""
-        operation, own = self.program.operations[index], self.reach.given((NEXT_STATE, position))
+        operation, own = self.meant.operations[index], self.reach.given((NEXT_STATE, position))
         if operation.name in ("select", "if"):
             first = self._count(operation.arguments[1], position, named)
             other = self._count(operation.arguments[2], position, named) if operation.name == "select" else "0U"
             return f"({self._truth(operation.arguments[0], named)} ? {first} : {other})"
-        more = added(self.program, index, position)
+        more = added(self.meant, index, position)
         if more is not None:
             asked = "" if more.condition is None else f"{self._truth(more.condition, named)} && "
             return f"(({asked}({own} < UINT32_MAX)) ? ({own} + 1U) : {own})"
-        return own if is_own(self.program, index, position) else "0U"
+        return own if is_own(self.meant, index, position) else "0U"
 
     def _needed(self, target: Group) -> set[int]:
         """Values that the storing of an output takes: of a clock the conditions on which its next number depends."""
 
         def conditions(index: int) -> set[int]:
-            operation = self.program.operations[index]
-            more = added(self.program, index, target[1])
+            operation = self.meant.operations[index]
+            more = added(self.meant, index, target[1])
             if more is not None and more.condition is not None:
                 return {more.condition}
             if operation.name not in ("select", "if"):
                 return set()
             return {operation.arguments[0]}.union(*map(conditions, operation.arguments[1:]))
 
-        value = self.program.outputs[target]
+        value = self.meant.outputs[target]
         return conditions(value) if self._is_clock(target) else {value}
