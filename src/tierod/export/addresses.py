@@ -59,7 +59,7 @@ class Tables:
         """
         first, step = values[0], values[1] - values[0]
         if any(value != first + step * turn for turn, value in enumerate(values)):
-            return self.at("uint16_t", [f"{value}U" for value in values]).removesuffix("U" if not suffix else "")
+            return self.at("uint16_t", [f"{value}U" for value in values])
         if step == 0:
             return f"{first}{suffix}"
         if step < 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -24,6 +25,9 @@ from tierod.export.spelling import Spelling
 from tierod.export.statements import Gathered, Reach, StatementPrinter, halves, hexadecimal
 
 _VALUE = re.compile(r"(?<![\w>.])v(\d+)\b")
+
+LARGEST = 1 << 16
+"""Whole number up to which the number of a turn may be added to it: it is exact in single precision."""
 
 ROLE = 5
 """Group of what the turns of a loop take from elsewhere: in the program of one turn they are inputs."""
@@ -149,8 +153,8 @@ class RolledPrinter(CutPrinter):
                 lines.append(self._worked(turn, pack, tables, indent))
             else:
                 lines.append(self._stored_by(turn, pack, target, tables, indent))
-            at_the_end = is_kept_at_the_end(loop, pack, self.layout_slots)
-            if target is None and not at_the_end and any(index in self.layout_slots for index in pack.members):
+            at_the_end = is_kept_at_the_end(loop, pack, self.layout.slots)
+            if target is None and not at_the_end and any(index in self.layout.slots for index in pack.members):
                 place = tables.indexed([self._slot(index) for index in pack.members])
                 ends.append(f"{indent}{place} = v{turn.values[pack.members]};\n")
         begun, left = self._handed(loop, handed, turn, ends, indent)
@@ -160,6 +164,7 @@ class RolledPrinter(CutPrinter):
         return f"    {{\n{tables.text}{begun}{head}{body}        }}\n{left}    }}\n"
 
     def _turn(self, loop: Loop, tables: Tables, handed: Mapping[tuple[int, ...], str]) -> Turn:
+        """The program of one turn: what it takes from elsewhere are its inputs."""
         operations: list[Operation] = []
         numbers: dict[tuple[int, ...], int] = {}
         texts: dict[int, str] = {}
@@ -190,12 +195,15 @@ class RolledPrinter(CutPrinter):
         operations = self.program.operations
         if operations[column[0]].name == "constant":
             return self._numbers([float(operations[index].constant) for index in column], tables)
-        texts = [self._slot(i) if i in self.layout_slots else self._reached(operations, i) for i in column]
+        texts = [self._slot(i) if i in self.layout.slots else self._reached(operations, i) for i in column]
         return texts[0] if len(set(column)) == 1 else tables.indexed(texts)
 
     def _numbers(self, values: Sequence[float], tables: Tables) -> str:
-        if all(value == values[0] + turn for turn, value in enumerate(values)) and values[0] == int(values[0]) >= 0:
-            return "(real)i" if values[0] == 0.0 else f"(real)i + {self.spelling.number(values[0])}"
+        """C of the constant of a turn; whole numbers that follow each other come from the number of the turn."""
+        first = values[0]
+        follow = all(value == first + turn for turn, value in enumerate(values))
+        if follow and first.is_integer() and math.copysign(1.0, first) > 0.0 and first < LARGEST:
+            return "(real)i" if first == 0.0 else f"(real)i + {self.spelling.number(first)}"
         return tables.at(self.spelling.real, [self.spelling.number(value) for value in values])
 
     def _worked(self, turn: Turn, pack: Pack, tables: Tables, indent: str) -> str:
@@ -235,23 +243,18 @@ class RolledPrinter(CutPrinter):
             ends.append(f"{indent}{name} = v{turn.values[source]};\n")
             pack = next(each for each in loop.packs if each.members == source)
             if (
-                source[-1] in self.layout_slots
-                and is_kept_at_the_end(loop, pack, self.layout_slots)
+                source[-1] in self.layout.slots
+                and is_kept_at_the_end(loop, pack, self.layout.slots)
                 and source not in kept
             ):
                 kept.add(source)
                 left += f"        {self._slot(source[-1])} = {name};\n"
         return begun, left
 
-    @property
-    def layout_slots(self) -> Mapping[int, int]:
-        """Places of values that cross segments."""
-        return self.layout.slots
-
     def _target(self, index: int) -> Target | None:
+        """The output that an operation puts away; None for one that does not."""
         operation = self.program.operations[index]
-        target: Target | None = operation.constant if operation.name == STORE else None
-        return target
+        return operation.constant if operation.name == STORE else None
 
     def _type(self, truth: bool) -> str:
         return "bool" if truth else self.spelling.real

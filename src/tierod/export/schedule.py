@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
@@ -153,17 +152,3 @@ class _Scheduler:
 def _loop(body: Sequence[Cluster]) -> Loop:
     handed_on = {column: members for each in body for column, members in each.handed_on.items()}
     return Loop(tuple(pack for each in body for pack in each.packs), handed_on)
-
-
-def counted(parts: Sequence[Part]) -> Counter[str]:
-    """How many operations stand in loops, and how many between them."""
-    found: Counter[str] = Counter()
-    for part in parts:
-        if isinstance(part, Loop):
-            found["loops"] += 1
-            found["packs"] += len(part.packs)
-            found["rolled"] += sum(len(pack.members) for pack in part.packs)
-        else:
-            found["pieces"] += 1
-            found["straight"] += len(part)
-    return found
