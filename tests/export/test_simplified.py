@@ -7,6 +7,7 @@ import pytest
 
 from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, rounded, run
+from tierod.core.block import tuning
 from tierod.core.graph import maths
 from tierod.core.graph.initial import initial_program
 from tierod.core.graph.operations import NEXT_STATE, SAMPLE, Builder, Program, program
@@ -52,7 +53,7 @@ class Hold:
 def test_a_counter_is_compared_with_a_whole_number_and_presence_is_asked_once():
     block = Hold()
     whole, first = program(trace(block).function), initial_program(block)
-    found = simplified(whole, first)
+    found = simplified(whole, first, [value for _, value in tuning(block)])
     assert counters(whole, first) == {1}
     assert found.counts()["lt"] == whole.counts()["lt"] - 1
     assert found.counts()["sub"] == found.counts()["fnma"] == 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING
 
 from tierod.core.errors import ParameterError, nearest
@@ -89,7 +90,7 @@ def export_c(name: str, vehicle: str | None, variant: str | None, choice: CChoic
     written = _write(face, car, choice.drive, output)
     console().print(
         f"{subject.title} for {car.name}, {choice.precision} precision, parameters {subject.digest:08x}: "
-        f"{len(written)} files in {output}\nbuild and compare with: make -C {output}",
+        f"{len(written)} files in {output}\nbuild and compare with: make -C {quote(str(output))}",
         soft_wrap=True, markup=False, highlight=False,
     )  # fmt: skip
     if choice.evidence:
@@ -118,7 +119,7 @@ def export_fault_memory(output: Path, evidence: bool) -> None:
     write_folder(texts, output)
     console().print(
         f"fault memory of {len(codes.codes)} trouble codes: {len(texts)} files in {output}\n"
-        f"build and compare with: make -C {output}",
+        f"build and compare with: make -C {quote(str(output))}",
         soft_wrap=True, markup=False, highlight=False,
     )  # fmt: skip
     if evidence:

@@ -56,6 +56,17 @@ class LaneInterface(_OfBank):
             )
         return found
 
+    @property
+    def tuning(self) -> tuple[float, ...]:
+        """Values of the parameters of a lane, the least of all lanes."""
+        return tuple(self._rows.min(axis=0).tolist())
+
+    @property
+    def _rows(self) -> np.ndarray:
+        """Values of the parameters, one row per lane."""
+        count = len(self.graph.tuning)
+        return np.array(self.subject.values[: count * self.bank.count]).reshape(self.bank.count, count)
+
     @cached_property
     def statuses(self) -> tuple[int, ...]:
         """A lane states none."""
@@ -64,8 +75,7 @@ class LaneInterface(_OfBank):
     @cached_property
     def own(self) -> tuple[int, ...]:
         """Positions of the parameters in which lanes differ."""
-        count = len(self.graph.tuning)
-        rows = np.array(self.subject.values[: count * self.bank.count]).reshape(self.bank.count, count)
+        rows = self._rows
         return tuple(int(k) for k in np.flatnonzero((rows != rows[0]).any(axis=0)))
 
     @cached_property
@@ -164,12 +174,17 @@ class BankInterface(_OfBank):
     @cached_property
     def stepped(self) -> Program:
         """Program of one step of the judge as the graph has it."""
-        return simplified(program(self.bank.judge.function), self.initial)
+        return simplified(program(self.bank.judge.function), self.initial, self.tuning)
 
     @cached_property
     def initial(self) -> Program:
         """Program that sets the first state of the judge."""
         return initial_program(self.subject.block.judge)
+
+    @property
+    def tuning(self) -> tuple[float, ...]:
+        """Values of the parameters of the judge."""
+        return self.subject.values[self.tuned :]
 
     @cached_property
     def known_feedback(self) -> tuple[Described, ...]:

@@ -6,7 +6,7 @@ import errno
 from collections.abc import Mapping
 from pathlib import Path
 
-from tierod.core.errors import OutputError
+from tierod.core.errors import OutputError, ParameterError
 from tierod.core.files import expanded, require_folder, write_text
 from tierod.core.graph.bank_graph import BankGraph
 from tierod.export.bank_interface import BankInterface
@@ -19,6 +19,9 @@ from tierod.export.c_texts import makefile, readme
 from tierod.export.interface import Interface, Options
 from tierod.export.subject import Subject
 from tierod.export.vectors import ROWS_BEYOND, Vectors, input_table, output_table, tolerances
+
+BITS = 32
+"""Of the mask of valid inputs."""
 
 
 def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:
@@ -51,7 +54,17 @@ def monitor_files(face: Interface) -> dict[str, str]:
 
 
 def interface_of(subject: Subject, options: Options) -> Interface:
-    """The interface of an export: of a straight line, or of a bank."""
+    """The interface of an export: of a straight line, or of a bank.
+
+    Raises:
+        ParameterError: a mask of valid inputs is wanted, and there are more than it has bits
+    """
+    count = len(subject.graph.sample)
+    if options.validity and count > BITS:
+        raise ParameterError(
+            f"{subject.title} takes {count} inputs, and a mask of valid ones has {BITS} bits; leave --validity out, so "
+            "that NaN stands for a missing input"
+        )
     kind = BankInterface if isinstance(subject.graph, BankGraph) else Interface
     return kind(subject, options)
 

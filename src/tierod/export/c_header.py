@@ -161,8 +161,13 @@ def state_rows(face: Interface, known: Sequence[Described] | None = None) -> lis
     ]
     for line in face.lines.arrays:
         rows.append(f"    /* delay line, and its place that is written next */\n    {real} {line.declarator};\n")
-        rows.append(f"    uint16_t {line.name}_head;\n")
+        rows.append(f"    {index_type(line.size)} {line.name}_head;\n")
     return rows
+
+
+def index_type(size: int) -> str:
+    """The type of a place in a delay line: the smallest that counts so many."""
+    return "uint16_t" if size <= 0xFFFF else "uint32_t"
 
 
 def rows_of(

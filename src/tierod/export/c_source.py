@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 
-from tierod.core.graph.operations import NEXT_STATE, OUTPUT, Program, drop_unused, invariant_of
-from tierod.export.c_header import banner, declared, reason_name, reasons
+from tierod.core.graph.operations import OUTPUT, PUSH, Program, drop_unused, is_constant
+from tierod.export.c_header import banner, declared, index_type, reason_name, reasons
 from tierod.export.c_maths import helpers
 from tierod.export.clocks import Clock
 from tierod.export.cut_printer import CutPrinter
@@ -26,7 +25,15 @@ def assembled(face: Interface, own: str) -> str:
     called = helpers(face.spelling, own, face.options.libm)
     includes = f'#include "{prefix}.h"\n\n#include <math.h>\n'
     includes += "#include <string.h>\n\n" if "memcpy(" in called else "\n"
-    return "".join((banner(face, "the monitor"), includes, called, _identity(face), own, _reason(face)))
+    return "".join((banner(face, "the monitor"), includes, _STRICT, called, _identity(face), own, _reason(face)))
+
+
+_STRICT = """\
+#if defined __FAST_MATH__ || (defined __FINITE_MATH_ONLY__ && (__FINITE_MATH_ONLY__ > 0))
+#error "NaN means that a value is missing: compile without -ffast-math, -Ofast and -ffinite-math-only"
+#endif
+
+"""
 
 
 def _identity(face: Interface) -> str:
@@ -68,24 +75,21 @@ def initial(face: Interface, name: str, arguments: Mapping[str, str], zeroed: st
         static: whether the function is static
     """
     first = face.initial
-    outputs = {t: v for t, v in first.outputs.items() if t[0] == NEXT_STATE and not _is_zero(first, v)}
+    kept = face.lines.kept
+    outputs = {
+        target: value
+        for target, value in first.outputs.items()
+        if not is_constant(first.operations[value], 0.0) and (target[0] != PUSH or target[1] in kept)
+    }
     reach = Reach(face.taken, face.given, face.carried, {}, {})
     text = printed(face, _alone(first, outputs), reach, {}, name, arguments, static)
     more = ""
-    for line in face.lines.arrays:
-        rows = [(row, value) for row, value in enumerate(line.first) if value]
-        for row, value in rows:
-            own = line.name if len(line.first) == 1 else f"{line.name}[{row}]"
-            more += f"    for (uint16_t k = 0U; k < {line.size}U; k++) {{\n"
-            more += f"        x->{own}[k] = {face.spelling.number(value)};\n    }}\n"
+    for line, own in (face.lines.row(position) for group, position in outputs if group == PUSH):
+        begun = f"    for ({index_type(line.size)} k = 1U; k < {line.size}U; k++) {{\n"
+        more += f"{begun}        x->{own}[k] = x->{own}[0];\n    }}\n" if line.size > 1 else ""
     signature = f"void {face.prefix}_{name}({', '.join(arguments.values())})\n{{\n"
     begun_text, _, rest = text.rpartition(signature)
     return f"{begun_text}{signature}{zeroed}{rest.removesuffix('}' + chr(10))}{more}}}\n"
-
-
-def _is_zero(first: Program, value: int) -> bool:
-    operation = first.operations[value]
-    return operation.name == "constant" and operation.constant == 0.0
 
 
 def step(
@@ -110,7 +114,7 @@ def step(
     words = arguments or {word: declared(face, word) for word in "cxuy"}
     text = printed(face, face.program, reach, face.clocks, name, words, arguments is not None, gathered, rolling)
     more = "".join(
-        f"    {head} = (({head} + 1U) < {line.size}U) ? (uint16_t)({head} + 1U) : 0U;\n"
+        f"    {head} = (({head} + 1U) < {line.size}U) ? ({index_type(line.size)})({head} + 1U) : 0U;\n"
         for line in face.lines.arrays
         for head in [f"x->{line.name}_head"]
     )
@@ -121,7 +125,7 @@ def _alone(operations: Program, outputs: Mapping[Group, int]) -> Program:
     """A program that gives these outputs and is worked out as a whole."""
     kept, moved = drop_unused(operations.operations, dict(outputs))
     renamed = [each._replace(constant=(PARAMETER, each.constant[1])) if each.name == "input" else each for each in kept]
-    return replace(operations, operations=tuple(renamed), outputs=moved, invariant=invariant_of(renamed))
+    return Program(tuple(renamed), moved, frozenset())
 
 
 def printed(

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from tierod.core.graph.operations import NEXT_STATE, STATE, Operation, Program
+from tierod.core.graph.operations import NEXT_STATE, STATE, Operation, Program, is_constant
 
 
 class Clock(NamedTuple):
@@ -47,7 +47,7 @@ def clocks(program: Program, initial: Program) -> dict[int, Clock]:
     """
     found = {}
     for (group, position), value in sorted(program.outputs.items()):
-        if group == NEXT_STATE and _is_zero(initial, initial.outputs[group, position]):
+        if group == NEXT_STATE and is_constant(initial.operations[initial.outputs[group, position]], 0.0):
             steps: set[int] = set()
             if _counts(program, position, value, steps) and len(steps) == 1:
                 found[position] = Clock(position, steps.pop(), value)
@@ -94,11 +94,6 @@ def _adds_at_times(program: Program, more: Operation) -> bool:
     return more.name == "if" and more.arguments[1] in program.invariant
 
 
-def _is_zero(program: Program, index: int) -> bool:
-    operation = program.operations[index]
-    return operation.name == "constant" and operation.constant == 0.0
-
-
 def _counts(program: Program, position: int, index: int, steps: set[int]) -> bool:
     """Whether a value is a clock's next one; the steps that it adds are collected."""
     operation = program.operations[index]
@@ -110,4 +105,4 @@ def _counts(program: Program, position: int, index: int, steps: set[int]) -> boo
     if more is not None:
         steps.add(more.step)
         return True
-    return is_own(program, index, position) or _is_zero(program, index)
+    return is_own(program, index, position) or is_constant(operation, 0.0)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
 
 from tierod.core.graph.branches import branches
-from tierod.core.graph.operations import TUNING, Operation, Program
+from tierod.core.graph.operations import Program
 from tierod.core.graph.trace import Graph
 from tierod.export.clocks import Clock
 from tierod.export.nested import Nested, nested
@@ -47,9 +46,6 @@ class CutPrinter(OutputPrinter):
         truths: frozenset[int] | None = None,
     ):
         super().__init__(graph, operations, spelling, reach, clocks, gathered, truths)
-        if not any(_is_tuning(each) for each in operations.operations):
-            # What is worked out once, of constants alone too, is worked out here and nowhere else.
-            self.program, self.carried = replace(self.program, invariant=frozenset()), {}
         self._needs = {target: self._needed(target) for target in self.program.outputs if not self._stays(target)}
         self._longest = longest
         self.layout = self._laid_out()
@@ -86,8 +82,9 @@ class CutPrinter(OutputPrinter):
         given = {**arguments, **self._scratch_arguments()}
         for number, group in enumerate(self._grouped()):
             body = "".join(self._segment(segment) for segment in group)
-            # A member may be called like an argument: u->x.
-            used = [word for word in given if re.search(rf"(?<!->)\b{word}\b", body)]
+            # A member or an output may be called like an argument: u->x, and the comment of a value.
+            code = re.sub(r"/\*.*?\*/", "", body)
+            used = [word for word in given if re.search(rf"(?<!->)\b{word}\b", code)]
             part = f"{name}_{number:02d}"
             texts.append(f"static void {part}({', '.join(given[word] for word in used)})\n{{\n{body}}}\n\n")
             calls.append(f"    {part}({', '.join(used)});\n")
@@ -124,13 +121,13 @@ class CutPrinter(OutputPrinter):
 
     def _segment(self, segment: Segment) -> str:
         own, program = set(segment.operations), self.program
-        indent = "        " if segment.condition or len(segment.operations) else "    "
         taken = {argument for index in segment.operations for argument in self._arguments(index)}
         taken = taken.union(*(self._needs[target] for target in segment.stores))
         direct = self._direct(segment)
         named = self._names(own) | direct
         inputs = (i for i in taken if program.operations[i].name == "input" and i not in program.invariant)
         read = sorted(i for i in inputs if i not in direct)
+        indent = "        " if segment.condition or own or read else "    "
         places, notes = self._places(), self.notes()
         lines = [self.statement(index, named, places, notes, indent) for index in read]
         for each in nested(program, segment.operations, self._uses(segment)):
@@ -142,7 +139,7 @@ class CutPrinter(OutputPrinter):
         lines += [self._stored(target, named, indent) for target in segment.stores]
         text = "".join(map(self.spelling.spelt, lines))
         if segment.condition is None:
-            return f"    {{\n{text}    }}\n" if own else text
+            return f"    {{\n{text}    }}\n" if own or read else text
         asked = self.spelling.spelt(self._truth(segment.condition.value, self._outside(segment.condition.value)))
         kept = (index for index in segment.operations if index in self.layout.slots)
         # Compilers cannot see that nothing takes these values elsewhere.
@@ -201,7 +198,3 @@ class CutPrinter(OutputPrinter):
     def _slot(self, index: int) -> str:
         """Where a value lies that crosses functions."""
         return f"{'b' if index in self._whole else 'w'}[{self.layout.slots[index]}]"
-
-
-def _is_tuning(operation: Operation) -> bool:
-    return operation.name == "input" and operation.constant[0] == TUNING

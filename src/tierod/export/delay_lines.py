@@ -21,18 +21,22 @@ class Line:
 
     Args:
         name: of C
-        first: number that fills each row before the first step
+        rows: of the array
         size: numbers of a row
     """
 
     name: str
-    first: tuple[float, ...]
+    rows: int
     size: int
 
     @property
     def declarator(self) -> str:
         """Name and dimensions."""
-        return f"{self.name}[{self.size}]" if len(self.first) == 1 else f"{self.name}[{len(self.first)}][{self.size}]"
+        return f"{self.name}[{self.size}]" if self.rows == 1 else f"{self.name}[{self.rows}][{self.size}]"
+
+    def row(self, number: int) -> str:
+        """C of a row."""
+        return self.name if self.rows == 1 else f"{self.name}[{number}]"
 
     def place(self, row: int, delay: int) -> str:
         """C of the number of some steps ago; of as many steps ago as the row is long it is written next.
@@ -41,7 +45,7 @@ class Line:
             row: of the array
             delay: steps, at most `size`
         """
-        own = self.name if len(self.first) == 1 else f"{self.name}[{row}]"
+        own = self.row(row)
         if delay == self.size:
             return f"x->{own}[x->{self.name}_head]"
         return f"x->{own}[(x->{self.name}_head + {self.size - delay}U) % {self.size}U]"
@@ -55,16 +59,23 @@ class Lines:
         arrays: as C holds them
         home: position of a delay line of the graph -> number of its array, and its row
         delays: length of every delay line of the graph
+        kept: the longest delay line of each row, which stands for all of it
     """
 
     arrays: tuple[Line, ...]
     home: Mapping[int, tuple[int, int]]
     delays: tuple[int, ...]
+    kept: frozenset[int]
 
     def read(self, position: int) -> str:
         """C of the oldest number of a delay line of the graph."""
         array, row = self.home[position]
         return self.arrays[array].place(row, self.delays[position])
+
+    def row(self, position: int) -> tuple[Line, str]:
+        """The array of a delay line of the graph, and C of its row."""
+        array, row = self.home[position]
+        return self.arrays[array], self.arrays[array].row(row)
 
     def written(self, position: int) -> str:
         """C of the place that takes the next number of a delay line of the graph."""
@@ -80,21 +91,20 @@ def delay_lines(program: Program, initial: Program, rings: Sequence[tuple[str, i
         initial: of the first state
         rings: dotted name and length of every delay line of the graph
     """
-    rows: dict[tuple[str, int, float], list[int]] = {}
+    rows: dict[tuple[str, int, int], list[int]] = {}
     for position, (path, _) in enumerate(rings):
-        first = float(initial.operations[initial.outputs[PUSH, position]].constant or 0.0)
-        rows.setdefault((_family(path), program.outputs[PUSH, position], first), []).append(position)
+        pushed, first = program.outputs[PUSH, position], initial.outputs[PUSH, position]
+        rows.setdefault((_family(path), pushed, first), []).append(position)
     families: dict[str, list[list[int]]] = {}
     for (family, _, _), own in rows.items():
         families.setdefault(family if len(own) > 1 else rings[own[0]][0], []).append(own)
     arrays, home = [], {}
     for number, (family, several) in enumerate(families.items()):
-        firsts = tuple(float(initial.operations[initial.outputs[PUSH, own[0]]].constant or 0.0) for own in several)
-        arrays.append(
-            Line(identifier(family.replace("*", "")), firsts, max(rings[k][1] for own in several for k in own))
-        )
+        size = max(rings[k][1] for own in several for k in own)
+        arrays.append(Line(identifier(family.replace("*", "")), len(several), size))
         home.update({k: (number, row) for row, own in enumerate(several) for k in own})
-    return Lines(tuple(arrays), home, tuple(size for _, size in rings))
+    kept = frozenset(max(own, key=lambda k: rings[k][1]) for own in rows.values())
+    return Lines(tuple(arrays), home, tuple(size for _, size in rings), kept)
 
 
 def pushed_once(program: Program, lines: Lines) -> Program:
@@ -104,12 +114,9 @@ def pushed_once(program: Program, lines: Lines) -> Program:
         program: of the step
         lines: its delay lines
     """
-    rows: dict[tuple[int, int], int] = {}
-    for position, row in lines.home.items():
-        known = rows.setdefault(row, position)
-        rows[row] = max(known, position, key=lambda each: lines.delays[each])
-    kept = set(rows.values())
-    outputs = {target: value for target, value in program.outputs.items() if target[0] != PUSH or target[1] in kept}
+    outputs = {
+        target: value for target, value in program.outputs.items() if target[0] != PUSH or target[1] in lines.kept
+    }
     return replace(program, outputs=outputs)
 
 

@@ -71,8 +71,13 @@ class Interface:
     @cached_property
     def stepped(self) -> Program:
         """Program of one step as the graph has it; in single precision it sums small changes of a state first."""
-        found = simplified(program(self.graph.function), self.initial)
+        found = simplified(program(self.graph.function), self.initial, self.tuning)
         return growth_first(found) if self.options.precision == "single" else found
+
+    @property
+    def tuning(self) -> tuple[float, ...]:
+        """Values of the parameters of one step."""
+        return self.subject.values
 
     @cached_property
     def program(self) -> Program:

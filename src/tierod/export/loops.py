@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 
-from tierod.core.graph.operations import Program
+from tierod.core.graph.operations import Program, is_constant
 from tierod.export.net import Net
 from tierod.export.packs import Pack
 
@@ -114,7 +114,7 @@ def is_truth(program: Program, index: int, truths: Set[int]) -> bool:
         truths: values that are known to be
     """
     operation = program.operations[index]
-    return index in truths or (operation.name == "constant" and operation.constant in (0.0, 1.0))
+    return index in truths or is_constant(operation, 0.0) or is_constant(operation, 1.0)
 
 
 def ordered(numbers: Iterable[int], before: Mapping[int, Set[int]]) -> list[int] | None:

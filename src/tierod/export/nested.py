@@ -59,12 +59,15 @@ def nested(program: Program, operations: Sequence[int], uses: Mapping[int, Set[i
             taken.update(made.chosen, *made.sides)
     chosen = {each for branch in found.values() for each in branch.chosen}
     values = {each for branch in found.values() for pair in branch.chosen.values() for each in pair}
+    # A negation that is asked alone needs no value beside the branch; one that is chosen is a value as any other.
+    asked: set[int] = set()
+    for index in reversed(operations):
+        if program.operations[index].name == "not" and uses[index] <= chosen | asked and index not in values:
+            asked.add(index)
     for index in operations:
-        # A negation that is asked alone needs no value beside the branch; one that is chosen is a value as any other.
-        asked = program.operations[index].name == "not" and uses[index] <= chosen and index not in values
         if index in found:
             yield found[index]
-        elif index not in taken and not asked:
+        elif index not in taken and index not in asked:
             yield index
 
 

@@ -2,36 +2,44 @@
 
 Three things are left out. A comparison of a value that was chosen among two constants is the choice itself. Whether a
 value is there, where it was replaced by infinity unless it was there, is the condition of that replacement. And a
-counter of steps that is compared by `time * (count - 0.5) < limit` is compared with a whole number, worked out once.
+counter of steps that is compared by `time * (count - 0.5) < limit` with a positive time is compared with a whole
+number, worked out once. Chains of selections become one operation here too, so that all who print the step know the
+same values that follow from the tuning alone.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
+from tierod.core.graph.branches import with_picks
 from tierod.core.graph.operations import (
     LOGICAL,
     NEXT_STATE,
     STATE,
+    TUNING,
     Builder,
     Operation,
     Program,
     drop_unused,
     invariant_of,
+    is_constant,
 )
 
 
-def simplified(program: Program, initial: Program) -> Program:
+def simplified(program: Program, initial: Program, tuning: Sequence[float]) -> Program:
     """The same step with fewer operations; equal to the last bit.
 
     Args:
         program: of a step
         initial: of the first state, by which counters are known
+        tuning: values, by which positive times are known
     """
-    simpler = _Simpler(program, counters(program, initial))
+    simpler = _Simpler(program, counters(program, initial), tuning)
     operations, outputs = drop_unused(simpler.builder.operations, simpler.outputs())
-    return replace(program, operations=tuple(operations), outputs=outputs, invariant=invariant_of(operations))
+    found = replace(program, operations=tuple(operations), outputs=outputs, invariant=invariant_of(operations))
+    return with_picks(found)
 
 
 def counters(program: Program, initial: Program) -> frozenset[int]:
@@ -54,27 +62,23 @@ def _counts(program: Program, index: int, states: set[int] | frozenset[int]) -> 
     """Whether a value is a whole number, where some states are."""
     operation = program.operations[index]
     if operation.name == "constant":
-        return float(operation.constant) == 0.0
+        return is_constant(operation, 0.0)
     if operation.name == "input":
         group, position = operation.constant
         return bool(group == STATE) and position in states
     if operation.name in ("select", "if"):
         return all(_counts(program, each, states) for each in operation.arguments[1:])
     return operation.name == "add" and any(
-        _is(program.operations[one], 1.0) and _counts(program, other, states)
+        is_constant(program.operations[one], 1.0) and _counts(program, other, states)
         for one, other in (operation.arguments, operation.arguments[::-1])
     )
-
-
-def _is(operation: Operation, value: float) -> bool:
-    return operation.name == "constant" and float(operation.constant) == value
 
 
 class _Simpler:
     """A program written anew, operation by operation."""
 
-    def __init__(self, program: Program, counting: frozenset[int]):
-        self.program, self.counting = program, counting
+    def __init__(self, program: Program, counting: frozenset[int], tuning: Sequence[float]):
+        self.program, self.counting, self.tuning = program, counting, tuning
         self.builder = Builder()
         self.new: dict[int, int] = {}
         for index, operation in enumerate(program.operations):
@@ -116,12 +120,14 @@ class _Simpler:
     def _chosen(self, name: str, arguments: tuple[int, ...]) -> int:
         """One of two values: of 1 and 0 the condition itself."""
         condition, first, *rest = arguments
-        pair = (self._constant(first), self._constant(rest[0]) if rest else 0.0)
-        inner = self._operation(first)
+        inner, other = self._operation(first), self._operation(rest[0]) if rest else Operation("constant", (), 0.0)
         if name == "if" and inner.name == "if" and inner.arguments[0] == condition:
             return first
-        if self._is_truth(condition) and pair in ((1.0, 0.0), (0.0, 1.0)):
-            return condition if pair[0] else self._not(condition)
+        if self._is_truth(condition):
+            if is_constant(inner, 1.0) and is_constant(other, 0.0):
+                return condition
+            if is_constant(inner, 0.0) and is_constant(other, 1.0):
+                return self._not(condition)
         return self.builder.add(name, arguments)
 
     # -- comparisons ---------------------------------------------------------------------------------------------
@@ -171,7 +177,8 @@ class _Simpler:
     def _counted(self, operation: Operation) -> int | None:
         """`time * (count - 0.5) < limit` as the comparison of the counter with a whole number.
 
-        The least count that fails is one of three whole numbers, since each rounding moves it by less than one.
+        The least count that fails is one of three whole numbers, since each rounding moves it by less than one; of a
+        time that is not positive, more counts would hold and not fewer.
         """
         operations, fixed = self.program.operations, self.program.invariant
         first, limit = operation.arguments
@@ -180,14 +187,21 @@ class _Simpler:
         for time, more in (operations[first].arguments, operations[first].arguments[::-1]):
             less = operations[more]
             if (
-                time in fixed
+                self._is_positive(operations[time])
                 and less.name == "sub"
-                and _is(operations[less.arguments[1]], 0.5)
+                and is_constant(operations[less.arguments[1]], 0.5)
                 and _counts(self.program, less.arguments[0], self.counting)
             ):
                 least = self._least(self.new[time], self.new[limit], self.new[less.arguments[1]])
                 return self.builder.add("lt", (self.new[less.arguments[0]], least))
         return None
+
+    def _is_positive(self, time: Operation) -> bool:
+        """Whether a value is a positive constant or parameter."""
+        if time.name == "input":
+            group, position = time.constant
+            return bool(group == TUNING) and self.tuning[position] > 0.0
+        return time.name == "constant" and float(time.constant) > 0.0
 
     def _least(self, time: int, limit: int, half: int) -> int:
         """The least count at which `time * (count - 0.5) < limit` fails."""

@@ -120,8 +120,6 @@ class StatementPrinter(BranchingPrinter):
         reals = {each: self._real(each, named) for each in arguments if each in self._whole and name != "select"}
         if name in ("select", "if"):
             condition, _, rest = super().expression(operation, named).partition(" ? ")
-            if name == "if" and operation in self._logical:
-                rest = rest.removesuffix("R(0.0)") + "false"
             return f"({condition}) ? {rest}" if " " in condition else f"{condition} ? {rest}"
         return super(BranchingPrinter, self).expression(operation, named | reals)
 
@@ -133,6 +131,10 @@ class StatementPrinter(BranchingPrinter):
             low, high: C of the bits of the whole numbers from 0 on and from 32 on
         """
         return f"tierod_member({number}, {low}, {high})"
+
+    def _zero(self, logical: bool) -> str:
+        """What a selection gives where it has no second value."""
+        return "false" if logical else self.spelling.number(0.0)
 
     def _real(self, index: int, named: dict[int, str]) -> str:
         """A value as a number."""
@@ -187,7 +189,7 @@ class StatementPrinter(BranchingPrinter):
         """What a selection takes on one side."""
         logical = selection in self._whole
         if value is None:
-            return "false" if logical else self.spelling.number(0.0)
+            return self._zero(logical)
         return self._truth(value, named) if logical else self._real(value, named)
 
 

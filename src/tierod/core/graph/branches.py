@@ -105,7 +105,8 @@ SHORTEST_CHAIN = 8
 def with_picks(program: Program) -> Program:
     """The same program with every chain "v1 if n == 1, v2 if n == 2, ... else v0" as one operation, "pick".
 
-    Its arguments are n, v0, v1, ...; a number that is none of 1, 2, ... picks v0, as the chain does.
+    Its arguments are n, v0, v1, ...; a number that is none of 1, 2, ... picks v0, as the chain does. A program without
+    invariant operations, which is worked out as a whole, keeps none.
     """
     operations = list(program.operations)
     for index in range(len(operations)):
@@ -113,7 +114,8 @@ def with_picks(program: Program) -> Program:
         if picked is not None and index not in program.invariant:
             operations[index] = picked
     kept, outputs = drop_unused(operations, program.outputs)
-    return replace(program, operations=tuple(kept), outputs=outputs, invariant=invariant_of(kept))
+    fixed = invariant_of(kept) if program.invariant else program.invariant
+    return replace(program, operations=tuple(kept), outputs=outputs, invariant=fixed)
 
 
 def _pick(operations: tuple[Operation, ...], index: int) -> Operation | None:

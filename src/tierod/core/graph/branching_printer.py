@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from tierod.core.graph.branches import Branch, branches, with_picks
 from tierod.core.graph.line_printer import COMPARE, LinePrinter, Places
-from tierod.core.graph.operations import LOGICAL, SAMPLE, Operation, Program
+from tierod.core.graph.operations import LOGICAL, SAMPLE, Operation, Program, is_constant
 from tierod.core.graph.trace import Graph
 
 
@@ -122,9 +122,14 @@ class BranchingPrinter(LinePrinter):
         if name in ("select", "if"):
             logical = operation in self._logical
             chosen = [self._truth(a, named) if logical else self._real(a, named) for a in arguments[1:]]
-            return f"{self._truth(arguments[0], named)} ? {chosen[0]} : {chosen[1] if name == 'select' else 'R(0.0)'}"
+            other = chosen[1] if name == "select" else self._zero(logical)
+            return f"{self._truth(arguments[0], named)} ? {chosen[0]} : {other}"
         reals = {each: f"(real){named.get(each, f'v{each}')}" for each in arguments if each in self._whole}
         return super().expression(operation, named | reals if reals else named)
+
+    def _zero(self, logical: bool) -> str:
+        """What a selection gives where it has no second value."""
+        return "0" if logical else "R(0.0)"
 
     def _real(self, index: int, named: dict[int, str]) -> str:
         """A value as a number."""
@@ -149,7 +154,7 @@ def truths_of(program: Program) -> frozenset[int]:
     known = {
         index
         for index, operation in enumerate(program.operations)
-        if operation.name == "constant" and operation.constant in (0.0, 1.0)
+        if is_constant(operation, 0.0) or is_constant(operation, 1.0)
     }
     found: set[int] = set()
     for index, operation in enumerate(program.operations):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from tierod.core.block import Block, Ring, Tree, leaves, tuning, with_tuning
-from tierod.core.graph.operations import NEXT_STATE, PUSH, Operation, Program, program
+from tierod.core.graph.operations import NEXT_STATE, PUSH, Operation, Program, invariant_of, is_constant, program
 
 
 def initial_program(block: Block) -> Program:
@@ -34,7 +35,17 @@ def initial_program(block: Block) -> Program:
     except (RuntimeError, TypeError, NotImplementedError):
         return fixed
     same = all(np.allclose(a, b, 1e-12, 0.0, equal_nan=True) for a, b in zip(found, (plain, rings), strict=True))
-    return program(function) if same else fixed
+    return _with_signs(program(function), {NEXT_STATE: plain, PUSH: rings}) if same else fixed
+
+
+def _with_signs(followed: Program, numbers: dict[int, list[float]]) -> Program:
+    """The program with negative zeros where they are constants: CasADi has none."""
+    operations, outputs = list(followed.operations), dict(followed.outputs)
+    for (group, position), value in followed.outputs.items():
+        if is_constant(operations[value], 0.0) and math.copysign(1.0, numbers[group][position]) < 0.0:
+            outputs[group, position] = len(operations)
+            operations.append(Operation("constant", (), -0.0))
+    return Program(tuple(operations), outputs, invariant_of(operations))
 
 
 def _parted(state: Tree) -> tuple[list[Any], list[Any]]:

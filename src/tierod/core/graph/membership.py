@@ -38,7 +38,8 @@ def with_members(program: Program) -> Program:
             elif _is_zero(operations, second) and operations[first].name in LOGICAL:
                 operations[index] = operations[first]
     kept, outputs = drop_unused(operations, program.outputs)
-    return replace(program, operations=tuple(kept), outputs=outputs, invariant=invariant_of(kept))
+    fixed = invariant_of(kept) if program.invariant else program.invariant
+    return replace(program, operations=tuple(kept), outputs=outputs, invariant=fixed)
 
 
 def _compared(operations: Sequence[Operation], operation: Operation) -> tuple[int, frozenset[int]] | None:

@@ -31,6 +31,11 @@ class Operation(NamedTuple):
     constant: Any = None
 
 
+def is_constant(operation: Operation, value: float) -> bool:
+    """Whether an operation is this number; 0.0 and -0.0 are two."""
+    return operation.name == "constant" and repr(float(operation.constant)) == repr(value)
+
+
 @dataclass(frozen=True)
 class Program:
     """Operations in order, and which value each output takes.
@@ -78,7 +83,7 @@ class Builder:
 
     def __init__(self) -> None:
         self.operations: list[Operation] = []
-        self.known: dict[Operation, int] = {}
+        self.known: dict[object, int] = {}
 
     def add(self, name: str, arguments: Iterable[int] = (), constant: object = None) -> int:
         """Number of an operation on earlier ones."""
@@ -86,10 +91,12 @@ class Builder:
         if name in COMMUTATIVE:
             arguments = tuple(sorted(arguments))
         operation = Operation(name, arguments, constant)
-        if operation not in self.known:
-            self.known[operation] = len(self.operations)
+        # Numbers by what is written of them: 0.0 equals -0.0, and their inverses are infinite to either side.
+        key = repr(constant) if name == "constant" else operation
+        if key not in self.known:
+            self.known[key] = len(self.operations)
             self.operations.append(operation)
-        return self.known[operation]
+        return self.known[key]
 
 
 def _read(function: casadi.Function) -> tuple[list[Operation], Outputs]:
