@@ -16,7 +16,6 @@ from tierod.core.files import write_text
 from tierod.core.graph.branches import with_picks
 from tierod.core.graph.membership import with_members
 from tierod.core.graph.operation_count import operation_count
-from tierod.core.graph.operations import Program
 from tierod.export.bank_interface import BankInterface
 from tierod.export.c_export import write_folder
 from tierod.export.evidence import calibrated
@@ -60,11 +59,11 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
     write_text(
         folder / SANITIZED, input_table(face.subject, Vectors(rounded(_short(face, parts)), vectors.outputs, ""))
     )
-    export, stepped = of_monitor(face), Stepped(_numbered(face), face.graph.state)
+    export = of_monitor(face)
     with ThreadPoolExecutor(AT_ONCE) as pool:
         # The longest first, so that none is left alone at the end; none needs what another one writes.
         departures = pool.submit(misra, export, folder)
-        missed = pool.submit(covered, _with_altered(face, folder, first), folder, stepped)
+        missed = pool.submit(covered, _with_altered(face, folder, first), folder, *_stepped(face))
         rows = [pool.submit(each) for each in checks(export, folder)]
         cost = pool.submit(targets, face, folder, vectors)
     found = differences(face, folder, samples)
@@ -91,10 +90,13 @@ def _short(face: Interface, parts: Sequence[np.ndarray]) -> np.ndarray:
     return np.concatenate([part[: math.ceil(min(share, 1.0) * len(part))] for part in parts])
 
 
-def _numbered(face: Interface) -> Program:
-    """The program by whose numbers the C of a step is named."""
+def _stepped(face: Interface) -> tuple[Stepped, ...]:
+    """The programs by whose numbers the C of a step is named."""
     found = with_picks(face.program)
-    return with_members(found) if isinstance(face, BankInterface) else found
+    if not isinstance(face, BankInterface):
+        return (Stepped(found, face.graph.state),)
+    lane = Stepped(with_picks(face.lane.program), face.lane.graph.state, ("_lane",))
+    return Stepped(with_members(found), face.graph.state), lane
 
 
 ALTERED, SHORTEST = 600_000, 500
