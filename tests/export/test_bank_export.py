@@ -84,6 +84,18 @@ def test_lanes_share_one_function_and_the_parameters_in_which_they_agree(tmp_pat
     assert values.count(".lanes_vehicle_mass =") == 1
 
 
+@pytest.mark.slow
+@needs_gcc
+@pytest.mark.parametrize(("vehicle", "validity"), [("smartload", False), ("smartload", True), ("rav4", False)])
+def test_the_condition_bank_equals_scan_to_the_last_bit(tmp_path, vehicle, validity):
+    subject = subject_of("condition", vehicle)
+    inputs = random_inputs(subject, 1500)
+    face = exported(subject, tmp_path, inputs=inputs[:50], precision="double", libm=False, validity=validity)
+    found, wanted = run(face, tmp_path, inputs, flags=("-O1", *NATIVE[1:])), reference(subject, inputs)
+    assert np.array_equal(found, wanted, equal_nan=True)
+    assert (np.nanmax(wanted, axis=0) != np.nanmin(wanted, axis=0)).sum() > 30
+
+
 @needs_gcc
 def test_a_delay_line_is_read_before_it_is_overwritten_in_an_earlier_function(tmp_path):
     late = subject_of_block("late", LateReader(), 100.0, "A late reader")
