@@ -30,6 +30,7 @@ from tierod.export.stimuli import (
     FACTORS,
     MOST_SANITIZED,
     SANITIZED_WORK,
+    SEED,
     affordable,
     altered_inputs,
     disturbed_inputs,
@@ -103,6 +104,8 @@ ALTERED, SHORTEST = 600_000, 500
 """Samples of all altered drives together, at the most; of one, so that it is worth while."""
 COVERED_WORK: Annotated[float, ""] = 16e9
 """Operations that all altered drives may take: a step of a bank takes a millisecond where branches are counted."""
+FAILING = 20_000
+"""Samples in which further signals fail, where a step is long."""
 CALIBRATED = 10
 """Times as many samples run with other parameters: verdicts take minutes of driving."""
 
@@ -116,6 +119,11 @@ def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:
         name = f"build/altered-{number}.csv"
         write_text(folder / name, input_table(subject, Vectors(rounded(values), drive[:0], "")))
         runs.append((name, "test/expected.csv"))
+    if affordable(subject, ALTERED) < ALTERED:
+        # Of a long step the samples so far held few failures.
+        values = disturbed_inputs(drive, affordable(subject, FAILING, COVERED_WORK), SEED + 1)
+        write_text(folder / "build/failing.csv", input_table(subject, Vectors(rounded(values), drive[:0], "")))
+        runs.append(("build/failing.csv", "test/expected.csv"))
     each = CALIBRATED * affordable(subject, ALTERED) // (len(calibrated.FACTORS) * max(len(face.graph.tuning), 1))
     varied = calibrated.write_calibrated(face, folder, rounded(drive[:each])) if each >= SHORTEST else ""
     return export._replace(runs=tuple(runs), varied=varied)
