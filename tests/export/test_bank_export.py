@@ -11,6 +11,10 @@ from bank_of_graph import bank
 from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, run, worst_share
 from tierod.core.block import Ring
+from tierod.core.graph.trace import initial_memory
+from tierod.export.c_export import interface_of
+from tierod.export.evidence.single_precision import _after
+from tierod.export.interface import Options
 from tierod.export.segments import LONGEST
 from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of, subject_of_block
@@ -82,6 +86,14 @@ def test_lanes_share_one_function_and_the_parameters_in_which_they_agree(tmp_pat
     values = (tmp_path / "tierod_condition_parameters.c").read_text()
     assert values.count(".trusted_yaw_rate =") == face.bank.count
     assert values.count(".lanes_vehicle_mass =") == 1
+
+
+def test_clocks_that_have_run_are_those_of_the_judge():
+    face = interface_of(subject_of("condition", "smartload"), Options("single"))
+    before, after = initial_memory(face.subject.block), _after(face, 500).values
+    (place,) = np.flatnonzero(before != after)
+    assert face.bank.state[place] == "judge.since.time"
+    assert after[place] == 5.0
 
 
 @pytest.mark.slow
