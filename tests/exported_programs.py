@@ -27,7 +27,7 @@ class ProgramInterface(Interface):
     made: Made
 
     @cached_property
-    def program(self) -> Program:
+    def stepped(self) -> Program:
         found = simplified(self.made.step, self.initial, self.tuning)
         return growth_first(found) if self.options.precision == "single" else found
 

@@ -11,6 +11,10 @@ from bank_of_graph import bank
 from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, reference, run, worst_share
 from tierod.core.block import Ring
+from tierod.core.graph.trace import initial_memory
+from tierod.export.c_export import interface_of
+from tierod.export.evidence.single_precision import _after
+from tierod.export.interface import Options
 from tierod.export.segments import LONGEST
 from tierod.export.stimuli import random_inputs
 from tierod.export.subject import subject_of, subject_of_block
@@ -82,6 +86,26 @@ def test_lanes_share_one_function_and_the_parameters_in_which_they_agree(tmp_pat
     values = (tmp_path / "tierod_condition_parameters.c").read_text()
     assert values.count(".trusted_yaw_rate =") == face.bank.count
     assert values.count(".lanes_vehicle_mass =") == 1
+
+
+def test_clocks_that_have_run_are_those_of_the_judge():
+    face = interface_of(subject_of("condition", "smartload"), Options("single"))
+    before, after = initial_memory(face.subject.block), _after(face, 500).values
+    (place,) = np.flatnonzero(before != after)
+    assert face.bank.state[place] == "judge.since.time"
+    assert after[place] == 5.0
+
+
+@pytest.mark.slow
+@needs_gcc
+@pytest.mark.parametrize(("vehicle", "validity"), [("smartload", False), ("smartload", True), ("rav4", False)])
+def test_the_condition_bank_equals_scan_to_the_last_bit(tmp_path, vehicle, validity):
+    subject = subject_of("condition", vehicle)
+    inputs = random_inputs(subject, 1500)
+    face = exported(subject, tmp_path, inputs=inputs[:50], precision="double", libm=False, validity=validity)
+    found, wanted = run(face, tmp_path, inputs, flags=("-O1", *NATIVE[1:])), reference(subject, inputs)
+    assert np.array_equal(found, wanted, equal_nan=True)
+    assert (np.nanmax(wanted, axis=0) != np.nanmin(wanted, axis=0)).sum() > 30
 
 
 @needs_gcc

@@ -1,5 +1,7 @@
 import shutil
+import threading
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -9,7 +11,7 @@ from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, rounded
 from tierod.core.graph.maths import maximum
 from tierod.export.evidence import tools
-from tierod.export.evidence.checks import FURTHER, misra, of_monitor, sanitized
+from tierod.export.evidence.checks import FURTHER, SANITIZED, misra, of_monitor, sanitized
 from tierod.export.evidence.comparison import differences, table
 from tierod.export.evidence.coverage import Stepped, covered
 from tierod.export.evidence.targets import targets
@@ -87,7 +89,8 @@ def test_a_wrong_export_shows_as_different(watch, folder, monkeypatch):
 @needs_gcc
 def test_coverage_and_sanitizers_are_counted_and_branches_that_are_left_by_kind(watch, folder):
     face = exported(watch, folder)
-    shutil.copy(folder / "test/random.csv", folder / FURTHER)
+    for name in (FURTHER, SANITIZED):
+        shutil.copy(folder / "test/random.csv", folder / name)
     whole, left, *_ = covered(of_monitor(face), folder, Stepped(face.program, face.graph.state))
     rows = {name: result for name, _, result in whole.rows}
     assert float(rows["statements executed"].split()[0]) > 95.0
@@ -95,7 +98,7 @@ def test_coverage_and_sanitizers_are_counted_and_branches_that_are_left_by_kind(
     kinds = dict(left.rows)
     assert int(kinds["the end of a counter of steps, after 2^32 steps: 497 days at 100 Hz"]) >= 1
     assert not list(folder.glob("*.gcov"))
-    assert sanitized(of_monitor(face), folder, "gcc")[2] == "0 reports"
+    assert sanitized(of_monitor(face), folder, "gcc")[2] == "0 reports in 300 steps"
     assert "not run" in sanitized(of_monitor(face), folder, "no-such-compiler")[2]
 
 
@@ -140,8 +143,19 @@ def test_a_branch_that_a_limit_at_zero_leaves_is_counted_as_one(tmp_path):
     (tmp_path / "build").mkdir()
     export = of_monitor(face)._replace(runs=(("test/inputs.csv", "test/expected.csv"),))
     _, left, *others = covered(export, tmp_path, Stepped(face.program, face.graph.state))
-    assert dict(left.rows)["a limit at zero that the value does not reach with these samples"] == "1"
+    (reason,) = (each for each in dict(left.rows) if each.startswith("a limit at zero"))
+    assert dict(left.rows)[reason] == "1"
     assert not others
+
+
+def test_calls_run_some_at_a_time_and_answer_in_their_order():
+    begun = threading.Barrier(tools.AT_ONCE, timeout=10.0)
+
+    def call(number):
+        begun.wait()
+        return number
+
+    assert tools.at_once([partial(call, number) for number in range(tools.AT_ONCE)]) == list(range(tools.AT_ONCE))
 
 
 def test_an_altered_drive_has_one_signal_of_another_size_throughout():

@@ -12,7 +12,7 @@ from tierod.core.block import leaves
 from tierod.core.errors import TraceError
 from tierod.core.graph.bank_graph import BankGraph
 from tierod.core.graph.initial import initial_program
-from tierod.core.graph.operations import OUTPUT, SAMPLE, TUNING, Program, program
+from tierod.core.graph.operations import NEXT_STATE, OUTPUT, RING, SAMPLE, STATE, TUNING, Program, program
 from tierod.core.graph.trace import Graph
 from tierod.export.described import Described, described
 from tierod.export.interface import Interface
@@ -172,8 +172,8 @@ class BankInterface(_OfBank):
         )
 
     @cached_property
-    def program(self) -> Program:
-        """Program of one step of the judge."""
+    def stepped(self) -> Program:
+        """Program of one step of the judge as the graph has it."""
         return simplified(program(self.bank.judge.function), self.initial, self.tuning)
 
     @cached_property
@@ -230,6 +230,17 @@ class BankInterface(_OfBank):
         if not 0 <= first < width or any(each != positions[0] + width * k for k, each in enumerate(positions)):
             return None
         return f"x->said[{number}].{self._said[first]}"
+
+    @cached_property
+    def rolling(self) -> dict[str, dict[tuple[int, int], str]]:
+        """Dotted names of the judge's inputs and outputs, by which what it does for many lanes or sensors is found."""
+        judge = self.bank.judge
+        inputs = ((STATE, judge.state), (RING, [path for path, _ in judge.rings]), (SAMPLE, judge.sample))
+        outputs = ((NEXT_STATE, judge.state), (OUTPUT, judge.output))
+        return {
+            word: {(group, k): name for group, names in groups for k, name in enumerate(names)}
+            for word, groups in (("input", inputs), ("output", outputs))
+        }
 
     @cached_property
     def _said(self) -> tuple[str, ...]:

@@ -159,9 +159,9 @@ def state_rows(face: Interface, known: Sequence[Described] | None = None) -> lis
         comment([f"clock: steps of {note(known[k])}"], "    ") + f"    uint32_t {name};\n"
         for k, name in face.counted.items()
     ]
-    for name, size in face.rings:
-        rows.append(f"    /* delay line, and its place that is read and written next */\n    {real} {name}[{size}];\n")
-        rows.append(f"    {index_type(size)} {name}_head;\n")
+    for line in face.lines.arrays:
+        rows.append(f"    /* delay line, and its place that is written next */\n    {real} {line.declarator};\n")
+        rows.append(f"    {index_type(line.size)} {line.name}_head;\n")
     return rows
 
 

@@ -8,8 +8,10 @@ from tierod.core.graph.operations import OUTPUT, PUSH, Program, drop_unused, is_
 from tierod.export.c_header import banner, declared, index_type, reason_name, reasons
 from tierod.export.c_maths import helpers
 from tierod.export.clocks import Clock
-from tierod.export.cut_printer import CutPrinter, Gathered, Group, Reach
+from tierod.export.cut_printer import CutPrinter
 from tierod.export.interface import PARAMETER, Interface
+from tierod.export.rolled_printer import RolledPrinter, Rolling
+from tierod.export.statements import Gathered, Group, Reach
 
 
 def source(face: Interface) -> str:
@@ -73,20 +75,29 @@ def initial(face: Interface, name: str, arguments: Mapping[str, str], zeroed: st
         static: whether the function is static
     """
     first = face.initial
-    outputs = {t: v for t, v in first.outputs.items() if not is_constant(first.operations[v], 0.0)}
+    kept = face.lines.kept
+    outputs = {
+        target: value
+        for target, value in first.outputs.items()
+        if not is_constant(first.operations[value], 0.0) and (target[0] != PUSH or target[1] in kept)
+    }
     reach = Reach(face.taken, face.given, face.carried, {}, {})
     text = printed(face, _alone(first, outputs), reach, {}, name, arguments, static)
     more = ""
-    for line, size in (face.rings[position] for group, position in outputs if group == PUSH):
-        begun = f"    for ({index_type(size)} k = 1U; k < {size}U; k++) {{\n"
-        more += f"{begun}        x->{line}[k] = x->{line}[0];\n    }}\n" if size > 1 else ""
+    for line, own in (face.lines.row(position) for group, position in outputs if group == PUSH):
+        begun = f"    for ({index_type(line.size)} k = 1U; k < {line.size}U; k++) {{\n"
+        more += f"{begun}        x->{own}[k] = x->{own}[0];\n    }}\n" if line.size > 1 else ""
     signature = f"void {face.prefix}_{name}({', '.join(arguments.values())})\n{{\n"
     begun_text, _, rest = text.rpartition(signature)
     return f"{begun_text}{signature}{zeroed}{rest.removesuffix('}' + chr(10))}{more}}}\n"
 
 
 def step(
-    face: Interface, name: str = "step", arguments: Mapping[str, str] | None = None, gathered: Gathered | None = None
+    face: Interface,
+    name: str = "step",
+    arguments: Mapping[str, str] | None = None,
+    gathered: Gathered | None = None,
+    rolling: Rolling | None = None,
 ) -> str:
     """One sample on.
 
@@ -95,15 +106,17 @@ def step(
         name: of the function
         arguments: C of the declaration of each argument, by its name, where the function is a static one
         gathered: see `CutPrinter`
+        rolling: see `RolledPrinter`; None for a step without loops
     """
     notes = {(OUTPUT, k): path for k, path in enumerate(face.graph.output)}
     types = {(OUTPUT, k): f"{face.prefix}_status_t" for k in face.statuses}
     reach = Reach(face.taken, face.given, face.carried, notes, types)
     words = arguments or {word: declared(face, word) for word in "cxuy"}
-    text = printed(face, face.program, reach, face.clocks, name, words, arguments is not None, gathered)
+    text = printed(face, face.program, reach, face.clocks, name, words, arguments is not None, gathered, rolling)
     more = "".join(
-        f"    x->{line}_head = ((x->{line}_head + 1U) < {size}U) ? ({index_type(size)})(x->{line}_head + 1U) : 0U;\n"
-        for line, size in face.rings
+        f"    {head} = (({head} + 1U) < {line.size}U) ? ({index_type(line.size)})({head} + 1U) : 0U;\n"
+        for line in face.lines.arrays
+        for head in [f"x->{line.name}_head"]
     )
     return f"{text.removesuffix('}' + chr(10))}{more}}}\n"
 
@@ -124,9 +137,11 @@ def printed(
     arguments: Mapping[str, str],
     static: bool = False,
     gathered: Gathered | None = None,
+    rolling: Rolling | None = None,
 ) -> str:
     """The functions of a program."""
-    printer = CutPrinter(face.graph, operations, face.spelling, reach, clocks, gathered=gathered)
+    given = (face.graph, operations, face.spelling, reach, clocks)
+    printer = CutPrinter(*given, gathered=gathered) if rolling is None else RolledPrinter(*given, rolling, gathered)
     return printer.functions(f"{face.prefix}_{name}", arguments, static)
 
 

@@ -9,6 +9,7 @@ from tierod.core.graph.initial import initial_program
 from tierod.core.graph.operations import NEXT_STATE, OUTPUT, RING, SAMPLE, TUNING, Program, program
 from tierod.core.graph.trace import Graph
 from tierod.export.clocks import Clock, clocks
+from tierod.export.delay_lines import Lines, delay_lines, pushed_once
 from tierod.export.described import Described
 from tierod.export.growth import growth_first
 from tierod.export.members import Member, elements, identifier, members
@@ -68,8 +69,8 @@ class Interface:
         return graph
 
     @cached_property
-    def program(self) -> Program:
-        """Program of one step; in single precision it sums small changes of a state before it adds them."""
+    def stepped(self) -> Program:
+        """Program of one step as the graph has it; in single precision it sums small changes of a state first."""
         found = simplified(program(self.graph.function), self.initial, self.tuning)
         return growth_first(found) if self.options.precision == "single" else found
 
@@ -77,6 +78,11 @@ class Interface:
     def tuning(self) -> tuple[float, ...]:
         """Values of the parameters of one step."""
         return self.subject.values
+
+    @cached_property
+    def program(self) -> Program:
+        """Program of one step, each row of the delay lines pushed once."""
+        return pushed_once(self.stepped, self.lines)
 
     @cached_property
     def initial(self) -> Program:
@@ -117,9 +123,9 @@ class Interface:
         return {k: f"{identifier(self.graph.state[k])}_steps" for k in self.clocks}
 
     @cached_property
-    def rings(self) -> tuple[tuple[str, int], ...]:
-        """(name, size) of every delay line."""
-        return tuple((identifier(path), size) for path, size in self.graph.rings)
+    def lines(self) -> Lines:
+        """Delay lines."""
+        return delay_lines(self.stepped, self.initial, self.graph.rings)
 
     @property
     def statuses(self) -> tuple[int, ...]:
@@ -140,17 +146,12 @@ class Interface:
         groups = {"u": self.sample, "y": self.output, "p": self.parameters}
         return {(word, k): f"{word}->{text}" for word, all_ in groups.items() for k, text in enumerate(elements(all_))}
 
-    def ring(self, position: int) -> str:
-        """The place of a delay line that is read and written next."""
-        name, _ = self.rings[position]
-        return f"x->{name}[x->{name}_head]"
-
     def given(self, target: tuple[int, int]) -> str:
         """C of an output of the program."""
         group, position = target
         if group == OUTPUT:
             return self.named["y", position]
-        return self._state[position] if group == NEXT_STATE else self.ring(position)
+        return self._state[position] if group == NEXT_STATE else self.lines.written(position)
 
     def taken(self, source: tuple[int, int]) -> str:
         """C of an input of the program, as a number."""
@@ -158,7 +159,7 @@ class Interface:
         if group in (TUNING, PARAMETER):
             return self.named["p", position]
         if group == RING:
-            return self.ring(position)
+            return self.lines.read(position)
         if group == SAMPLE:
             return self._sampled(position)
         if position in self.clocks:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from math import prod
 from typing import NamedTuple
@@ -48,7 +49,7 @@ def identifier(text: str) -> str:
 
 
 def members(paths: Sequence[str]) -> tuple[Member, ...]:
-    """Members of a struct for dotted paths; numbers at the end of a path are places in an array where none is lacking.
+    """Members of a struct for dotted paths; numbers in a path are places in an array where none is lacking.
 
     Args:
         paths: in the flat order; each one once
@@ -74,21 +75,26 @@ def elements(found: Sequence[Member]) -> tuple[str, ...]:
 
 
 def _parted(path: str) -> tuple[str, tuple[int, ...]]:
-    """Path without the numbers at its end, and these."""
-    parts = path.split(".")
-    count = len(parts)
-    while count > 1 and parts[count - 1].isdigit():
-        count -= 1
-    return ".".join(parts[:count]), tuple(map(int, parts[count:]))
+    """Path without the numbers in it, and these; a path begins with a name."""
+    first, *parts = path.split(".")
+    return ".".join([first, *(part for part in parts if not part.isdigit())]), tuple(
+        int(part) for part in parts if part.isdigit()
+    )
 
 
 def _shape(indices: Sequence[tuple[int, ...]]) -> tuple[int, ...] | None:
-    """Shape of the array that holds exactly these, in this order; None where there is none."""
-    if len({len(each) for each in indices}) != 1:
+    """Shape of the array that holds exactly these, in this order; None where there is none.
+
+    Rows of different length lie one after the other.
+    """
+    if len({len(each) for each in indices}) != 1 or list(indices) != sorted(set(indices)):
         return None
     shape = tuple(1 + max(column) for column in zip(*indices, strict=True))
-    whole = prod(shape) == len(indices) and list(indices) == sorted(set(indices))
-    return shape if whole else None
+    if prod(shape) == len(indices):
+        return shape
+    rows = Counter(each[:-1] for each in indices)
+    whole = all(max(each[-1] for each in indices if each[:-1] == row) + 1 == count for row, count in rows.items())
+    return (len(indices),) if whole and len(rows) > 1 else None
 
 
 def _distinct(found: Sequence[Member]) -> list[Member]:

@@ -77,7 +77,7 @@ def layout(
     cut = [
         Segment(part.condition, piece)
         for part in parts
-        for piece in _pieces(
+        for piece in pieces(
             program, [each for each in part.operations if each in needed and _is_work(program, each)], longest
         )
     ]
@@ -92,8 +92,14 @@ def layout(
     return Layout(tuple(segments), slots, read_back, sizes)
 
 
-def _pieces(program: Program, operations: Sequence[int], longest: int) -> Iterator[tuple[int, ...]]:
-    """Operations cut where the fewest values cross, not far below the longest piece."""
+def pieces(program: Program, operations: Sequence[int], longest: int) -> Iterator[tuple[int, ...]]:
+    """Operations cut where the fewest values cross, not far below the longest piece.
+
+    Args:
+        program: that they belong to
+        operations: in order
+        longest: operations of a piece
+    """
     last = {each: place for place, index in enumerate(operations) for each in program.operations[index].arguments}
     living = [0] * (len(operations) + 1)
     for place, index in enumerate(operations):

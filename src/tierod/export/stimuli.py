@@ -28,17 +28,23 @@ WORK: Annotated[float, ""] = 0.7e9
 and the evidence runs it a dozen times over."""
 FEWEST = 1_000
 
+SANITIZED_WORK: Annotated[float, ""] = 0.7e9
+"""Operations of all samples together that run with sanitizers: a step of a bank takes 20 ms with them."""
+MOST_SANITIZED = 500_000
+"""Samples that run with sanitizers at the most."""
 
-def affordable(subject: Subject, most: int) -> int:
+
+def affordable(subject: Subject, most: int, work: float = WORK) -> int:
     """Samples of one kind that the evidence takes: fewer where a step is long.
 
     Args:
         subject: that runs
         most: samples
+        work: operations that they may take
     """
     counted = asdict(operation_count(subject.block))
     operations = sum(count for name, count in counted.items() if name != "states")
-    return max(FEWEST, min(most, int(WORK / max(operations, 1))))
+    return max(FEWEST, min(most, int(work / max(operations, 1))))
 
 
 def random_inputs(subject: Subject, count: int, seed: int = SEED) -> np.ndarray:

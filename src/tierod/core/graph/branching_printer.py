@@ -18,13 +18,18 @@ class BranchingPrinter(LinePrinter):
         operations: its program
         gathered: C of one of several inputs, given their positions in the sample and C of the number that picks; None
             where they do not lie so that this can be written
+        truths: values that are 0 or 1 of a program that is printed as it stands; None for one whose chains become picks
     """
 
     def __init__(
-        self, graph: Graph, operations: Program, gathered: Callable[[Sequence[int], str], str | None] | None = None
+        self,
+        graph: Graph,
+        operations: Program,
+        gathered: Callable[[Sequence[int], str], str | None] | None = None,
+        truths: frozenset[int] | None = None,
     ):
-        super().__init__(graph, with_picks(operations))
-        self._whole = _truths(self.program)
+        super().__init__(graph, with_picks(operations) if truths is None else operations)
+        self._whole = truths_of(self.program) if truths is None else truths
         self._logical = frozenset(self.program.operations[index] for index in self._whole)
         self._gathers = self._gathered(gathered) if gathered else {}
         self._left_out = self._gathered_alone()
@@ -140,8 +145,12 @@ class BranchingPrinter(LinePrinter):
         return name if index in self._whole else f"({name} != R(0.0))"
 
 
-def _truths(program: Program) -> frozenset[int]:
-    """Values that are 0 or 1 and are worked out in every step."""
+def truths_of(program: Program) -> frozenset[int]:
+    """Values that are 0 or 1 and are worked out in every step.
+
+    Args:
+        program: of a step
+    """
     known = {
         index
         for index, operation in enumerate(program.operations)

@@ -20,7 +20,7 @@ Outputs: TypeAlias = dict[tuple[int, int], int]
 """(group, index) -> number of the operation."""
 
 COMMUTATIVE = {"add", "mul", "and", "or", "eq", "ne"}
-LOGICAL = {"lt", "le", "eq", "ne", "and", "or", "not"}
+LOGICAL = {"lt", "le", "eq", "ne", "and", "or", "not", "member"}
 
 
 class Operation(NamedTuple):

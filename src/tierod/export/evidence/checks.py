@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 import sys
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,6 +16,8 @@ from tierod.export.interface import Interface
 
 FURTHER = "build/further.csv"
 """Drive, random samples and failed signals, as many as the evidence takes."""
+SANITIZED = "build/sanitized.csv"
+"""The same, each shorter where a step is long."""
 
 SANITIZERS = "address,undefined,float-cast-overflow"
 
@@ -53,6 +56,7 @@ class Checked(NamedTuple):
         code: source that is covered
         parts: all sources of the export
         runs: arguments of the comparison, one after the other: vectors, and random samples
+        sanitized: likewise, of the runs with sanitizers
         counted: name of the function whose instructions are counted; "" for none
         reasons: why a rule of MISRA C:2012 is departed from, by its number
         varied: a program that runs it with other parameters, for the coverage; "" for none
@@ -61,6 +65,7 @@ class Checked(NamedTuple):
     code: str
     parts: tuple[str, ...]
     runs: tuple[tuple[str, str], ...]
+    sanitized: tuple[tuple[str, str], ...]
     counted: str
     reasons: Mapping[str, str]
     varied: str = ""
@@ -77,19 +82,28 @@ def of_monitor(face: Interface) -> Checked:
     own = {rule: f"in the kernels' own functions: {reason}" for rule, reason in OF_OWN_FUNCTIONS.items()}
     reasons = REASONS if face.options.libm else {**own, **REASONS}
     code = f"{face.prefix}.c"
-    return Checked(code, (code, f"{face.prefix}_parameters.c"), runs, f"{face.prefix}_step", reasons)
+    short = ((SANITIZED, "test/expected.csv"),)
+    return Checked(code, (code, f"{face.prefix}_parameters.c"), runs, short, f"{face.prefix}_step", reasons)
 
 
-def checks(export: Checked, folder: Path) -> list[Table]:
-    """Tables of all checks.
+def checks(export: Checked, folder: Path) -> list[Callable[[], tuple[str, str, str]]]:
+    """Rows of the checks on this machine, as calls; none needs what another one writes.
 
     Args:
         export: that is checked
         folder: that holds it
     """
-    rows = [sanitized(export, folder, compiler) for compiler in ("gcc", "clang")]
-    rows += [instructions(export, folder)] if export.counted else []
-    return [Table("Checks on this machine", ("check", "tool", "result"), tuple(rows)), misra(export, folder)]
+    rows = [partial(sanitized, export, folder, compiler) for compiler in ("clang", "gcc")]
+    return [*rows, *([partial(instructions, export, folder)] if export.counted else [])]
+
+
+def checked(rows: Sequence[tuple[str, str, str]]) -> Table:
+    """Table of the checks on this machine.
+
+    Args:
+        rows: what the calls gave
+    """
+    return Table("Checks on this machine", ("check", "tool", "result"), tuple(rows))
 
 
 def sanitized(export: Checked, folder: Path, compiler: str) -> tuple[str, str, str]:
@@ -100,13 +114,14 @@ def sanitized(export: Checked, folder: Path, compiler: str) -> tuple[str, str, s
     built = ran([compiler, *flags, *export.sources, "-o", program, "-lm"], folder)
     if built.code != 0:
         return name, version(compiler), f"not run: {built.first}"
-    reports = 0
-    for given in export.runs:
+    reports = steps = 0
+    for given in export.sanitized:
         done = ran([program, *given], folder)
         if done.code not in (0, 1):
             return name, version(compiler), f"ended with {done.code}: {done.first}"
         reports += done.text.count("runtime error") + done.text.count("Sanitizer:")
-    return name, version(compiler), f"{reports} reports"
+        steps += sum(map(int, re.findall(r"(\d+) steps", done.text)))
+    return name, version(compiler), f"{reports} reports" + (f" in {steps} steps" if steps else "")
 
 
 def instructions(export: Checked, folder: Path) -> tuple[str, str, str]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from tierod.core.content import Table
 from tierod.core.graph import scan
-from tierod.export.evidence.tools import ran, there, version
+from tierod.export.evidence.tools import at_once, ran, there, version
 from tierod.export.interface import Interface
 
 COMPILERS = ("gcc", "clang")
@@ -56,13 +57,16 @@ def differences(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]
     """
     wanted = {name: scan(face.subject.block, values).values for name, values in samples.items()}
     found = []
+    ways = [(compiler, level) for compiler in COMPILERS for level in LEVELS]
+    present = [way for way in ways if there(way[0])]
+    made = dict(zip(present, at_once([partial(built, face, folder, *way) for way in present]), strict=True))
     for compiler in COMPILERS:
         for level in LEVELS:
             build = f"{compiler} {' '.join(level)}"
             if not there(compiler):
                 found.append(Difference(build, "", trouble=version(compiler)))
                 continue
-            library, warnings, trouble = built(face, folder, compiler, level)
+            library, warnings, trouble = made[compiler, level]
             if library is None:
                 found.append(Difference(build, "", trouble=trouble))
                 continue

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from tierod.core.content import Table
-from tierod.core.graph.branches import with_picks
-from tierod.core.graph.operations import STATE, TUNING, Operation, Program
+from tierod.core.graph.operations import STATE, TUNING, Program, is_constant
 from tierod.export.evidence.checks import Checked
 from tierod.export.evidence.tools import ran, version
 from tierod.export.nested import is_presence
@@ -21,7 +20,10 @@ REASONS = {
     "presence": "whether a value is there that the monitor has worked out itself from inputs that it holds: none of "
     "the samples, whole signals missing among them, makes it missing; the block asks because it stands elsewhere too",
     "age": "how long ago a value was there that the monitor works out itself: with these samples it is always there",
-    "limit": "a limit at zero that the value does not reach with these samples",
+    "limit": "a limit at zero, or at a number that is laid down, which the value does not reach with these samples",
+    "number": "that the number of a lane is whole and there is such a lane, which the judge always gives",
+    "circle": "lanes that take over the states of each other in a circle, which this judge never asks for; "
+    "tests/export/test_bank_export.py runs a bank whose judge does",
     "store": "a checksum that is right over contents that are not",
     "other": "no reason is recorded: drives, altered ones too, random samples and failed signals do not reach them; "
     "listed below",
@@ -33,28 +35,31 @@ LONGEST = 110
 
 _LINE = re.compile(r"\s*[-#\d=*]+:\s*(\d+):(.*)")
 _MISSED = re.compile(r"branch\s+\d+ (?:taken 0\b|never executed)")
+_NUMBER = re.compile(r"\b(?:bool k|int32_t [ij])\d+ =")
 _NAMED = re.compile(r"\bv(\d+) =")
 
 
 class Stepped(NamedTuple):
-    """Meanings of the numbers in the C of a step.
+    """Meanings of the numbers in the C of a step, or of a lane of a bank.
 
     Args:
-        program: of the step that is printed
+        program: of the step that is printed, its chains as picks and members
         state: dotted names of its states
+        functions: what the names of its functions hold
     """
 
     program: Program
     state: tuple[str, ...]
+    functions: tuple[str, ...] = ("_step", "_judge")
 
 
-def covered(export: Checked, folder: Path, stepped: Stepped | None = None) -> list[Table]:
+def covered(export: Checked, folder: Path, *stepped: Stepped) -> list[Table]:
     """Coverage of all runs together, and the branches that are left, counted by kind.
 
     Args:
         export: that is run
         folder: that holds it
-        stepped: what the numbers of the C stand for; None for what is no monitor
+        stepped: what the numbers of the C stand for; none for what is no monitor
     """
     title, header = "Coverage by vectors, random samples and failed signals", ("what", "tool", "result")
     compiled = ["gcc", "-std=c99", "-O0", "-I.", "--coverage"]
@@ -106,10 +111,9 @@ def _found(part: str, pattern: str) -> str:
     return f"{found[1]} % of {found[2]}" if found else "not found in the report"
 
 
-def _missed(listing: str, stepped: Stepped | None) -> Iterator[tuple[str, str, str]]:
+def _missed(listing: str, stepped: Sequence[Stepped]) -> Iterator[tuple[str, str, str]]:
     """Kind, line and text of every branch that gcov lists as not taken."""
     line, text, function, asked = "", "", "", ""
-    numbered = stepped and stepped._replace(program=with_picks(stepped.program))
     for each in listing.splitlines():
         if source := _LINE.match(each):
             line, text = source.groups()
@@ -118,7 +122,7 @@ def _missed(listing: str, stepped: Stepped | None) -> Iterator[tuple[str, str, s
         elif each.startswith("function "):
             function = each.split()[1]
         elif _MISSED.match(each):
-            known = numbered if "_step" in function or "_judge" in function else None
+            known = next((own for own in stepped if any(word in function for word in own.functions)), None)
             yield _kind(asked, function, known), line, text.strip()
 
 
@@ -129,8 +133,13 @@ def _kind(line: str, function: str, stepped: Stepped | None) -> str:
         return "store"
     if "_prepare" in function:
         return "parameters"
+    if function.endswith("_member") or _NUMBER.search(line):
+        return "number"
+    if function.endswith("_adopt"):
+        return "circle"
     named = _NAMED.search(line)
-    if stepped is None or not named:
+    # Values of the turns of a loop, and copies for one, have numbers of their own.
+    if stepped is None or not named or int(named[1]) >= len(stepped.program.operations):
         return "other"
     if _rests_on_presence(stepped.program, int(named[1])):
         return "presence"
@@ -140,12 +149,17 @@ def _kind(line: str, function: str, stepped: Stepped | None) -> str:
 
 
 def _is_limit(program: Program, index: int) -> bool:
-    """Whether something is selected where a value is not below zero, and zero else."""
+    """Whether a selection limits a value: it gives zero, or what the value is compared with, and the value else."""
     operations = program.operations
-    if operations[index].name != "if" or operations[operations[index].arguments[0]].name != "not":
+    name, arguments = operations[index].name, operations[index].arguments
+    if name == "if":
+        asked = operations[arguments[0]]
+        compared = operations[asked.arguments[0]] if asked.name == "not" else asked
+        return asked.name == "not" and compared.name == "lt" and is_constant(operations[compared.arguments[1]], 0.0)
+    if name != "select" or operations[arguments[0]].name != "lt":
         return False
-    asked = operations[operations[operations[index].arguments[0]].arguments[0]]
-    return asked.name == "lt" and operations[asked.arguments[1]] == Operation("constant", (), 0.0)
+    laid_down = [each in program.invariant or operations[each].name == "constant" for each in arguments[1:]]
+    return set(operations[arguments[0]].arguments) == set(arguments[1:]) and any(laid_down)
 
 
 def _rests_on_age(stepped: Stepped, index: int) -> bool:

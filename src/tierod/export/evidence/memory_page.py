@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from tierod.core.content import Heading, Item, Table
-from tierod.export.evidence.checks import REASONS, Checked, checks
+from tierod.export.evidence.checks import REASONS, Checked, checked, checks, misra
 from tierod.export.evidence.comparison import COMPILERS, FLAGS, LEVELS
 from tierod.export.evidence.coverage import covered
 from tierod.export.evidence.targets import GCC, M7, R5
@@ -16,7 +16,7 @@ from tierod.report.analysis.analysis import Analysis
 
 SOURCE = NAMES[1]
 VECTORS = ("test/inputs.csv", "test/expected.csv")
-MEMORY = Checked(SOURCE, (SOURCE,), (VECTORS,), "", REASONS)
+MEMORY = Checked(SOURCE, (SOURCE,), (VECTORS,), (VECTORS,), "", REASONS)
 
 
 def memory_evidence(folder: Path) -> Analysis:
@@ -33,7 +33,8 @@ def memory_evidence(folder: Path) -> Analysis:
         Heading("Beside the memory in Python, with power loss"),
         Table("Comparisons", ("build", "result", "warnings"), tuple(built)),
         Heading("Checks"),
-        *checks(MEMORY, folder),
+        checked([call() for call in checks(MEMORY, folder)]),
+        misra(MEMORY, folder),
         *covered(MEMORY, folder),
         Heading("Target"),
         Table("Cortex-M7", ("what", "result"), _sized(folder), f"{version(GCC)}; -O2, {' '.join(M7)}."),

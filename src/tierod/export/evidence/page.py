@@ -2,25 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from tierod.core.content import Heading, Item, Table
 from tierod.core.files import write_text
+from tierod.core.graph.branches import with_picks
+from tierod.core.graph.membership import with_members
 from tierod.core.graph.operation_count import operation_count
+from tierod.export.bank_interface import BankInterface
 from tierod.export.c_export import write_folder
 from tierod.export.evidence import calibrated
-from tierod.export.evidence.checks import FURTHER, Checked, checks, of_monitor
+from tierod.export.evidence.checks import FURTHER, SANITIZED, Checked, checked, checks, misra, of_monitor
 from tierod.export.evidence.comparison import Difference, differences, table
 from tierod.export.evidence.coverage import Stepped, covered
 from tierod.export.evidence.single_precision import apart, beside_double
 from tierod.export.evidence.targets import targets
+from tierod.export.evidence.tools import AT_ONCE
 from tierod.export.interface import Interface
-from tierod.export.stimuli import FACTORS, affordable, altered_inputs, disturbed_inputs
+from tierod.export.stimuli import (
+    FACTORS,
+    MOST_SANITIZED,
+    SANITIZED_WORK,
+    SEED,
+    affordable,
+    altered_inputs,
+    disturbed_inputs,
+)
 from tierod.export.vectors import Vectors, input_table, rounded
 from tierod.report.analysis.analysis import Analysis
 
@@ -40,18 +54,30 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
     (folder / "build").mkdir(exist_ok=True)
     first = next(iter(samples.values()))
     driven = dict(list(samples.items())[:-1])
-    further = np.concatenate([*samples.values(), disturbed_inputs(first, 2 * len(first))])
+    parts = [*samples.values(), disturbed_inputs(first, 2 * len(first))]
+    further = np.concatenate(parts)
     write_text(folder / FURTHER, input_table(face.subject, Vectors(rounded(further), vectors.outputs, "")))
+    write_text(
+        folder / SANITIZED, input_table(face.subject, Vectors(rounded(_short(face, parts)), vectors.outputs, ""))
+    )
+    export = of_monitor(face)
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        # The longest first, so that none is left alone at the end; none needs what another one writes.
+        departures = pool.submit(misra, export, folder)
+        missed = pool.submit(covered, _with_altered(face, folder, first), folder, *_stepped(face))
+        rows = [pool.submit(each) for each in checks(export, folder)]
+        cost = pool.submit(targets, face, folder, vectors)
     found = differences(face, folder, samples)
     items: list[Item] = [
         Heading("Back to back"),
         table(found, face.options.precision),
         *([beside_double(face, apart(face, folder, driven))] if face.options.precision == "single" else []),
         Heading("Checks"),
-        *checks(of_monitor(face), folder),
-        *covered(_with_altered(face, folder, first), folder, Stepped(face.program, face.graph.state)),
+        checked([each.result() for each in rows]),
+        departures.result(),
+        *missed.result(),
         Heading("Targets"),
-        targets(face, folder, vectors),
+        cost.result(),
         Heading("Operations"),
         _operations(face),
     ]
@@ -59,8 +85,27 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
     return Analysis(title, (_summary(face, found),), items, _document(face, found, items))
 
 
-ALTERED, SHORTEST = 600_000, 1_000
+def _short(face: Interface, parts: Sequence[np.ndarray]) -> np.ndarray:
+    """Samples for sanitizers, which make a long step some twenty times longer: the beginning of each part."""
+    share = affordable(face.subject, MOST_SANITIZED, SANITIZED_WORK) / sum(map(len, parts))
+    return np.concatenate([part[: math.ceil(min(share, 1.0) * len(part))] for part in parts])
+
+
+def _stepped(face: Interface) -> tuple[Stepped, ...]:
+    """The programs by whose numbers the C of a step is named."""
+    found = with_picks(face.program)
+    if not isinstance(face, BankInterface):
+        return (Stepped(found, face.graph.state),)
+    lane = Stepped(with_picks(face.lane.program), face.lane.graph.state, ("_lane",))
+    return Stepped(with_members(found), face.graph.state), lane
+
+
+ALTERED, SHORTEST = 600_000, 500
 """Samples of all altered drives together, at the most; of one, so that it is worth while."""
+COVERED_WORK: Annotated[float, ""] = 16e9
+"""Operations that all altered drives may take: a step of a bank takes a millisecond where branches are counted."""
+FAILING = 20_000
+"""Samples in which further signals fail, where a step is long."""
 CALIBRATED = 10
 """Times as many samples run with other parameters: verdicts take minutes of driving."""
 
@@ -68,12 +113,17 @@ CALIBRATED = 10
 def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:
     """The export with a run over every altered drive, each from the first state on, and runs with other parameters."""
     export, subject = of_monitor(face), face.subject
-    count = affordable(subject, ALTERED) // (len(FACTORS) * max(len(subject.sample), 1))
+    count = affordable(subject, ALTERED, COVERED_WORK) // (len(FACTORS) * max(len(subject.sample), 1))
     runs = list(export.runs)
     for number, values in enumerate(altered_inputs(drive, count) if count >= SHORTEST else ()):
         name = f"build/altered-{number}.csv"
         write_text(folder / name, input_table(subject, Vectors(rounded(values), drive[:0], "")))
         runs.append((name, "test/expected.csv"))
+    if affordable(subject, ALTERED) < ALTERED:
+        # Of a long step the samples so far held few failures.
+        values = disturbed_inputs(drive, affordable(subject, FAILING, COVERED_WORK), SEED + 1)
+        write_text(folder / "build/failing.csv", input_table(subject, Vectors(rounded(values), drive[:0], "")))
+        runs.append(("build/failing.csv", "test/expected.csv"))
     each = CALIBRATED * affordable(subject, ALTERED) // (len(calibrated.FACTORS) * max(len(face.graph.tuning), 1))
     varied = calibrated.write_calibrated(face, folder, rounded(drive[:each])) if each >= SHORTEST else ""
     return export._replace(runs=tuple(runs), varied=varied)

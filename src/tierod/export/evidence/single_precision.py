@@ -13,6 +13,7 @@ import numpy as np
 from tierod.core.content import Table
 from tierod.core.graph import Memory, scan
 from tierod.core.graph.trace import initial_memory
+from tierod.export.bank_interface import BankInterface
 from tierod.export.clocks import free_clocks
 from tierod.export.evidence.comparison import built, run_over
 from tierod.export.interface import Interface
@@ -120,8 +121,10 @@ def _measured(face: Interface, name: str, hours: float, found: np.ndarray, value
 def _after(face: Interface, steps: int) -> Memory:
     """The first state of the block, with clocks that have counted so many steps."""
     memory = initial_memory(face.subject.block)
+    # The clocks of a bank are those of its judge, whose states lie behind those of the lanes.
+    first = face.bank.lanes_memory if isinstance(face, BankInterface) else 0
     for position in free_clocks(face.program, face.clocks):
-        memory[position] = steps / face.subject.rate
+        memory[first + position] = steps / face.subject.rate
     return Memory(memory, 0)
 
 

@@ -5,13 +5,19 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, TypeVar
 
-LONGEST: Annotated[float, "s"] = 240.0
+LONGEST: Annotated[float, "s"] = 600.0
 """Of one run of a tool."""
+AT_ONCE = 2
+"""Tools that run at a time."""
+
+
+T = TypeVar("T")
 
 
 class Outcome(NamedTuple):
@@ -63,3 +69,13 @@ def ran(command: Sequence[str], folder: Path, limit: float = LONGEST) -> Outcome
     except OSError as error:
         return Outcome(None, f"could not be run ({error.strerror})")
     return Outcome(done.returncode, done.stdout + done.stderr)
+
+
+def at_once(calls: Sequence[Callable[[], T]]) -> list[T]:
+    """What some calls give, which wait for tools most of the time; some at a time, the first ones first.
+
+    Args:
+        calls: of which none needs what another one writes
+    """
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        return [each.result() for each in [pool.submit(call) for call in calls]]

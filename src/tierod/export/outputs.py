@@ -1,0 +1,93 @@
+"""Print what a step puts away: numbers, codes, and clocks, which count steps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tierod.core.graph.operations import NEXT_STATE, OUTPUT, Program
+from tierod.core.graph.trace import Graph
+from tierod.export.clocks import Clock, added, is_own
+from tierod.export.spelling import Spelling
+from tierod.export.statements import Gathered, Group, Reach, StatementPrinter
+
+
+class OutputPrinter(StatementPrinter):
+    """Statements and stores of one program.
+
+    Args:
+        graph, operations, spelling, reach, gathered, truths: see `StatementPrinter`
+        clocks: states that are kept as whole numbers of steps
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        operations: Program,
+        spelling: Spelling,
+        reach: Reach,
+        clocks: Mapping[int, Clock],
+        gathered: Gathered | None = None,
+        truths: frozenset[int] | None = None,
+    ):
+        super().__init__(graph, operations, spelling, reach, gathered, truths)
+        self.clocks = clocks
+        # What a clock counts by is read from the step as it was given, which loops may write otherwise.
+        self.meant = self.program
+
+    def _stored(self, target: Group, named: dict[int, str], indent: str) -> str:
+        value = self.program.outputs[target]
+        place = self.reach.given(target)
+        if self._is_clock(target):
+            return f"{indent}{place} = {self._count(value, target[1], named)};\n"
+        text = self._real(value, named)
+        if target in self.reach.types:
+            text = f"({self.reach.types[target]})(int32_t){text}"
+        return f"{indent}{place} = {text};\n"
+
+    # -- clocks --------------------------------------------------------------------------------------------------
+
+    def _stays(self, target: Group) -> bool:
+        """Whether a state is what it was."""
+        return target[0] == NEXT_STATE and is_own(self.program, self.program.outputs[target], target[1])
+
+    def _readable(self, needs: Mapping[Group, set[int]]) -> frozenset[Group]:
+        """Outputs that hold a number as it was worked out: no clocks, truths, codes and delay lines."""
+        return frozenset(
+            target
+            for target in needs
+            if target[0] in (NEXT_STATE, OUTPUT)
+            and self.program.outputs[target] not in self._whole
+            and target not in self.reach.types
+            and not self._is_clock(target)
+        )
+
+    def _is_clock(self, target: Group) -> bool:
+        return target[0] == NEXT_STATE and target[1] in self.clocks
+
+    def _count(self, index: int, position: int, named: dict[int, str]) -> str:
+        """The next number of steps of a clock."""
+        operation, own = self.meant.operations[index], self.reach.given((NEXT_STATE, position))
+        if operation.name in ("select", "if"):
+            first = self._count(operation.arguments[1], position, named)
+            other = self._count(operation.arguments[2], position, named) if operation.name == "select" else "0U"
+            return f"({self._truth(operation.arguments[0], named)} ? {first} : {other})"
+        more = added(self.meant, index, position)
+        if more is not None:
+            asked = "" if more.condition is None else f"{self._truth(more.condition, named)} && "
+            return f"(({asked}({own} < UINT32_MAX)) ? ({own} + 1U) : {own})"
+        return own if is_own(self.meant, index, position) else "0U"
+
+    def _needed(self, target: Group) -> set[int]:
+        """Values that the storing of an output takes: of a clock the conditions on which its next number depends."""
+
+        def conditions(index: int) -> set[int]:
+            operation = self.meant.operations[index]
+            more = added(self.meant, index, target[1])
+            if more is not None and more.condition is not None:
+                return {more.condition}
+            if operation.name not in ("select", "if"):
+                return set()
+            return {operation.arguments[0]}.union(*map(conditions, operation.arguments[1:]))
+
+        value = self.meant.outputs[target]
+        return conditions(value) if self._is_clock(target) else {value}
