@@ -1,4 +1,5 @@
 import re
+import shutil
 import subprocess
 
 import numpy as np
@@ -103,6 +104,20 @@ def test_the_header_says_unit_meaning_and_range(watch, tmp_path):
     assert "    TIEROD_WATCH_SUSPECT = 2,\n" in text
     assert "tierod_watch_status_t statement_status;" in text
     assert text.isascii()
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
+def test_a_program_in_cpp_calls_it(watch, tmp_path):
+    face = exported(watch, tmp_path)
+    (tmp_path / "use.cpp").write_text(
+        f'#include "{face.prefix}.h"\nint main() {{ return {face.prefix}_version()[0]; }}\n'
+    )
+    for command in (
+        ["gcc", "-c", *sorted(path.name for path in tmp_path.glob("tierod_*.c"))],
+        ["g++", "use.cpp", *(f"{path.stem}.o" for path in tmp_path.glob("tierod_*.c")), "-lm", "-o", "use"],
+    ):
+        subprocess.run(command, cwd=tmp_path, check=True)
+    assert subprocess.run([tmp_path / "use"], check=False).returncode == ord("t")
 
 
 def test_what_an_ecu_forbids_is_not_there(friction, tmp_path):

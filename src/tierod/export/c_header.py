@@ -14,6 +14,10 @@ from tierod.export.members import Member, identifier
 WIDTH = 116
 
 
+FROM_C, TO_CPP = (f"#ifdef __cplusplus\n{brace}\n#endif\n\n" for brace in ('extern "C" {', "}  /* extern C */"))
+"""Around declarations, so that a program in C++ finds functions compiled as C."""
+
+
 def header(face: Interface, own: str | None = None) -> str:
     """C of the header.
 
@@ -24,14 +28,14 @@ def header(face: Interface, own: str | None = None) -> str:
     guard = f"{face.prefix.upper()}_H"
     parts = [
         banner(face, "types and functions"),
-        f"#ifndef {guard}\n#define {guard}\n\n#include <stdbool.h>\n#include <stdint.h>\n\n",
+        f"#ifndef {guard}\n#define {guard}\n\n#include <stdbool.h>\n#include <stdint.h>\n\n{FROM_C}",
         f"/* The type of all numbers: {face.options.precision} precision. */\n"
         f"typedef {'float' if face.options.precision == 'single' else 'double'} {face.spelling.real};\n\n",
         _statuses(face),
         _reasons(face),
         structs(face) if own is None else own,
         _functions(face),
-        f"#endif /* {guard} */\n",
+        f"{TO_CPP}#endif /* {guard} */\n",
     ]
     return "".join(parts)
 

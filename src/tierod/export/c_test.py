@@ -16,7 +16,7 @@ static int read_row(FILE *file, double *row, int count)
     int k;
 
     for (k = 0; k < count; k++) {
-        char text[64];
+        char text[64] = "nan";
         if (fscanf(file, " %63[^,\\n]%*[,]", text) != 1 && k == 0) {
             return 0;
         }

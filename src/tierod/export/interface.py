@@ -170,7 +170,7 @@ class Interface:
         text = self.named["u", position]
         if not self.options.validity:
             return text
-        return f"((u->valid & {self.prefix.upper()}_VALID_{self.bit(position)}) != 0U) ? {text} : (real)NAN"
+        return f"(((u->valid & {self.prefix.upper()}_VALID_{self.bit(position)}) != 0U) ? {text} : (real)NAN)"
 
     def bit(self, position: int) -> str:
         """Name of the bit of an input in the mask of valid ones."""
