@@ -94,6 +94,8 @@ def columns_of(graph: Interface, samples: Samples) -> np.ndarray:
         InputError: signals are missing, or the shape does not fit
     """
     if isinstance(samples, Aligned):
+        if samples.names == graph.sample:
+            return samples.values
         missing = [name for name in graph.sample if name not in samples.names]
         if missing:
             raise InputError(f"{graph.name} needs the signal '{missing[0]}'{nearest(missing[0], samples.names)}")
