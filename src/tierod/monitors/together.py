@@ -67,7 +67,7 @@ class Together:
         car: as which the recording is judged
         chosen: the monitors
         spread: whether the spread of the parameters is carried into bands and verdict
-        signals_shown: whether the diagnoses hold the signals over time, beside what the monitors estimate
+        signals_shown: as of `Run`
 
     `refused` gives the reason for each monitor not run; `span` is the fed time [s]; `metadata` is of the recording.
     """

@@ -69,7 +69,8 @@ class Run:
         kept: takes what is read and estimated over time
         uncertain: whether the spread of the vehicle's parameters is carried into bands and verdict
         bins: of every trace at the least, for which memory is taken at once; as many as memory allows where None
-        signals_shown: whether the diagnosis holds the signals over time, beside what the monitor estimates
+        signals_shown: whether the diagnosis holds what only a report shows: the signals over time beside what the monitor
+            estimates, histograms and loops
 
     Raises:
         InputError: the baseline is of another vehicle or variant
@@ -96,6 +97,8 @@ class Run:
         self.session: Session = (
             opened(monitor, variant, vehicle, baseline) if self._uncertain is None else self._uncertain.session
         )
+        if isinstance(self.session, BlockSession):
+            self.session.pictured = signals_shown
         self._spread: ParameterSpread | None = None
         self._may_turn = baseline is None
         self.feed = _feed(memory, vehicle, monitor) if memory else None
