@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -110,6 +111,11 @@ class Aligned:
     time: np.ndarray
     values: np.ndarray
     names: tuple[str, ...]
+
+    @cached_property
+    def columns(self) -> Mapping[str, np.ndarray]:
+        """The signals by name, (n,) each, in memory of their own: a column of the table is ten times as slow to read."""
+        return dict(zip(self.names, np.ascontiguousarray(self.values.T), strict=True))
 
 
 @dataclass(frozen=True)

@@ -45,9 +45,9 @@ class Result(Generic[Output]):
     tree: Output
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """One output over time, shape (n,)."""
+        """One output over time, shape (n,), in memory of its own: a column of the table is ten times as slow to read."""
         try:
-            return self.values[:, self.names.index(name)]
+            return np.ascontiguousarray(self.values[:, self.names.index(name)])
         except ValueError:
             raise InputError(f"the block has no output '{name}'{nearest(name, self.names)}") from None
 

@@ -233,7 +233,7 @@ class Run:
             traces = self._spread.absorb(usable, traces)
         if isinstance(self.session, BlockSession):
             self.session.observe(traces)
-        shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **traces}
+        shown = {**aligned.columns, **traces}
         if self.feed:
             self.feed.add(aligned, self.monitor.rate)
         if self.kept:

@@ -140,7 +140,7 @@ class BlockSession(ABC):
         self.memory = result.state
         if self._running is not None:
             self._follow(aligned.time, result[self._running[0]], self._running[1])
-        self.collect(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), result)
+        self.collect(aligned.time, aligned.columns, result)
         return {name: result[output] for name, output in self._outputs.items()}
 
     def _follow(self, time: np.ndarray, code: np.ndarray, statuses: Sequence[Status]) -> None:

@@ -81,7 +81,7 @@ class SideslipSession(BlockSession):
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
         shown = dict(super().absorb(aligned))
-        shown["true_sideslip_angle"] = truth_in(dict(zip(aligned.names, aligned.values.T, strict=True)))
+        shown["true_sideslip_angle"] = truth_in(aligned.columns)
         held = shown["held"] > 0.5
         spreads = [name for name in shown if name.endswith("_standard_deviation")]
         return shown | {name: np.where(held, np.nan, shown[name]) for name in spreads}
