@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
@@ -53,6 +53,10 @@ class Result(Generic[Output]):
 
     def __len__(self) -> int:
         return len(self.values)
+
+    def end(self) -> Result[Output]:
+        """The last sample alone, without the memory of the others; none where there is none."""
+        return replace(self, values=self.values[-1:].copy())
 
     def at(self, index: int) -> Output:
         """The output of one sample as the block's own NamedTuple."""

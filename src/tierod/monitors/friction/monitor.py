@@ -195,7 +195,7 @@ class FrictionSession(BlockSession):
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Estimates, the torque that acts, and innovations of one piece."""
         self._start = float(time[0]) if self._start is None else self._start
-        self._last = result
+        self._last = result.end()
         self._signals.add(time, signals)
         self._gains.add(signals)
         if not self.pictured:
