@@ -117,6 +117,11 @@ class Aligned:
         """The signals by name, (n,) each, in memory of their own: a column of the table is ten times as slow to read."""
         return dict(zip(self.names, np.ascontiguousarray(self.values.T), strict=True))
 
+    @cached_property
+    def there(self) -> Mapping[str, np.ndarray]:
+        """Whether each signal has a finite value, by name, (n,) each."""
+        return dict(zip(self.names, np.ascontiguousarray(np.isfinite(self.values).T), strict=True))
+
 
 @dataclass(frozen=True)
 class Recording:
