@@ -24,6 +24,9 @@ OVERVIEW = 4000
 FEW = 16
 """Samples of a bin up to which all bins are gone through together, sample by sample."""
 
+MERGES = (np.minimum, np.maximum, np.add, np.add)
+"""How lowest and highest value, sum, and number of samples of two bins become those of both."""
+
 EMPTY = np.array([[np.inf], [-np.inf], [0.0], [0.0]])
 """Lowest and highest value, sum, and number of samples of a bin without any."""
 
@@ -82,8 +85,8 @@ class Places(NamedTuple):
             values: of the samples, (n,), none missing
         """
         if not self.even:
-            extremes = (edge.reduceat(values, self.begins) for edge in (np.minimum, np.maximum))
-            return *extremes, np.bincount(self.bins, values, len(self.samples))
+            lower, upper = (edge.reduceat(values, self.begins) for edge in (np.minimum, np.maximum))
+            return lower, upper, np.bincount(self.bins, values, len(self.samples))
         # Column by column: a bin of its own for every few samples costs more than they do.
         before = self.even - int(self.samples[0])
         rows = np.empty((len(self.samples), self.even))
@@ -191,8 +194,8 @@ class Decimator:
         self._grow(self._size + self._size % 2)
         half = self._size // 2
         even, odd = self._all[:, : self._size : 2], self._all[:, 1 : self._size : 2]
-        for bins, first, second, joined in zip(self._all, even, odd, (np.minimum, np.maximum, np.add, np.add), strict=True):
-            joined(first, second, out=bins[:half])
+        for bins, first, second, merge in zip(self._all, even, odd, MERGES, strict=True):
+            merge(first, second, out=bins[:half])
         self._size = half
         self._width *= 2.0
 

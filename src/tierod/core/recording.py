@@ -114,7 +114,7 @@ class Aligned:
 
     @cached_property
     def columns(self) -> Mapping[str, np.ndarray]:
-        """The signals by name, (n,) each, in memory of their own: a column of the table is ten times as slow to read."""
+        """The signals by name, (n,) each, in memory of their own, since a column of the table is slow to read."""
         return dict(zip(self.names, np.ascontiguousarray(self.values.T), strict=True))
 
     @cached_property

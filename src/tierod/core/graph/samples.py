@@ -45,7 +45,7 @@ class Result(Generic[Output]):
     tree: Output
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """One output over time, shape (n,), in memory of its own: a column of the table is ten times as slow to read."""
+        """One output over time, shape (n,), in memory of its own, since a column of the table is slow to read."""
         try:
             return np.ascontiguousarray(self.values[:, self.names.index(name)])
         except ValueError:
