@@ -67,7 +67,7 @@ def _timed(recording: Path, folder: str, report: str = "--report") -> tuple[floa
     command = [
         sys.executable, "-m", "tierod", "diagnose", str(recording), "--vehicle", "midsize-eps", "--json", report,
     ]  # fmt: skip
-    # With its byte code kept, as an installed package has it: to compile its sources takes half a second.
+    # With its byte code kept, as an installed package has it: to compile the sources takes .1 to .3 s.
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(Path(folder, "byte-code"))}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     quiet = subprocess.DEVNULL
