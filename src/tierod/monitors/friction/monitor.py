@@ -197,7 +197,8 @@ class FrictionSession(BlockSession):
         self._start = float(time[0]) if self._start is None else self._start
         self._last = result.end()
         self._signals.add(time, signals)
-        self._gains.add(signals)
+        if not self.moved:
+            self._gains.add(signals)
         if not self.pictured:
             return
         enabled = result["estimate.enabled"] > 0.5

@@ -112,6 +112,8 @@ class BlockSession(ABC):
         """To what of a recording its block was fitted; None where it follows from the vehicle alone."""
         self.pictured = True
         """Whether the conclusion holds what only a report shows: histograms, loops and figures of the innovations."""
+        self.moved = False
+        """Whether it runs for a vehicle within the spread of another one, whose own session names defective signals."""
         self.memory: Memory | None = None
         """The state of the block after the last piece, to be stored or to go on from; None before the first."""
         self._scanner: Scanner[Any, Any, Any] | None = None

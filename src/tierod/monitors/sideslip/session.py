@@ -90,15 +90,17 @@ class SideslipSession(BlockSession):
         """Estimates, innovations and signals of one piece."""
         running = result["statement.status"] == code_of(Status.HEALTHY)
         self._consistency.add(result["estimate.nis"][running], result["estimate.readings"][running])
-        self.drive.add(running, signals, result)
+        self.drive.add(running, signals, result, contradictions=not self.moved)
 
     def conclude(self) -> Conclusion:
         """The finding, and how consistent the estimate was."""
         if reason := obstacle(self.drive, self._needs_torque, self._torque_known):
             return Conclusion(withheld(self.drive, self.name, reason), withheld=tuple(self.traces))
         found = self._consistency.result()
-        consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances)
         finding = judge(self.drive, self.name, self.misfit_rule, found.nis)
+        if self.moved:
+            return Conclusion(finding)
+        consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances)
         finding = replace(finding, evidence={**finding.evidence, **consistency.evidence(), **self._share()})
         defects, hidden = self._contradicting(consistency, finding)
         figures = {

@@ -62,7 +62,7 @@ class Points:
             except REFUSALS:
                 continue
             if isinstance(session, BlockSession):
-                session.pictured = False
+                session.moved, session.pictured = True, False
             self.running[place] = Point(by, session)
 
     def absorb(self, aligned: Aligned) -> dict[int, Mapping[str, np.ndarray]]:
