@@ -29,6 +29,24 @@ def test_nothing_is_hidden_however_the_recording_is_cut(cuts, bins):
         np.testing.assert_array_equal(pieces.trace().lower, trace.lower)
 
 
+@pytest.mark.parametrize("each", [1, 2, 3, 8, 16, 40])
+@pytest.mark.parametrize("offset", [0, 1, 5])
+def test_bins_with_equally_many_samples_hold_the_same_as_sample_by_sample(each, offset):
+    count = 50 * each + offset
+    time, values = np.arange(count) / each, np.random.default_rng(each).normal(size=count)
+    decimator = Decimator("signal", "", bins=100)
+    decimator.add(np.array([0.0, 1.0]), np.array([0.0, 0.0]))  # bins of one second
+    decimator.add(1.0 + time, values)
+    trace = decimator.trace()
+    for at in range(1, len(trace.time)):
+        inside = values[np.floor(1.0 + time + 1e-6) == at].tolist() + [0.0] * (at == 1)
+        assert (trace.lower[at], trace.upper[at]) == (min(inside), max(inside))
+        total = 0.0
+        for value in inside[-1:] * (at == 1) + inside[: len(inside) - (at == 1)]:
+            total += value
+        assert trace.mean[at] == total / len(inside)
+
+
 def test_bins_hold_their_own_samples():
     decimator = Decimator("signal", "", bins=2)
     decimator.add(np.arange(8.0), np.array([1.0, 3.0, 2.0, 2.0, np.nan, np.nan, 5.0, 7.0]))

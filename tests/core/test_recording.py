@@ -128,3 +128,26 @@ def test_stamps_that_channels_share_give_the_same_as_stamps_of_their_own(method)
         assert np.isnan(first.values).any()
     sliced = shared.slice(1.0, 6.0)
     assert sliced["yaw_rate"].time is sliced["vehicle_speed"].time
+
+
+@given(
+    st.sampled_from([50.0, 100.0, 1000.0]), st.sampled_from([20.0, 50.0, 100.0]), st.floats(-0.02, 0.3),
+    st.sampled_from(["as they are", "jittered", "one lost", "twice the same"]),
+)  # fmt: skip
+def test_regular_clocks_align_as_a_search_for_every_time_does(rate, grid_rate, start, stamps):
+    time = np.arange(round(4.0 * rate)) / rate
+    if stamps == "jittered":
+        time = np.sort(time + np.random.default_rng(1).uniform(0.0, 2.0 / rate, len(time)))
+    elif stamps == "one lost":
+        time = np.delete(time, len(time) // 2)
+    elif stamps == "twice the same":
+        time[len(time) // 3] = time[len(time) // 3 - 1]
+    values = np.arange(len(time), dtype=float)
+    aligned = recording(channel(time=time, values=values)).align(
+        ["yaw_rate"], grid_rate, maximum_age=0.1, start=start, stop=3.5
+    )
+    for at, found in zip(aligned.time, aligned.columns["yaw_rate"], strict=True):
+        before = np.flatnonzero(time <= at + 1e-6)
+        held = len(before) and at - time[before[-1]] <= 0.1 + 1e-6
+        assert found == values[before[-1]] if held else np.isnan(found)
+    assert aligned.there["yaw_rate"].tolist() == np.isfinite(aligned.values[:, 0]).tolist()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.core.series import Stride, longest_run, runs
+from tierod.core.series import Stride, last_true, longest_run, runs
 
 
 @pytest.mark.parametrize(
@@ -35,3 +35,9 @@ def test_pieces_give_what_the_whole_gives(step, lengths):
         taken += np.arange(begin, begin + length)[stride.over(length)].tolist()
         begin += length
     assert taken == list(range(0, begin, step))
+
+
+@given(st.lists(st.booleans(), max_size=30))
+def test_the_last_true_value(flags):
+    places = [at for at, flag in enumerate(flags) if flag]
+    assert last_true(np.array(flags, bool)) == (places[-1] if places else None)

@@ -21,6 +21,15 @@ MEMORY = 2**20
 OVERVIEW = 4000
 """Points of a trace that are enough to see all of it at once."""
 
+FEW = 16
+"""Samples of a bin up to which all bins are gone through together, sample by sample."""
+
+MERGES = (np.minimum, np.maximum, np.add, np.add)
+"""How lowest and highest value, sum, and number of samples of two bins become those of both."""
+
+EMPTY = np.array([[np.inf], [-np.inf], [0.0], [0.0]])
+"""Lowest and highest value, sum, and number of samples of a bin without any."""
+
 MISSING = 0
 """Code of a bin without a sample in a packed trace."""
 
@@ -40,6 +49,7 @@ class Places(NamedTuple):
         samples: number of those in every bin from first to last
         occupied: those bins that have one, all as a slice where none is empty
         begins: first sample of each of these
+        even: samples of every bin but the first and the last, which have no more; 0 where they differ or are many
     """
 
     start: Annotated[float, "s"]
@@ -50,6 +60,7 @@ class Places(NamedTuple):
     samples: np.ndarray
     occupied: np.ndarray | slice
     begins: np.ndarray
+    even: int
 
     @classmethod
     def of(cls, time: np.ndarray, start: float, width: float) -> Places:
@@ -63,7 +74,33 @@ class Places(NamedTuple):
         if not counts.all():
             occupied = np.flatnonzero(counts)
             begins = begins[occupied]
-        return cls(start, width, first, last, bins, counts, occupied, begins)
+        inner = int(counts[1]) if len(counts) > 2 else 0
+        even = inner <= FEW and bool((counts[1:-1] == inner).all()) and max(counts[0], counts[-1]) <= inner
+        return cls(start, width, first, last, bins, counts, occupied, begins, inner if even else 0)
+
+    def merged(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Lowest and highest value of every occupied bin, and the sum in every bin.
+
+        Args:
+            values: of the samples, (n,), none missing
+        """
+        if not self.even:
+            lower, upper = (edge.reduceat(values, self.begins) for edge in (np.minimum, np.maximum))
+            return lower, upper, np.bincount(self.bins, values, len(self.samples))
+        # Column by column: a bin of its own for every few samples costs more than they do.
+        before = self.even - int(self.samples[0])
+        rows = np.empty((len(self.samples), self.even))
+        flat, after = rows.reshape(-1), before + len(values)
+        flat[:before], flat[before:after], flat[after:] = values[0], values, values[-1]
+        lower, upper = rows[:, 0].copy(), rows[:, 0].copy()
+        for column in rows.T[1:]:
+            np.minimum(lower, column, out=lower)
+            np.maximum(upper, column, out=upper)
+        flat[:before] = flat[after:] = 0.0
+        total = np.zeros(len(rows))
+        for column in rows.T:
+            total += column
+        return lower, upper, total
 
 
 class Decimator:
@@ -81,9 +118,10 @@ class Decimator:
         self._start: float | None = None
         self._width = 0.0
         self._size = 0
-        self._lower = self._upper = self._sum = self._count = np.empty(0)
+        # The system gives a page only when something is written to it. The last bin may lie at the end by rounding.
+        self._lower, self._upper, self._sum, self._count = self._all = np.empty((4, 2 * bins + 2))
         if reserved:
-            self._reserve(2 * bins)
+            self._clear(slice(None))
 
     def add(self, time: np.ndarray, values: np.ndarray, places: Places | None = None) -> Places | None:
         """Samples that follow those already added.
@@ -120,9 +158,10 @@ class Decimator:
         """Samples of which none is missing: neighbours share a bin, so that each bin is a stretch of them."""
         at = places.occupied
         lower, upper = self._lower[touched], self._upper[touched]
-        lower[at] = np.minimum(lower[at], np.minimum.reduceat(values, places.begins))
-        upper[at] = np.maximum(upper[at], np.maximum.reduceat(values, places.begins))
-        self._sum[touched] += np.bincount(places.bins, values, len(places.samples))
+        least, most, total = places.merged(values)
+        lower[at] = np.minimum(lower[at], least)
+        upper[at] = np.maximum(upper[at], most)
+        self._sum[touched] += total
         self._count[touched] += places.samples
 
     def _put_some(self, touched: slice, index: np.ndarray, values: np.ndarray) -> None:
@@ -144,29 +183,19 @@ class Decimator:
         return Trace(self.name, self.unit, time, lower, upper, mean)
 
     def _grow(self, size: int) -> None:
-        self._size = max(self._size, size)
-        room = len(self._count)
-        if self._size > room:
-            self._reserve(max(self._size, min(2 * room, 2 * self.bins)))
+        if size > self._size:
+            self._clear(slice(self._size, size))
+            self._size = size
 
-    def _reserve(self, room: int) -> None:
-        more = room - len(self._count)
-        self._lower = np.append(self._lower, np.full(more, np.inf))
-        self._upper = np.append(self._upper, np.full(more, -np.inf))
-        self._sum, self._count = (np.append(old, np.zeros(more)) for old in (self._sum, self._count))
+    def _clear(self, part: slice) -> None:
+        self._all[:, part] = EMPTY
 
     def _halve(self) -> None:
         self._grow(self._size + self._size % 2)
         half = self._size // 2
-        pairs = slice(0, self._size, 2), slice(1, self._size, 2)
-        for bins, joined, empty in (
-            (self._lower, np.minimum, np.inf),
-            (self._upper, np.maximum, -np.inf),
-            (self._sum, np.add, 0.0),
-            (self._count, np.add, 0.0),
-        ):
-            bins[:half] = joined(bins[pairs[0]], bins[pairs[1]])
-            bins[half:] = empty
+        even, odd = self._all[:, : self._size : 2], self._all[:, 1 : self._size : 2]
+        for bins, first, second, merge in zip(self._all, even, odd, MERGES, strict=True):
+            merge(first, second, out=bins[:half])
         self._size = half
         self._width *= 2.0
 

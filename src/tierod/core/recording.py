@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -53,6 +54,8 @@ class Channel:
 
     def noted(self, *notes: str) -> Channel:
         """The channel with notes added; empty ones and repetitions are left out."""
+        if not any(notes):
+            return self
         parts = [part for part in self.note.split("; ") if part]
         parts += [note for note in notes if note and note not in parts]
         return replace(self, note="; ".join(parts))
@@ -108,6 +111,16 @@ class Aligned:
     time: np.ndarray
     values: np.ndarray
     names: tuple[str, ...]
+
+    @cached_property
+    def columns(self) -> Mapping[str, np.ndarray]:
+        """The signals by name, (n,) each, in memory of their own, since a column of the table is slow to read."""
+        return dict(zip(self.names, np.ascontiguousarray(self.values.T), strict=True))
+
+    @cached_property
+    def there(self) -> Mapping[str, np.ndarray]:
+        """Whether each signal has a finite value, by name, (n,) each."""
+        return dict(zip(self.names, np.ascontiguousarray(np.isfinite(self.values).T), strict=True))
 
 
 @dataclass(frozen=True)
@@ -255,12 +268,12 @@ class Recording:
         """The samples of all channels with start <= time < stop [s]; time stamps stay as they are."""
         cuts: dict[int, tuple[np.ndarray, slice]] = {}
         channels = {}
-        for name, channel in self.channels.items():
-            cut = cuts.get(id(channel.time))
+        for name, each in self.channels.items():
+            cut = cuts.get(id(each.time))
             if cut is None:
-                first, last = np.searchsorted(channel.time, (start, stop), side="left").tolist()
-                cut = cuts[id(channel.time)] = channel.time[first:last], slice(first, last)
-            channels[name] = replace(channel, time=cut[0], values=channel.values[cut[1]])
+                first, last = np.searchsorted(each.time, (start, stop), side="left").tolist()
+                cut = cuts[id(each.time)] = each.time[first:last], slice(first, last)
+            channels[name] = Channel(each.name, cut[0], each.values[cut[1]], each.unit, each.source, each.note)
         return replace(self, channels=channels)
 
     def retime(self, period: float, names: Iterable[str] | None = None) -> Recording:
@@ -352,8 +365,8 @@ def _extremes(values: np.ndarray) -> tuple[str, str]:
 class _Places(NamedTuple):
     """Places of a grid's times among time stamps: the sample before, its age [s], and whether it is held, (n,)."""
 
-    before: np.ndarray
-    known: np.ndarray
+    before: np.ndarray | slice
+    known: np.ndarray | bool
     age: np.ndarray
     held: np.ndarray
     everywhere: bool
@@ -362,12 +375,28 @@ class _Places(NamedTuple):
 
 def _places(time: np.ndarray, grid: np.ndarray, maximum_age: float, tolerance: float) -> _Places:
     rounding = min(tolerance, 1e-6)
-    before = np.searchsorted(time, grid + rounding, side="right") - 1
-    known = before >= 0
-    before = np.maximum(before, 0)
+    until = grid + rounding
+    known: np.ndarray | bool = True
+    before: np.ndarray | slice | None = _evenly_spaced(time, until)
+    if before is None:
+        found = np.searchsorted(time, until, side="right") - 1
+        known, before = found >= 0, np.maximum(found, 0)
     age = grid - time[before]
     held = known & (age <= maximum_age + rounding)
     return _Places(before, known, age, held, bool(held.all()), rounding)
+
+
+def _evenly_spaced(time: np.ndarray, until: np.ndarray) -> slice | None:
+    """Places of the last stamps up to each of some times where every k-th is one, as of regular clocks; else None."""
+    if len(until) < 2:
+        return None
+    first, last = (np.searchsorted(time, until[[0, -1]], side="right") - 1).tolist()
+    step, rest = divmod(last - first, len(until) - 1)
+    if first < 0 or step < 1 or rest:
+        return None
+    before, following = slice(first, last + 1, step), time[first + 1 : last + 2 : step]
+    fits = (time[before] <= until).all() and (following > until[: len(following)]).all()
+    return before if fits else None
 
 
 def _held(values: np.ndarray, places: _Places) -> np.ndarray:
@@ -380,6 +409,7 @@ def _between(channel: Channel, places: _Places, maximum_age: float) -> np.ndarra
     """Between two samples; NaN where they are too far apart."""
     time, values = channel.time, channel.values
     before, known, age, _, _, rounding = places
+    before = np.arange(len(time))[before]
     after = np.minimum(before + 1, len(time) - 1)
     width = time[after] - time[before]
     share = np.divide(age, width, out=np.zeros_like(age), where=width > 0.0)

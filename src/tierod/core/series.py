@@ -28,6 +28,16 @@ def longest_run(flags: np.ndarray) -> int:
     return int((ends - begins).max(initial=0))
 
 
+def last_true(flags: np.ndarray) -> int | None:
+    """Index of the last true value; None where there is none.
+
+    Args:
+        flags: (n,)
+    """
+    at = len(flags) - 1 - int(np.argmax(flags[::-1])) if len(flags) else 0
+    return at if len(flags) and flags[at] else None
+
+
 class Stride:
     """Takes the first sample of all, then every `step`-th one.
 

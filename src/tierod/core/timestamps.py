@@ -8,6 +8,7 @@ Refused: a clock that jumps back further, or that stands still throughout.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +49,8 @@ class Repairs:
 
     Args:
         what: whose time it is, for the messages
+
+    `in_order` is whether the stamps that arrived last do not fall back, neither behind those before.
     """
 
     def __init__(self, what: str):
@@ -58,6 +61,7 @@ class Repairs:
         self._final = np.nan
         self._run = self._longest = 1
         self._stands_at = np.nan
+        self.in_order = True
 
     @property
     def newest(self) -> float:
@@ -73,12 +77,18 @@ class Repairs:
         Raises:
             InputError: the clock jumps back by more than LATE
         """
+        self.in_order = _follow(time, self._newest)
+        if self.in_order and math.isfinite(time[0]) and math.isfinite(time[-1]):
+            # As almost always; then none is missing or late either, for those in between lie between two numbers.
+            self._seen, self._newest, self._last = self._seen + len(time), float(time[-1]), float(time[-1])
+            return None
         finite = np.isfinite(time)
         kept = None if finite.all() else finite
         if kept is not None:
             self._without += len(time) - int(np.count_nonzero(finite))
             time = time[finite]
         if len(time):
+            self.in_order = _follow(time, self._newest)
             before = np.concatenate(([self._last], time[:-1]))
             self._late += int(np.count_nonzero(time < before))
             newest = np.maximum(np.maximum.accumulate(time), self._newest)
@@ -100,15 +110,16 @@ class Repairs:
         if not len(time):
             return
         same = np.concatenate(([time[0] == self._final], time[1:] == time[:-1]))
-        self._equal += int(np.count_nonzero(same))
-        begins, ends = runs(same)
-        # A run at the very beginning goes on from the last stretch; one elsewhere follows the first of its stamps.
-        lengths = ends - begins + np.where(begins == 0, self._run, 1)
-        if lengths.max(initial=0) > self._longest:
-            at = int(np.argmax(lengths))
-            self._longest, self._stands_at = int(lengths[at]), float(time[begins[at]])
-        others = np.flatnonzero(~same)
-        self._run = len(time) - int(others[-1]) if len(others) else self._run + len(time)
+        equal = int(np.count_nonzero(same))
+        if equal:
+            self._equal += equal
+            begins, ends = runs(same)
+            # A run at the very beginning goes on from the last stretch; one elsewhere follows the first of its stamps.
+            lengths = ends - begins + np.where(begins == 0, self._run, 1)
+            if lengths.max() > self._longest:
+                at = int(np.argmax(lengths))
+                self._longest, self._stands_at = int(lengths[at]), float(time[begins[at]])
+        self._run = self._run + equal if equal == len(time) else int(np.argmin(same[::-1])) + 1
         self._final = float(time[-1])
         self._settled += len(time)
 
@@ -136,6 +147,11 @@ class Repairs:
             (self._equal, f"equal time stamps {stands}"),
         )
         return tuple(f"{count} {text}" for count, text in found if count)
+
+
+def _follow(time: np.ndarray, newest: float) -> bool:
+    """Whether there are stamps [s], none falls back, and none is behind the newest before [s]; False with a NaN."""
+    return bool(len(time) and time[0] >= newest and (time[1:] >= time[:-1]).all())
 
 
 def _stamp(time: float) -> str:
@@ -169,6 +185,9 @@ def order(time: np.ndarray, what: str) -> Order:
 def finite_or_missing(values: np.ndarray) -> tuple[np.ndarray, int]:
     """The values as floats with infinities made missing (NaN), and how many there were."""
     values = np.asarray(values, dtype=float)
+    with np.errstate(over="ignore", invalid="ignore"):
+        if math.isfinite(values.sum()):
+            return values, 0
     infinite = np.isinf(values)
     count = int(np.count_nonzero(infinite))
     return (np.where(infinite, np.nan, values) if count else values), count

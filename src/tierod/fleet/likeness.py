@@ -39,7 +39,8 @@ class Moments:
                 first, count, total, squares = self._sums.get(name, (values[0], 0.0, 0.0, 0.0))
                 # About the first value: a mean far from zero costs no digits of the deviation.
                 offsets = values - first
-                sums = (first, count + len(values), total + offsets.sum(), squares + np.square(offsets).sum())
+                total += offsets.sum()
+                sums = (first, count + len(values), total, squares + np.square(offsets, out=offsets).sum())
                 self._sums[name] = np.array(sums)
 
     def of(self, name: str) -> tuple[float, float] | None:

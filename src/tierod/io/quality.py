@@ -110,7 +110,7 @@ def channel_quality(channel: Channel, limits: QualityLimits = LIMITS, pace: Pace
     remarks = [
         *_rate_remarks(pace, len(time), gap, len(seen), limits),
         *figure_remarks(channel.name, channel.unit, missing, gap, pace.mean, (least, most), assumed, limits),
-        *_value_remarks(channel, seen, pace.mean, limits),
+        *_value_remarks(channel, seen, (least, most), pace.mean, limits),
     ]
     if channel.note:
         remarks.append(channel.note)
@@ -203,15 +203,17 @@ def _rate_remarks(pace: Pace, count: int, gap: float, seen: int, limits: Quality
     return remarks
 
 
-def _value_remarks(channel: Channel, seen: np.ndarray, rate: float, limits: QualityLimits) -> list[str]:
+def _value_remarks(
+    channel: Channel, seen: np.ndarray, extremes: tuple[float, float], rate: float, limits: QualityLimits
+) -> list[str]:
     if not len(seen):
         return []
-    least, most = seen.min(), seen.max()
+    least, most = extremes
     if least == most:
         value = in_words(least, channel.unit, 6)
         return [f"constant at {value} throughout" if len(seen) > 1 else "holds a single sample"]
     remarks = []
-    remarks += _saturation_remark(channel, seen, rate, limits)
+    remarks += _saturation_remark(channel, seen, extremes, rate, limits)
     # A signal with many values shows them soon, and then need not be sorted.
     if len(np.unique(seen[: 4 * limits.steps])) < limits.steps and len(values := np.unique(seen)) < limits.steps:
         apart = in_words(float(np.diff(values).min()), channel.unit)
@@ -235,10 +237,12 @@ def _range_remark(name: str, unit: str, least: float, most: float, assumed: bool
     return [f"{first} to {last} {_PLAUSIBLE} {lower} to {upper}; {advice}"]
 
 
-def _saturation_remark(channel: Channel, seen: np.ndarray, rate: float, limits: QualityLimits) -> list[str]:
+def _saturation_remark(
+    channel: Channel, seen: np.ndarray, extremes: tuple[float, float], rate: float, limits: QualityLimits
+) -> list[str]:
     needed = max(limits.saturation_samples, limits.saturation * rate if rate > 0.0 else 0.0)
     remarks = []
-    for end, extreme in (("upper", float(seen.max())), ("lower", float(seen.min()))):
+    for end, extreme in (("lower", extremes[0]), ("upper", extremes[1]))[::-1]:
         at_end = seen == extreme
         if np.count_nonzero(at_end) < needed:
             continue

@@ -69,19 +69,20 @@ def modes(system: LinearSystem, state_scale: np.ndarray | None = None) -> list[M
     """Every eigenvalue with its margin (Popov-Belevitch-Hautus test), the least visible first."""
     A, C, scale, size = scaled(system, state_scale)
     shift = np.trace(system.A) / len(A)
-    found = []
-    for eigenvalue in np.linalg.eigvals(A):
-        _, values, rows = np.linalg.svd(np.vstack([A - eigenvalue * np.eye(len(A)), C]))
-        found.append(
-            Mode(complex(eigenvalue * size + shift), _phased(scale * rows[-1].conj()), float(values[len(A) - 1]))
-        )
+    eigenvalues = np.linalg.eigvals(A)
+    shifted = A - eigenvalues[:, None, None] * np.eye(len(A))
+    _, values, rows = np.linalg.svd(np.concatenate([shifted, np.broadcast_to(C, (len(A), *C.shape))], axis=1))
+    found = [
+        Mode(complex(eigenvalue * size + shift), _phased(scale * direction.conj()), float(margin))
+        for eigenvalue, direction, margin in zip(eigenvalues, rows[:, -1], values[:, len(A) - 1], strict=True)
+    ]
     return sorted(found, key=lambda mode: mode.margin)
 
 
 def _phased(vector: np.ndarray) -> np.ndarray:
     """The vector divided by its largest entry; real where it can be."""
     turned: np.ndarray = vector / vector[np.argmax(np.abs(vector))]
-    return turned.real if np.allclose(turned.imag, 0.0, atol=1e-9) else turned
+    return turned.real if (np.abs(turned.imag) <= 1e-9).all() else turned
 
 
 def describe(direction: np.ndarray, names: tuple[str, ...]) -> str:

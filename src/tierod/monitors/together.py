@@ -11,6 +11,8 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import find
+from tierod.monitors.harness.pieces import OVERLAP
+from tierod.monitors.harness.quality_over_chunks import Shared
 from tierod.monitors.harness.run import Run
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import Vehicle
@@ -67,7 +69,7 @@ class Together:
         car: as which the recording is judged
         chosen: the monitors
         spread: whether the spread of the parameters is carried into bands and verdict
-        signals_shown: whether the diagnoses hold the signals over time, beside what the monitors estimate
+        signals_shown: as of `Run`
 
     `refused` gives the reason for each monitor not run; `span` is the fed time [s]; `metadata` is of the recording.
     """
@@ -77,6 +79,7 @@ class Together:
         self.refused: dict[str, str] = {}
         self.span: Annotated[tuple[float, float], "s"] | None = None
         self.metadata: Mapping[str, object] = {}
+        self._before: Recording | None = None
         self._runs: dict[str, Run] = {}
         self._asked = {each.monitor: each.variant for each in chosen}
         for each in chosen:
@@ -110,11 +113,12 @@ class Together:
         first = self.span is None
         self.span = (begin if self.span is None else self.span[0], end)
         self.metadata = piece.metadata
+        shared, self._before = Shared(self._before, piece), piece.slice(end - OVERLAP)
         for name in list(self._runs):
             with self._refusing(name):
                 if first:
                     self._runs[name] = self._runs[name].fitted(piece, bool(self._asked[name]))
-                self._runs[name].add(piece)
+                self._runs[name].add(piece, shared)
 
     def concluded(self, command: str = "") -> Iterator[tuple[str, Concluded]]:
         """(monitor, finding) up to now; a monitor that finds that it cannot judge is refused.

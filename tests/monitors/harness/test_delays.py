@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tierod.monitors.harness.delays import BLOCK, RATE, LagOverDrive
+from tierod.monitors.harness.delays import BLOCK, LONGEST, RATE, LagOverDrive, _cross_correlation
 
 
 def follower(delay: float, gain: float = 1.0, noise: float = 0.0, blocks: int = 10) -> LagOverDrive:
@@ -55,3 +55,10 @@ def test_blocks_that_say_nothing_are_left_out():
     lag.add(np.full(BLOCK, 3.0), np.ones(BLOCK))
     assert lag.found() == before
     assert LagOverDrive(0.1).found() is None
+
+
+def test_the_cross_correlation_sums_products():
+    first, second = np.random.default_rng(2).normal(size=(2, 200))
+    for k, found in zip(range(-LONGEST, LONGEST + 1), _cross_correlation(first, second), strict=True):
+        inside = [first[i] * second[i + k] for i in range(200) if 0 <= i + k < 200]
+        assert found == pytest.approx(sum(inside), rel=1e-12, abs=1e-12)

@@ -5,7 +5,8 @@ import pytest
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
+from tierod.io.quality import channel_quality
+from tierod.monitors.harness.quality_over_chunks import Qualities, QualityOverChunks, Shared
 
 
 def remarks(*pieces: tuple[np.ndarray, np.ndarray]) -> list[str]:
@@ -52,3 +53,29 @@ def test_a_signal_without_a_sample_is_refused_in_a_sentence():
     assert not quality.refuse_slow(["yaw_rate"], 20.0)
     with pytest.raises(InputError, match="no sample of yaw_rate could be read"):
         quality.refuse_unusable(["yaw_rate"])
+
+
+def test_what_several_look_at_is_examined_once(monkeypatch):
+    examined = []
+    monkeypatch.setattr(
+        "tierod.monitors.harness.quality_over_chunks.channel_quality",
+        lambda channel, pace: examined.append(channel.name) or channel_quality(channel, pace=pace),
+    )
+    time, values = piece(0.0)
+    recording = Recording({name: Channel(name, time, values, "m/s") for name in ("vehicle_speed", "other")})
+    qualities, collectors = Qualities(), [QualityOverChunks(["vehicle_speed"]), QualityOverChunks(recording.names)]
+    for collector in collectors:
+        collector.add(recording, qualities)
+    assert sorted(examined) == ["other", "vehicle_speed"]
+    assert collectors[0].rows()[0] == collectors[1].rows()[0]
+
+
+def test_a_piece_with_the_end_of_the_one_before_keeps_its_own_channels():
+    first, second = (
+        Recording({"vehicle_speed": Channel("vehicle_speed", *piece(start), "m/s")}) for start in (0.0, 60.0)
+    )
+    shared = Shared(first.slice(59.0), second)
+    assert shared.whole.span[0] == 59.0
+    cut = shared.whole.slice(60.0)
+    assert shared.with_channels_of_piece(cut)["vehicle_speed"] is second["vehicle_speed"]
+    assert shared.with_channels_of_piece(shared.whole)["vehicle_speed"] is shared.whole["vehicle_speed"]

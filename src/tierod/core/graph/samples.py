@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
@@ -45,14 +45,18 @@ class Result(Generic[Output]):
     tree: Output
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """One output over time, shape (n,)."""
+        """One output over time, shape (n,), in memory of its own, since a column of the table is slow to read."""
         try:
-            return self.values[:, self.names.index(name)]
+            return np.ascontiguousarray(self.values[:, self.names.index(name)])
         except ValueError:
             raise InputError(f"the block has no output '{name}'{nearest(name, self.names)}") from None
 
     def __len__(self) -> int:
         return len(self.values)
+
+    def end(self) -> Result[Output]:
+        """The last sample alone, without the memory of the others; none where there is none."""
+        return replace(self, values=self.values[-1:].copy())
 
     def at(self, index: int) -> Output:
         """The output of one sample as the block's own NamedTuple."""
@@ -94,6 +98,8 @@ def columns_of(graph: Interface, samples: Samples) -> np.ndarray:
         InputError: signals are missing, or the shape does not fit
     """
     if isinstance(samples, Aligned):
+        if samples.names == graph.sample:
+            return samples.values
         missing = [name for name in graph.sample if name not in samples.names]
         if missing:
             raise InputError(f"{graph.name} needs the signal '{missing[0]}'{nearest(missing[0], samples.names)}")

@@ -59,7 +59,7 @@ class Motion:
         begin = raw.span[0]
         aligned = raw.slice(stop=begin + LONGEST).align(raw.names, RATE, maximum_age=0.25)
         kernel = np.full(SMOOTHING, 1.0 / SMOOTHING)
-        values = dict(zip(aligned.names, aligned.values.T, strict=True))
+        values = aligned.columns
         if len(aligned.time) <= SMOOTHING:
             return cls({})
         return cls({name: np.convolve(column, kernel, "valid") for name, column in values.items()})

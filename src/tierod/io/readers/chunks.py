@@ -55,13 +55,12 @@ class _Clock:
         time = np.asarray(channels[0].time, dtype=float)
         values = {channel.name: _values(channel, time) for channel in channels}
         self.about |= {channel.name: channel for channel in channels}
-        ahead = self.repairs.newest
         kept = self.repairs.arrived(time)
         if kept is not None:
             time, values = time[kept], {name: each[kept] for name, each in values.items()}
         if not len(time):
             return
-        if time[0] >= ahead and (time[1:] >= time[:-1]).all():
+        if self.repairs.in_order:
             self.waiting.append((time, values))
             return
         least = float(time.min())
@@ -95,12 +94,12 @@ class _Clock:
                 self.waiting.insert(0, (time[last:], {name: each[last:] for name, each in values.items()}))
         time, columns = _joined(ready, list(self.about))
         self.repairs.settled(time)
-        made = []
+        made, notes = [], self.repairs.notes
         for name, channel in self.about.items():
             usable, infinite = finite_or_missing(columns[name])
             self.infinite[name] += infinite
             fit = Channel(name, time, usable, channel.unit, channel.source, channel.note)
-            made.append(fit.noted(*self.repairs.notes, infinite_note(self.infinite[name])))
+            made.append(fit.noted(*notes, infinite_note(self.infinite[name])))
         return made
 
 

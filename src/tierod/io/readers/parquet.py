@@ -177,13 +177,11 @@ def _source(
     notes = layout.get("channels", {})
 
     def channels(table: pa.RecordBatch, names: Sequence[str]) -> list[Channel]:
-        stamps: dict[str, tuple[np.ndarray, np.ndarray | None, str]] = {}
+        clock = timed[names[0]].column  # of all in a lane
+        table = _without_padding(table, clock)
+        time, kept, guess = _stamps(table[clock], units[clock], clock)
         made = []
         for name in names:
-            clock = timed[name].column
-            if clock not in stamps:
-                stamps[clock] = _stamps(table[clock], units[clock], clock)
-            time, kept, guess = stamps[clock]
             values = floats(table[name])
             about = notes.get(name, {})
             values = values if kept is None else values[kept]
@@ -225,13 +223,22 @@ def _batches(
         of_group = sum(file.metadata.row_group(each).num_rows for each in group)
         stamps, read = of_group - sum(padding[each] for each in group), 0
         # One row more than the stamps: only the padding that follows them shows that the statistics are right.
-        batches = file.iter_batches(min(size, max(stamps + 1, _HEAD)), row_groups=group, columns=columns)
+        # In one thread: the C library gives back little of what many threads took, 40 MB per process.
+        most = min(size, max(stamps + 1, _HEAD))
+        batches = file.iter_batches(most, row_groups=group, columns=columns, use_threads=False)
         while (batch := _guarded(path, partial(next, batches, None))) is not None:
             stamps, read = stamps - batch.num_rows + batch.column(0).null_count, read + batch.num_rows
             yield batch, min((done + read) / rows, 1.0)
             if not stamps and batch.column(0).null_count:
                 break
         done += of_group
+
+
+def _without_padding(table: pa.RecordBatch, clock: str) -> pa.RecordBatch:
+    """The rows up to the last stamp of the only clock, where none without one lies between."""
+    stamps = table[clock]
+    stamped = len(stamps) - stamps.null_count
+    return table.slice(0, stamped) if stamps.null_count and not stamps.slice(0, stamped).null_count else table
 
 
 def _padding(file: pq.ParquetFile, clock: str) -> list[int]:

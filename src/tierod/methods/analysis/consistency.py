@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from tierod.methods.analysis.gamma import gamma_quantile
 CONFIDENCE = 0.95  # of every band; the share that textbooks and reviewers expect
 
 
+@lru_cache(maxsize=1024)
 def chi_square_quantile(probability: float, degrees: float) -> float:
     """Quantile of the chi-square distribution; of one degree, that of a squared normal variable."""
     if degrees == 1:
@@ -142,7 +144,7 @@ class ConsistencyAccumulator:
         self.samples += int(used.sum())
         self.measurements += int(degrees.sum())
         self.nis_sum += float(nis[used].sum())
-        limits = {number: chi_square_quantile(CONFIDENCE, number) for number in np.unique(degrees)}
+        limits = {number: chi_square_quantile(CONFIDENCE, number) for number in np.unique(degrees).tolist()}
         self.above += int(sum((nis[used][degrees == number] > limit).sum() for number, limit in limits.items()))
         if innovation is not None and variance is not None:
             self._add_innovations(np.asarray(innovation, float), np.asarray(variance, float), len(nis))

@@ -223,7 +223,7 @@ class ConditionSession:
             course.add(aligned.time, stated, available[:, ELEMENTS.index(name)])
         self._driven.add_low_grip(aligned.time, stated.low_grip, aligned.values)
         faulty = stated.status == FAULT
-        self._leap.add(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), faulty)
+        self._leap.add(aligned.time, aligned.columns, faulty)
         return {
             EVIDENCE: stated.lead,
             **{f"state_of_{name}": states[:, place] for place, name in enumerate(ELEMENTS) if name in self._courses},

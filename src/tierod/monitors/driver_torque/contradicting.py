@@ -148,7 +148,7 @@ def _gain(rows: np.ndarray, column: int) -> tuple[float, float]:
 
 def _delay(rows: np.ndarray, column: int, most: int) -> tuple[float, int]:
     """Least variance that is left where one signal is taken earlier, and by how many samples."""
-    others, signal = np.delete(rows, column, axis=1).sum(axis=1), rows[:, column]
+    others, signal = np.delete(rows, column, axis=1).sum(axis=1), rows[:, column].copy()
     found = [(_variance(signal[late:] + others[: max(len(others) - late, 0)]), late) for late in range(1, most + 1)]
     left, late = min(found)
     return (left, late) if left <= EXPLAINED * _variance(others) else (np.inf, 0)

@@ -85,7 +85,7 @@ class DriverTorqueSession(BlockSession):
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each; the first one shows the measured signals."""
-        columns = dict(zip(aligned.names, aligned.values.T, strict=True))
+        columns = aligned.columns
         if not self._figures.seen:
             self.refit(self._suited(columns))
         truth = np.concatenate([self._truth, columns[TRUTH]])

@@ -195,10 +195,13 @@ class FrictionSession(BlockSession):
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Estimates, the torque that acts, and innovations of one piece."""
         self._start = float(time[0]) if self._start is None else self._start
-        self._last = result
-        enabled = result["estimate.enabled"] > 0.5
+        self._last = result.end()
         self._signals.add(time, signals)
-        self._gains.add(signals)
+        if not self.moved:
+            self._gains.add(signals)
+        if not self.pictured:
+            return
+        enabled = result["estimate.enabled"] > 0.5
         judged = result["verdict.running"] <= code_of(Status.FAULT)
         self._estimates.add(time, result["estimate.friction_torque"], judged)
         self._hysteresis.add(time, signals["steering_wheel_angle"], self._acting(signals, result), enabled)

@@ -46,11 +46,11 @@ class Passing:
         extremes = [float(np.nanmin(values)) if low else float(np.nanmax(values)) for low, _ in sides]
         known = [*extremes, *([self.reached[name]] if name in self.reached else [])]
         self.reached[name] = min(known) if below else max(known, key=abs)
-        if name in self.passed:
+        reaches = [each <= level if low else each >= level for each, (low, level) in zip(extremes, sides, strict=True)]
+        if name in self.passed or not any(reaches):
             return
         beyond = np.any([values <= level if low else values >= level for low, level in sides], axis=0)
-        if beyond.any():
-            self.passed[name] = float(time[np.argmax(beyond)])
+        self.passed[name] = float(time[np.argmax(beyond)])
 
 
 def _sides(levels: tuple[float, ...], below: bool) -> list[tuple[bool, float]]:

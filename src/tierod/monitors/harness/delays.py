@@ -60,14 +60,15 @@ class LagOverDrive:
 
     def add(self, first: np.ndarray, second: np.ndarray) -> None:
         """One block of both signals, (BLOCK,) each; a block with missing samples is left out."""
-        if not (np.isfinite(first).all() and np.isfinite(second).all()):
+        both = np.array([first, second])
+        if not np.isfinite(both).all():
             return
-        both = np.vstack([first - first.mean(), second - second.mean()])
-        first, second = _change(first), _change(second)
+        first, second = _change(both)
         power = float(first @ first)
         if power < len(first) * self.smallest**2:
             return
         cross = _cross_correlation(first, second)
+        both -= both.mean(axis=1, keepdims=True)
         self._cross += cross
         self._powers += (power, float(second @ second))
         self._slow += both @ both.T
@@ -94,17 +95,16 @@ class LagOverDrive:
 
 
 def _change(values: np.ndarray) -> np.ndarray:
-    """Change over SPAN samples: a steady turn holds no information on a delay, and offsets vanish."""
-    change: np.ndarray = values[SPAN:] - values[:-SPAN]
+    """Change over SPAN samples, (..., n): a steady turn holds no information on a delay, and offsets vanish."""
+    change: np.ndarray = values[..., SPAN:] - values[..., :-SPAN]
     return change
 
 
 def _cross_correlation(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Sums of first[i] second[i + k] for k from -LONGEST to LONGEST."""
-    size = 2 * BLOCK
-    spectrum = np.fft.rfft(second, size) * np.conj(np.fft.rfft(first, size))
-    circular = np.fft.irfft(spectrum, size)
-    return np.concatenate([circular[-LONGEST:], circular[: LONGEST + 1]])
+    around = np.zeros(len(second) + 2 * LONGEST)
+    around[LONGEST:-LONGEST] = second
+    return np.correlate(around, first)
 
 
 def _peak(cross: np.ndarray) -> tuple[float, float]:

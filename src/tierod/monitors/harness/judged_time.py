@@ -9,6 +9,7 @@ import numpy as np
 
 from tierod.core.findings import Finding, Status
 from tierod.core.recording import Aligned
+from tierod.core.series import last_true
 from tierod.monitors.harness.stuck_over_drive import Stuck
 
 
@@ -45,19 +46,19 @@ class JudgedTime:
         for name in self.required:
             if name not in aligned.names:
                 continue
-            there = np.isfinite(aligned.values[:, aligned.names.index(name)])
+            there = aligned.there[name]
             complete &= there
-            if there.any():
-                self._last[name] = float(aligned.time[np.flatnonzero(there)[-1]])
+            if (at := last_true(there)) is not None:
+                self._last[name] = float(aligned.time[at])
         self._complete += int(np.count_nonzero(complete))
-        if complete.any():
-            self.last = float(aligned.time[np.flatnonzero(complete)[-1]])
+        if (at := last_true(complete)) is not None:
+            self.last = float(aligned.time[at])
         for name in used:
             if name in aligned.names:
-                complete &= np.isfinite(aligned.values[:, aligned.names.index(name)])
+                complete &= aligned.there[name]
         self._whole += int(np.count_nonzero(complete))
-        if complete.any():
-            self._whole_last = float(aligned.time[np.flatnonzero(complete)[-1]])
+        if (at := last_true(complete)) is not None:
+            self._whole_last = float(aligned.time[at])
 
     @property
     def rest(self) -> float:

@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from tierod.core.recording import Aligned
+from tierod.core.series import last_true
 
 LEAST: Annotated[float, "s"] = 1.0
 """Time from which on a missing signal is named."""
@@ -48,10 +49,10 @@ class MissingStretches:
         self._end = float(aligned.time[-1])
         for name in self.names:
             if name in aligned.names:
-                self._follow(name, aligned.time, np.isfinite(aligned.values[:, aligned.names.index(name)]))
+                self._follow(name, aligned.time, aligned.there[name])
 
     def _follow(self, name: str, time: np.ndarray, there: np.ndarray) -> None:
-        edges = np.flatnonzero(np.diff(np.concatenate([[name not in self._open], there]).astype(np.int8)))
+        edges = np.flatnonzero(np.concatenate([[(name not in self._open) != there[0]], there[1:] != there[:-1]]))
         before = 0
         for place in edges.tolist():
             if name in self._open:
@@ -63,8 +64,8 @@ class MissingStretches:
         if name in self._open:
             start, count = self._open[name]
             self._open[name] = (start, count + len(time) - before)
-        if there.any():
-            self._seen[name] = float(time[np.flatnonzero(there)[-1]])
+        if (last := last_true(there)) is not None:
+            self._seen[name] = float(time[last])
 
     def _keep(self, name: str, start: float, end: float, count: int) -> None:
         """Note a stretch; its length is counted in samples, for time in which no signal was recorded is skipped."""

@@ -22,12 +22,53 @@ from tierod.io.quality import (
     too_slow,
 )
 from tierod.io.signs import COMPARED, sign_warnings, turn_warnings
+from tierod.monitors.harness.pieces import joined
 
 REDUCED_RATE = 10.0
 """Rate [Hz] at which signals are kept to compare their signs."""
 
 FEWEST = 3
 """Samples from which on a channel may be called constant."""
+
+
+class Qualities:
+    """Qualities of the channels of one piece, which several monitors look at, each worked out once."""
+
+    def __init__(self) -> None:
+        # With the objects themselves: what is gone leaves its identity to another one.
+        self._paces: dict[int, tuple[np.ndarray, Pace]] = {}
+        self._found: dict[int, tuple[Channel, ChannelQuality]] = {}
+
+    def of(self, channel: Channel) -> ChannelQuality:
+        """Quality of a channel, its note left out."""
+        if id(channel) not in self._found:
+            time = channel.time
+            _, pace = self._paces.get(id(time)) or self._paces.setdefault(id(time), (time, Pace.of(time)))
+            self._found[id(channel)] = channel, channel_quality(dataclasses.replace(channel, note=""), pace=pace)
+        return self._found[id(channel)][1]
+
+
+class Shared:
+    """A piece as several monitors take it, and the qualities of its channels.
+
+    Args:
+        before: end of the piece before; None for the first
+        piece: of the recording
+
+    `whole` has the end of the piece before in front.
+    """
+
+    def __init__(self, before: Recording | None, piece: Recording):
+        self._piece, self.whole, self.qualities = piece, joined(before, piece), Qualities()
+
+    def with_channels_of_piece(self, cut: Recording) -> Recording:
+        """A recording cut out of `whole`, whose channels are those of the piece where they hold the same samples."""
+        same = {
+            name: each
+            for name, each in self._piece.channels.items()
+            if name in cut and len(cut[name].time) == len(each.time)
+        }
+        return dataclasses.replace(cut, channels={**cut.channels, **same})
 
 
 class QualityOverChunks:
@@ -42,14 +83,17 @@ class QualityOverChunks:
         self._last: dict[str, float] = {}
         self._reduced = Rows(1 + len(self.names))
 
-    def add(self, piece: Recording) -> None:
-        """The next piece."""
-        paces: dict[int, Pace] = {}
+    def add(self, piece: Recording, qualities: Qualities | None = None) -> None:
+        """The next piece.
+
+        Args:
+            piece: follows on the one before
+            qualities: of its channels, where others look at them too
+        """
+        qualities = qualities or Qualities()
         for name in self.names:
             if name in piece:
-                time = piece[name].time
-                pace = paces[id(time)] = paces.get(id(time)) or Pace.of(time)
-                self._merge(piece[name], pace)
+                self._merge(piece[name], qualities.of(piece[name]))
         kept = len(self._reduced) / REDUCED_RATE
         if kept < COMPARED and any(name in piece for name in self.names):
             # No more than is compared: a piece may be a whole recording with a pause of days in it.
@@ -137,10 +181,9 @@ class QualityOverChunks:
                     "channel map, or give a recording in which the vehicle is driven"
                 )
 
-    def _merge(self, channel: Channel, pace: Pace) -> None:
+    def _merge(self, channel: Channel, new: ChannelQuality) -> None:
         name = channel.name
         self._notes[name] = channel.note
-        new = channel_quality(dataclasses.replace(channel, note=""), pace=pace)
         self.units[name] = channel.unit
         if not len(channel.time):
             return

@@ -21,7 +21,8 @@ from tierod.monitors.harness.baseline import Baseline, refuse_foreign
 from tierod.monitors.harness.decision_report import Passing, decided
 from tierod.monitors.harness.input_checks import InputChecks
 from tierod.monitors.harness.over_time import OverTime
-from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, joined, together
+from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, together
+from tierod.monitors.harness.quality_over_chunks import Shared
 from tierod.monitors.harness.sample_digest import SampleDigest
 from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, StatusChange, Variant, opened
 from tierod.monitors.harness.spread.joining import joined as with_parameter_spread
@@ -69,7 +70,8 @@ class Run:
         kept: takes what is read and estimated over time
         uncertain: whether the spread of the vehicle's parameters is carried into bands and verdict
         bins: of every trace at the least, for which memory is taken at once; as many as memory allows where None
-        signals_shown: whether the diagnosis holds the signals over time, beside what the monitor estimates
+        signals_shown: whether the diagnosis holds what only a report shows: histograms, loops and the signals over
+            time, beside what the monitor estimates
 
     Raises:
         InputError: the baseline is of another vehicle or variant
@@ -96,6 +98,8 @@ class Run:
         self.session: Session = (
             opened(monitor, variant, vehicle, baseline) if self._uncertain is None else self._uncertain.session
         )
+        if isinstance(self.session, BlockSession):
+            self.session.pictured = signals_shown
         self._spread: ParameterSpread | None = None
         self._may_turn = baseline is None
         self.feed = _feed(memory, vehicle, monitor) if memory else None
@@ -150,19 +154,21 @@ class Run:
             return self
         return Run(suited, picked, self.vehicle, *self._given)
 
-    def add(self, piece: Recording) -> None:
+    def add(self, piece: Recording, shared: Shared | None = None) -> None:
         """The next piece of the recording.
 
         Args:
             piece: follows on the one before
+            shared: of the piece, with other monitors that have taken all pieces that this one has
 
         Raises:
             InputError: the piece lacks a signal that the monitor needs, or brings it too slowly
         """
         begin, last = piece.span
-        whole = complete(joined(self._before, piece), [*self.monitor.required, *self.monitor.optional])
-        complete_piece = whole.slice(begin) if self._before else whole
-        self._inputs.quality.add(complete_piece)
+        shared = shared or Shared(self._before, piece)
+        whole = complete(shared.whole, [*self.monitor.required, *self.monitor.optional])
+        complete_piece = shared.with_channels_of_piece(whole.slice(begin)) if self._before else whole
+        self._inputs.quality.add(complete_piece, shared.qualities)
         if self._digest:
             self._digest.add(piece)
         self._metadata |= {k: v for k, v in piece.metadata.items() if k != SHARE_READ}
@@ -230,7 +236,7 @@ class Run:
             traces = self._spread.absorb(usable, traces)
         if isinstance(self.session, BlockSession):
             self.session.observe(traces)
-        shown = {**dict(zip(aligned.names, aligned.values.T, strict=True)), **traces}
+        shown = {**aligned.columns, **traces}
         if self.feed:
             self.feed.add(aligned, self.monitor.rate)
         if self.kept:

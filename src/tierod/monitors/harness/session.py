@@ -110,6 +110,10 @@ class BlockSession(ABC):
         self._running = running
         self.fitted: object = None
         """To what of a recording its block was fitted; None where it follows from the vehicle alone."""
+        self.pictured = True
+        """Whether the conclusion holds what only a report shows: histograms, loops and figures of the innovations."""
+        self.moved = False
+        """Whether it runs for a vehicle within the spread of another one, whose own session names defective signals."""
         self.memory: Memory | None = None
         """The state of the block after the last piece, to be stored or to go on from; None before the first."""
         self._scanner: Scanner[Any, Any, Any] | None = None
@@ -138,7 +142,7 @@ class BlockSession(ABC):
         self.memory = result.state
         if self._running is not None:
             self._follow(aligned.time, result[self._running[0]], self._running[1])
-        self.collect(aligned.time, dict(zip(aligned.names, aligned.values.T, strict=True)), result)
+        self.collect(aligned.time, aligned.columns, result)
         return {name: result[output] for name, output in self._outputs.items()}
 
     def _follow(self, time: np.ndarray, code: np.ndarray, statuses: Sequence[Status]) -> None:

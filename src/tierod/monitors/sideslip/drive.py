@@ -58,8 +58,17 @@ class SideslipDrive:
         """For which the sideslip was estimated [s]."""
         return self.figures.samples / self.rate
 
-    def add(self, running: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """The next piece: where the estimator ran, signals and outputs by name, (n,) each."""
+    def add(
+        self, running: np.ndarray, signals: Mapping[str, np.ndarray], result: Result, contradictions: bool = True
+    ) -> None:
+        """The next piece, (n,) each.
+
+        Args:
+            running: where the estimator ran
+            signals: by name
+            result: outputs of the estimator
+            contradictions: whether to follow what shows that signals contradict each other or the vehicle's parameters
+        """
         speed, yaw_rate = signals["vehicle_speed"], signals["yaw_rate"]
         lateral, along = signals["lateral_acceleration"], signals["longitudinal_acceleration"]
         measured, wheel = signals["road_wheel_angle"], self._ratio * signals["steering_wheel_angle"]
@@ -68,9 +77,10 @@ class SideslipDrive:
         self.figures.add(running, result, truth_in(signals), speed, angle, torque)
         self.sensors.add(speed, yaw_rate, lateral, angle)
         self.motion.add(speed, yaw_rate, lateral, along, angle)
-        self.observables.add(signals, angle)
-        self.own_motion.add(speed, yaw_rate, lateral, np.where(running, result["statement.magnitude"], np.nan))
         self.signs.add(speed, dict(zip(TOGETHER, (angle, yaw_rate, lateral, torque), strict=True)))
+        if contradictions:
+            self.observables.add(signals, angle)
+            self.own_motion.add(speed, yaw_rate, lateral, np.where(running, result["statement.magnitude"], np.nan))
 
     def evidence(self) -> dict[str, float]:
         """Time of estimating, and how signals agree where a sign is wrong."""

@@ -81,7 +81,7 @@ class SideslipSession(BlockSession):
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
         shown = dict(super().absorb(aligned))
-        shown["true_sideslip_angle"] = truth_in(dict(zip(aligned.names, aligned.values.T, strict=True)))
+        shown["true_sideslip_angle"] = truth_in(aligned.columns)
         held = shown["held"] > 0.5
         spreads = [name for name in shown if name.endswith("_standard_deviation")]
         return shown | {name: np.where(held, np.nan, shown[name]) for name in spreads}
@@ -90,7 +90,7 @@ class SideslipSession(BlockSession):
         """Estimates, innovations and signals of one piece."""
         running = result["statement.status"] == code_of(Status.HEALTHY)
         self._consistency.add(result["estimate.nis"][running], result["estimate.readings"][running])
-        self.drive.add(running, signals, result)
+        self.drive.add(running, signals, result, contradictions=not self.moved)
 
     def conclude(self) -> Conclusion:
         """The finding, and how consistent the estimate was."""
@@ -98,6 +98,8 @@ class SideslipSession(BlockSession):
             return Conclusion(withheld(self.drive, self.name, reason), withheld=tuple(self.traces))
         found = self._consistency.result()
         finding = judge(self.drive, self.name, self.misfit_rule, found.nis)
+        if self.moved:
+            return Conclusion(finding)
         offset = finding.evidence.get(OFFSET, 0.0)
         consistency = consistency_of(self.drive.observables, self._vehicle, self.tolerances, offset)
         finding = replace(finding, evidence={**finding.evidence, **consistency.evidence(), **self._share()})

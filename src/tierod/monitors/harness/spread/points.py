@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.core.errors import TierodError
 from tierod.core.recording import Aligned
-from tierod.monitors.harness.session import Conclusion, Session
+from tierod.monitors.harness.session import BlockSession, Conclusion, Session
 from tierod.vehicles.uncertain import moved
 from tierod.vehicles.vehicle import Vehicle
 
@@ -58,9 +58,12 @@ class Points:
         self.running: dict[int, Point] = {}
         for place, by in enumerate(moves):
             try:
-                self.running[place] = Point(by, open_(moved(vehicle, by)))
+                session = open_(moved(vehicle, by))
             except REFUSALS:
                 continue
+            if isinstance(session, BlockSession):
+                session.moved, session.pictured = True, False
+            self.running[place] = Point(by, session)
 
     def absorb(self, aligned: Aligned) -> dict[int, Mapping[str, np.ndarray]]:
         """Take in one more piece: traces by place of the vehicle."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -59,7 +60,7 @@ class Screen:
         self.known += int(known.sum())
         if reference is None:
             return others
-        self.buffer.append(aligned)
+        self.buffer.append(replace(aligned))  # without the columns that were worked out of it
         scale = scale_of(shown, self._main)[known]
         moves = np.zeros((self._count, len(scale)))
         for place, other in others.items():
