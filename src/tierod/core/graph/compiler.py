@@ -33,6 +33,10 @@ TUNED = (
 """GCC's order of instructions for long straight lines in vector registers, about 6 % of a lane's time. And selections
 of any number of values without a branch: without it a loop over lanes that decides much does not vectorise."""
 
+GATHERED = ("-mtune-ctrl=use_gather", "-mtune-ctrl=use_gather_8parts")
+"""GCC 12's and GCC 13's name for vector look-ups of a table. It does without them on a processor that it does not know
+by name, and lanes with a sine, which looks up digits of pi for large angles, then take four times as long."""
+
 LONGEST: Annotated[float, "s"] = 600.0
 """Time of one compilation, ten times what the largest kernel takes on a slow machine."""
 
@@ -99,7 +103,7 @@ def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
         source: printed C
         name: of the block, the first part of the name
     """
-    parts = [*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *TUNED, *_more(), source]
+    parts = [*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *TUNED, *GATHERED, *_more(), source]
     key = hashlib.sha256("\0".join(parts).encode())
     return f"{name}-{key.hexdigest()[:24]}"
 
@@ -173,7 +177,8 @@ def _compiled(command: tuple[str, ...], source: str, folder: Path) -> bytes:
     """
     code, built = folder / "kernel.c", folder / "kernel.so"
     code.write_text(source, encoding="utf-8")
-    for native in (NATIVE + TUNED, NATIVE, NATIVE[:1], ()):
+    best = [(*NATIVE, *TUNED, each) for each in GATHERED]
+    for native in (*best, NATIVE + TUNED, NATIVE, NATIVE[:1], ()):
         run = _run([*command, *FLAGS, *native, *_more(), str(code), "-o", str(built), "-lm"], folder)
         if run.returncode == 0:
             if not built.is_file() or not built.stat().st_size:
