@@ -42,7 +42,7 @@ class Lag:
         return value, Level(value, sample.b - value)
 
 
-class Told(NamedTuple):
+class Outputs(NamedTuple):
     """What a random judge states."""
 
     results: tuple
@@ -90,7 +90,7 @@ class RandomJudge:
         chosen = maths.where(maths.present(scalars[-1]), maths.floor(maths.limit(scalars[-1], 0.0, 8.0)), 0.0)
         adopt = [maths.where(kept[0][k] > self.limits[k] + 3.0, chosen, KEEP) for k in range(COUNT)]
         since = [maths.where(each > 3.0, 1.0, 0.25 * each) for each in waited]
-        output = Told(tuple(vectors[-1] + vectors[-3] + since), chosen)
+        output = Outputs(tuple(vectors[-1] + vectors[-3] + since), chosen)
         return (tuple(kept[0]), tuple(kept[1]), chosen, after, tuple(waited)), Verdict(output, tuple(adopt))
 
     def _grow(self, generator, vectors, scalars):

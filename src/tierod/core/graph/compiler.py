@@ -33,9 +33,11 @@ TUNED = (
 """GCC's order of instructions for long straight lines in vector registers, about 6 % of a lane's time. And selections
 of any number of values without a branch: without it a loop over lanes that decides much does not vectorise."""
 
-GATHERED = ("-mtune-ctrl=use_gather", "-mtune-ctrl=use_gather_8parts")
-"""GCC 12's and GCC 13's name for vector look-ups of a table. It does without them on a processor that it does not know
-by name, and lanes with a sine, which looks up digits of pi for large angles, then take four times as long."""
+X86 = platform.machine() in ("x86_64", "AMD64")
+
+GATHERED = ("-mtune-ctrl=use_gather", "-mtune-ctrl=use_gather_8parts") if X86 else ()
+"""GCC 12's and GCC 13's name for vector look-ups of a table. For a processor of x86 that it does not know by name it
+does without them, and lanes with a sine, which looks up digits of pi for large angles, then take four times as long."""
 
 LONGEST: Annotated[float, "s"] = 600.0
 """Time of one compilation, ten times what the largest kernel takes on a slow machine."""

@@ -152,10 +152,10 @@ class ConditionSession:
         if self._pace is not None:
             self._pace.add(values)
         values, failures = self._without_failed_accelerations(aligned.time, values)
-        if self._asked is not None:
-            self._asked.add(aligned.time, dict(zip(self.signals, values.T, strict=True)))
-        if self._zero is not None:
-            self._zero.add(aligned.time, dict(zip(self.signals, values.T, strict=True)))
+        columns = dict(zip(self.signals, values.T, strict=True))
+        for check in (self._asked, self._zero):
+            if check is not None:
+                check.add(aligned.time, columns)
         changes = (np.flatnonzero(np.diff(covered.judged)) + 1).tolist()
         # One that fails with the last sample lets the monitor begin anew with the next piece.
         begins, self._anew = failures | ({0} if self._anew else set()), len(values) in failures

@@ -168,14 +168,15 @@ def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: 
     if root == "model" and math.isfinite(drive.resistance * drive.flux) and cause == BY_NAME[root].cause:
         cause += f"; as if resistance and flux were {drive.resistance:.2f} and {drive.flux:.2f} of the vehicle file's"
     # The difference from the observer is the magnitude of the fault only where it decided.
-    decided = root == "angle" and (cause, action) != UNSETTLED
+    unsettled = (cause, action) == UNSETTLED
+    decided = root == "angle" and not unsettled
     magnitude = estimate if decided else None
     by = f" by {math.degrees(drive.offset):+.1f}° electrical" if decided else ""
     since = drive.starts[root]
     headline = f"{cause[0].upper()}{cause[1:]}{by}, since {since:.2f} s."
     return Finding(
         drive.monitor,
-        Status.SUSPECT if (cause, action) == UNSETTLED else Status.FAULT,
+        Status.SUSPECT if unsettled else Status.FAULT,
         headline,
         since,
         magnitude,
