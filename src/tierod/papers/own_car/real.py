@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.errors import InputError, ParameterError
-from tierod.core.findings import Status
+from tierod.core.findings import Finding
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.registry import MONITORS
@@ -63,8 +63,7 @@ class Seen(NamedTuple):
     car: str
     file: str
     monitor: str
-    status: Status
-    headline: str
+    finding: Finding
 
 
 def recording_of(known: Known) -> Recording | None:
@@ -101,7 +100,7 @@ def verdicts(known: Known, recording: Recording) -> Iterator[Seen]:
                 finding = diagnose(bare, vehicle, name).findings[0]
             except (InputError, ParameterError):
                 continue
-            yield Seen(known.vehicle, file, name, finding.status, finding.headline)
+            yield Seen(known.vehicle, file, name, finding)
 
 
 def without_reference(recording: Recording) -> Recording:
@@ -119,10 +118,10 @@ def items() -> Iterator[Item]:
     yield Heading("Real cars with files that are not theirs", text)
     here = {known: recording for known in KNOWN if (recording := recording_of(known)) is not None}
     seen = [each for known, recording in here.items() for each in verdicts(known, recording)]
-    false = [each for each in seen if each.status in FALSE]
+    false = [each for each in seen if each.finding.status in FALSE]
     if seen:
         yield _statuses(seen)
-        rows = tuple((each.car, each.file, each.monitor, each.headline) for each in false)
+        rows = tuple((each.car, each.file, each.monitor, each.finding.headline) for each in false)
         yield Table(
             "False verdicts on real cars", ("car", "vehicle file", "monitor", "verdict"), rows or (("none",) * 4,)
         )
@@ -138,7 +137,7 @@ def items() -> Iterator[Item]:
 def _statuses(seen: list[Seen]) -> Table:
     monitors = sorted({each.monitor for each in seen})
     pairs = list(dict.fromkeys((each.car, each.file) for each in seen))
-    of = {(each.car, each.file, each.monitor): str(each.status) for each in seen}
+    of = {(each.car, each.file, each.monitor): each.finding.shown_status for each in seen}
     rows = tuple((*pair, *(of.get((*pair, monitor), "cannot run") for monitor in monitors)) for pair in pairs)
     return Table("Verdicts on real fault-free drives", ("car", "vehicle file", *monitors), rows)
 
