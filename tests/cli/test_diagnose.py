@@ -5,10 +5,11 @@ import json
 
 import pytest
 
+from driven import drive
 from tierod.cli import main
 from tierod.core.recording import Recording
 from tierod.io.writers import write
-from tierod.proving_ground import FrictionCourse, drive
+from tierod.proving_ground import FrictionCourse
 
 
 @pytest.fixture(scope="module")

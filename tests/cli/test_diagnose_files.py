@@ -4,13 +4,13 @@ import json
 
 import pytest
 
+from driven import drive
 from tierod.cli import main
 from tierod.core.recording import Recording
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.io.writers import write
 from tierod.monitors.harness.baseline import Baseline, load_baseline, store_baseline
 from tierod.monitors.harness.run import Run
-from tierod.proving_ground import drive
 
 
 @pytest.fixture(scope="module")

@@ -7,13 +7,14 @@ import math
 import numpy as np
 import pytest
 
+from driven import drive
 from tierod.core.findings import Finding, Status
 from tierod.core.recording import Channel, Recording
 from tierod.experiments.judged import Judged, Window, from_plain, plain
 from tierod.experiments.judging import judge
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange, Variant
-from tierod.proving_ground import FrictionCourse, drive
+from tierod.proving_ground import FrictionCourse
 from tierod.vehicles import load
 
 NOT_READY, HEALTHY, RISING, FAULT = Status.NOT_READY, Status.HEALTHY, Status.RISING, Status.FAULT

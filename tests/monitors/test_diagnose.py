@@ -8,6 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
+from driven import drive
 from exact_vehicle import diagnose
 from shared_data import shared_data
 from tierod.core.errors import InputError, ParameterError
@@ -15,7 +16,7 @@ from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import Run, find, usual_monitor
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import FrictionCourse, drive
+from tierod.proving_ground import FrictionCourse
 from tierod.report.page import render
 from tierod.vehicles import load
 

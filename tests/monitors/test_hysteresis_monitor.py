@@ -4,6 +4,7 @@ import dataclasses
 
 import pytest
 
+from driven import drive, lock_to_lock
 from exact_vehicle import diagnose
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Status
@@ -11,7 +12,6 @@ from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.hysteresis.decisions import INCREASE
 from tierod.monitors.hysteresis.definition import IncreaseLimits
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import drive, lock_to_lock
 from tierod.vehicles import load
 
 

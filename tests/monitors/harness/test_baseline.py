@@ -5,11 +5,11 @@ import math
 
 import pytest
 
+from driven import drive
 from exact_vehicle import diagnose
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.monitors.harness.baseline import Baseline, load_baseline, store_baseline
-from tierod.proving_ground import drive
 
 LEVEL = Baseline("midsize-eps", "friction, pre-sliding", 4.0, 0.1, "N*m", 100.0, "2026-01-01T00:00:00+00:00")
 

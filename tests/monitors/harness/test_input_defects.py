@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from driven import drive
 from exact_vehicle import diagnose
 from shared_data import shared_data
 from tierod.core.findings import Defect, Estimate, Finding, Status
@@ -22,7 +23,7 @@ from tierod.monitors.harness.delays import BLOCK, RATE
 from tierod.monitors.harness.input_defects import InputDefects, with_defects
 from tierod.monitors.harness.stuck_over_drive import MAXIMUM_AGE
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import FrictionCourse, drive
+from tierod.proving_ground import FrictionCourse
 from tierod.vehicles import load
 
 SIGNALS = MONITORS["friction"].required

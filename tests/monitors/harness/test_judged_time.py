@@ -9,12 +9,13 @@ import re
 import numpy as np
 import pytest
 
+from driven import drive
 from exact_vehicle import diagnose
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.monitors.diagnose import Run, find
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import FrictionCourse, drive
+from tierod.proving_ground import FrictionCourse
 from tierod.proving_ground.scenarios import load as scenario
 from tierod.vehicles import load
 

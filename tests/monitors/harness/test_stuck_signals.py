@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from driven import drive
 from shared_data import shared_data
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
@@ -16,7 +17,6 @@ from tierod.io.readers import read
 from tierod.monitors.harness.stuck_over_drive import StuckOverDrive
 from tierod.monitors.harness.stuck_signals import StuckSignals, hold_back
 from tierod.monitors.registry import MONITORS
-from tierod.proving_ground import drive
 from tierod.vehicles import load
 
 SIGNALS = MONITORS["friction"].required
