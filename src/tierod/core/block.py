@@ -211,14 +211,16 @@ def structure(block: object) -> object:
     """
     if isinstance(block, float):
         return float
-    if isinstance(block, tuple) or _fields(type(block)) is not None:
-        return (type(block), tuple([float if type(each) is float else structure(each) for _, each in _parts(block)]))
-    return (type(block), block)
+    kind: Any = type(block)
+    if isinstance(block, tuple) or _fields(kind) is not None:
+        return (kind, tuple([float if type(each) is float else structure(each) for _, each in _parts(block)]))
+    return (kind, block)
 
 
 def _parts(block: object) -> Iterable[tuple[str, Any]]:
     """(name, value) of every field of a dataclass or tuple, as its annotation means it; none of anything else."""
-    fields = _fields(type(block))
+    kind: Any = type(block)
+    fields = _fields(kind)
     if fields is not None:
         return [(name, _as_meant(getattr(block, name), hint)) for name, hint in fields]
     return zip(map(str, range(len(block))), block, strict=True) if isinstance(block, tuple) else ()
