@@ -95,7 +95,9 @@ def _scanned(runner: LaneKernel, recordings: Sequence[Samples], memories: Sequen
             found[id(recording)] = np.ascontiguousarray(columns_of(runner.graph, recording))
         samples.append(found[id(recording)])
     lengths = [len(values) for values in samples]
-    outputs = [np.empty((length, len(runner.graph.output))) for length in lengths]
+    # In one piece: the C library gives several large ones back to the system each time, and their pages cost.
+    whole = np.empty((len(samples), max(lengths, default=0), len(runner.graph.output)))
+    outputs = [each[:length] for each, length in zip(whole, lengths, strict=True)]
     states = lane_array(runner.graph.memory)
     states[:] = 0.0
     states[:, : len(memories)] = np.column_stack([memory.values for memory in memories])
