@@ -36,7 +36,7 @@ def run(name, recording, monkeypatch, lanes_from):
     found, monitor = sessions(name)
     signals = found.running[0].session.signals
     shown = []
-    for start, stop in ((0.0, 61.0), (61.0, 75.0), (75.0, 90.0)):
+    for start, stop in ((0.0, 30.0), (30.0, 60.0), (60.0, 90.0)):
         shown.append(found.absorb(recording.align(signals, monitor.rate, maximum_age=0.1, start=start, stop=stop)))
     return shown, found.conclude(), found
 
@@ -63,7 +63,7 @@ def test_one_that_its_monitor_refuses_is_left_out_and_the_others_go_on(where, re
     found, monitor = sessions("friction")
     signals = found.running[0].session.signals
     first, second = (
-        recording.align(signals, monitor.rate, maximum_age=0.1, start=start, stop=start + 10.0) for start in (0.0, 10.0)
+        recording.align(signals, monitor.rate, maximum_age=0.1, start=start, stop=start + 30.0) for start in (0.0, 30.0)
     )
     found.absorb(first)
 
@@ -89,3 +89,16 @@ def test_the_kernels_of_lanes_follow_a_block_that_is_fitted_anew(recording, monk
     np.testing.assert_array_equal(shown["friction_torque"], expected["estimate.friction_torque"])
     (one,) = batch([other], [parts[1]], [memory])
     np.testing.assert_array_equal(one.values, expected.values)
+
+
+@pytest.mark.parametrize(("count", "abreast"), [(points.AT_ONCE, True), (points.AT_ONCE - 1, False)])
+def test_short_pieces_as_those_of_a_live_drive_wait_for_no_further_kernel(count, abreast, recording, monkeypatch):
+    monkeypatch.setattr(points, "LANES_FROM", 0)
+    found, monitor = sessions("friction")
+    aligned = recording.align(found.running[0].session.signals, monitor.rate, maximum_age=0.1)
+    parts = [points.part_of(aligned, start, start + count) for start in (0, count)]
+    found.absorb(parts[0])
+    taken = []
+    monkeypatch.setattr(found._lanes, "scan", lambda blocks, *given: taken.append(blocks) or batch(blocks, *given))
+    found.absorb(parts[1])
+    assert bool(taken) is abreast

@@ -26,6 +26,9 @@ LANES_FROM = 400_000
 """Steps of moved vehicles in this process from which they run side by side: to print and load a further kernel takes
 as long as this saves in as many, and to compile it where no cache has it takes long."""
 
+AT_ONCE = 2_500
+"""Samples at once from which they may: a live drive, whose pieces have two seconds, must not wait for a compiler."""
+
 _STEPS: WeakKeyDictionary[Interface, int] = WeakKeyDictionary()
 """Steps of moved vehicles in this process so far, by the graph of their block; no result depends on them."""
 
@@ -89,7 +92,8 @@ class Points:
         """Places of vehicles whose blocks run side by side over so many samples, or alone."""
         groups: dict[object, list[int]] = {}
         for place, point in self.running.items():
-            graph = point.session.stepped if isinstance(point.session, BlockSession) else None
+            session = point.session
+            graph = session.stepped if isinstance(session, BlockSession) and count >= AT_ONCE else None
             if graph is not None:
                 _STEPS[graph] = _STEPS.get(graph, 0) + count
             groups.setdefault(place if graph is None or _STEPS[graph] < LANES_FROM else graph, []).append(place)
