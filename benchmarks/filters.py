@@ -1,4 +1,4 @@
-"""The five-state enabled filter of the friction paper: one recording, 64 vehicles, live, and without a compiler."""
+"""The five-state enabled filter of the friction paper: one recording, many vehicles, live, and without a compiler."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ STEPS = 500_000
 """Samples of one recording: 83 minutes at 100 Hz."""
 
 LANE_STEPS = 1_000
-"""Samples per tile of 64 vehicles: ten seconds at 100 Hz."""
+"""Samples per tile: ten seconds at 100 Hz."""
 
 REPEATS = 9
 

@@ -1,4 +1,4 @@
-"""The default monitors as `diagnose` runs them, on a simulated drive: one vehicle, and 64 side by side.
+"""The default monitors as `diagnose` runs them, on a simulated drive: one vehicle, and several side by side.
 
 The peer is the same graph on CasADi's virtual machine, as it runs where there is no compiler.
 """

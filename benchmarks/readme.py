@@ -11,13 +11,13 @@ BEGIN, END = "<!-- figures from bench.json: begin -->", "<!-- figures from bench
 
 SAID = {
     "monitor-friction-single": "default friction monitor as `diagnose` runs it, one recording",
-    "monitor-friction-lanes": "the same, 64 vehicles side by side, per vehicle",
+    "monitor-friction-lanes": "the same, many vehicles side by side, per vehicle",
     "monitor-driver-torque-single": "default monitor of the driver's torque, one recording",
-    "monitor-driver-torque-lanes": "the same, 64 vehicles side by side, per vehicle",
+    "monitor-driver-torque-lanes": "the same, many vehicles side by side, per vehicle",
     "monitor-sideslip-single": "default sideslip monitor, one recording",
-    "monitor-sideslip-lanes": "the same, 64 vehicles side by side, per vehicle",
+    "monitor-sideslip-lanes": "the same, many vehicles side by side, per vehicle",
     "filter-single": "five-state friction filter as printed in the paper, one recording",
-    "filter-lanes": "the same, 64 vehicles side by side, per vehicle",
+    "filter-lanes": "the same, many vehicles side by side, per vehicle",
     "filter-vm": "the same without a compiler",
     "push-named": "one live sample, by name",
     "push-bound": "one live sample, bound buffers",

@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import pytest
 
-from tierod.core.block import structure, tuning, with_tuning
+from tierod.core.block import Ring, leaves, structure, tuning, values_of, with_tuning
 from tierod.core.graph import batch, scan
 from tierod.methods.detectors import Cusum
 
@@ -94,3 +94,10 @@ def test_where_annotations_cannot_be_read_numbers_stay_as_written():
 
     assert list(tuning(Holder(Local(), 1.0))) == [("gain", 1.0)]
     assert list(tuning(Holder(Local(), 1))) == []
+
+
+@pytest.mark.parametrize(
+    "tree", [1.0, (), (1.0, (2.0, ())), Ring(3), (Ring(2, 0.5), ((1.0, Ring(1)), 2.0)), Cusum(1.0, 4.0, 20.0).init()]
+)
+def test_values_of_a_tree_are_its_leaves_without_their_paths(tree):
+    assert values_of(tree) == [leaf for _, leaf in leaves(tree)]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterable, Iterator
-from functools import cache
+from functools import cache, lru_cache
 from numbers import Real
 from types import UnionType
 from typing import (
@@ -90,6 +90,19 @@ def leaves(tree: Tree, path: str = "") -> Iterator[tuple[str, Any]]:
         yield path, tree
 
 
+def values_of(tree: Tree) -> list[Any]:
+    """Every leaf of a tree, in order, without the paths of `leaves`."""
+    if not isinstance(tree, tuple) or isinstance(tree, Ring):
+        return [tree]
+    flat: list[Any] = []
+    for branch in tree:
+        if isinstance(branch, tuple):
+            flat += values_of(branch)
+        else:
+            flat.append(branch)
+    return flat
+
+
 def rebuild(tree: T, values: Iterable[object]) -> T:
     """A tree of the same shape as `tree` with its leaves taken from `values` in order."""
     source = iter(values)
@@ -112,9 +125,14 @@ def skeleton(annotation: object) -> Tree:
     if get_origin(annotation) is tuple:
         return tuple(skeleton(branch) for branch in get_args(annotation))
     if isinstance(annotation, type) and hasattr(annotation, "_fields"):
-        hints = get_type_hints(annotation, include_extras=True)
-        return annotation(*(skeleton(hints[name]) for name in annotation._fields))
+        return _zeros(annotation)
     return 0.0
+
+
+@lru_cache(maxsize=1024)
+def _zeros(kind: Any) -> Tree:
+    hints = get_type_hints(kind, include_extras=True)
+    return kind(*(skeleton(hints[name]) for name in kind._fields))
 
 
 def units(annotation: object) -> list[str]:
@@ -159,7 +177,11 @@ def tuning(block: object, path: str = "") -> Iterator[tuple[str, float]]:
         yield path, block
     else:
         for name, value in _parts(block):
-            yield from tuning(value, f"{path}.{name}" if path else name)
+            below = f"{path}.{name}" if path else name
+            if type(value) is float:  # almost all; a generator for each costs more than all else here
+                yield below, value
+            else:
+                yield from tuning(value, below)
 
 
 def with_tuning(block: object, values: Iterable[object]) -> Any:
@@ -189,24 +211,29 @@ def structure(block: object) -> object:
     """
     if isinstance(block, float):
         return float
-    if isinstance(block, tuple) or (dataclasses.is_dataclass(block) and not isinstance(block, type)):
-        return (type(block), tuple(structure(value) for _, value in _parts(block)))
-    return (type(block), block)
-
-
-def _parts(block: object) -> list[tuple[str, Any]]:
-    """(name, value) of every field of a dataclass or tuple, as its annotation means it; none of anything else."""
-    if isinstance(block, type) or not (isinstance(block, tuple) or dataclasses.is_dataclass(block)):
-        return []
-    if isinstance(block, tuple):
-        names = list(getattr(block, "_fields", None) or map(str, range(len(block))))
-        values = list(block)
-    else:
-        names = [field.name for field in dataclasses.fields(block)]
-        values = [getattr(block, name) for name in names]
     kind: Any = type(block)
-    hints = _hints(kind)
-    return [(name, _as_meant(value, hints.get(name))) for name, value in zip(names, values, strict=True)]
+    if isinstance(block, tuple) or _fields(kind) is not None:
+        return (kind, tuple([float if type(each) is float else structure(each) for _, each in _parts(block)]))
+    return (kind, block)
+
+
+def _parts(block: object) -> Iterable[tuple[str, Any]]:
+    """(name, value) of every field of a dataclass or tuple, as its annotation means it; none of anything else."""
+    kind: Any = type(block)
+    fields = _fields(kind)
+    if fields is not None:
+        return [(name, _as_meant(getattr(block, name), hint)) for name, hint in fields]
+    return zip(map(str, range(len(block))), block, strict=True) if isinstance(block, tuple) else ()
+
+
+@cache
+def _fields(kind: Any) -> tuple[tuple[str, Any], ...] | None:
+    """(name, annotation) of every field of a dataclass or NamedTuple; None for any other class."""
+    if issubclass(kind, tuple):
+        names = getattr(kind, "_fields", None)
+    else:
+        names = [field.name for field in dataclasses.fields(kind)] if dataclasses.is_dataclass(kind) else None
+    return None if names is None else tuple((name, _hints(kind).get(name)) for name in names)
 
 
 @cache
@@ -222,7 +249,7 @@ def _as_meant(value: object, hint: object) -> object:
     """A number in a field of floats as a float, in tuples of floats too; anything else as it is."""
     if type(value) is float or not isinstance(value, tuple | Real):
         return value
-    if isinstance(value, tuple) and get_origin(hint) is tuple:
+    if isinstance(value, tuple) and get_origin(hint) is tuple and not all(type(part) is float for part in value):
         inner = get_args(hint)
         inner = inner[:1] * len(value) if inner[-1:] == (Ellipsis,) else inner
         if len(inner) == len(value):

@@ -24,6 +24,7 @@ import numpy as np
 from tierod.core.block import tuning
 from tierod.core.errors import TierodError
 from tierod.core.graph import Scanner, Stream
+from tierod.core.graph.lanes import SideBySide
 from tierod.io.readers.mapping import Plan as Mapping_
 from tierod.live.ticking import Ticker
 from tierod.monitors.harness.session import Monitor, Variant
@@ -34,7 +35,7 @@ Node = None | bool | int | float | str | list["Node"]
 
 KEPT = (
     types.FunctionType, types.BuiltinFunctionType, types.MethodType, types.ModuleType, functools.partial, type,
-    Scanner, Stream, Ticker, Mapping_, Monitor, Variant, Vehicle,
+    Scanner, SideBySide, Stream, Ticker, Mapping_, Monitor, Variant, Vehicle,
 )  # fmt: skip
 """What follows from the program and the user's files."""
 

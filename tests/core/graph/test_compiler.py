@@ -271,3 +271,9 @@ def test_options_of_the_user_win_and_name_another_kernel(monkeypatch):
     assert compiler.kernel_name(command, "int x;", "kernel") != plain
     source = "#ifndef TIEROD_ANYTHING\n#error without the option\n#endif\nint answer(void) { return 7; }\n"
     assert compiler.load(source, "kernel").answer() == 7
+
+
+@pytest.mark.parametrize(("flags", "width"), [("flags : fma avx2", 4), ("flags : avx2 avx512f avx512dq", 8)])
+def test_as_many_lanes_as_a_vector_register_of_this_machine_holds(flags, width, monkeypatch):
+    monkeypatch.setattr(compiler, "_machine", lambda: flags)
+    assert compiler.vector_width() == width

@@ -35,9 +35,12 @@ of any number of values without a branch: without it a loop over lanes that deci
 
 X86 = platform.machine() in ("x86_64", "AMD64")
 
-GATHERED = ("-mtune-ctrl=use_gather", "-mtune-ctrl=use_gather_8parts") if X86 else ()
-"""GCC 12's and GCC 13's name for vector look-ups of a table. For a processor of x86 that it does not know by name it
-does without them, and lanes with a sine, which looks up digits of pi for large angles, then take four times as long."""
+_FEW = "-mtune-ctrl=use_gather_4parts"
+
+GATHERED = (f"{_FEW},use_gather", f"{_FEW},use_gather_8parts") if X86 else ()
+"""GCC 12's and GCC 13's name for vector look-ups of a table, of four numbers and of more. For a processor of x86 that
+it does not know by name, and for AMD's, it does without them, and lanes with a sine, which looks up digits of pi for
+large angles, then are not vectorised and take two to four times as long."""
 
 LONGEST: Annotated[float, "s"] = 600.0
 """Time of one compilation, ten times what the largest kernel takes on a slow machine."""
@@ -239,3 +242,8 @@ def _machine() -> str:
     except OSError:
         return f"{platform.machine()} {platform.processor()}"
     return next((line for line in text.splitlines() if line.startswith(("flags", "Features"))), platform.machine())
+
+
+def vector_width() -> int:
+    """Numbers that the widest vector register of this machine holds, as far as its system names it; else four."""
+    return 8 if "avx512f" in _machine().split() else 4

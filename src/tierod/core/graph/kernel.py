@@ -55,7 +55,7 @@ class CompiledKernel:
 
 
 class LaneKernel:
-    """Up to 64 blocks of one structure side by side; arrays are laid out `[time][signal][lane]`."""
+    """Up to `LANES` blocks of one structure side by side; arrays are laid out `[time][signal][lane]`."""
 
     def __init__(self, blocks: list[Block]):
         self.graph = trace(blocks[0])
@@ -73,13 +73,13 @@ class LaneKernel:
         self._batch.argtypes, self._batch.restype = (*_LOOP, ctypes.c_void_p, ctypes.c_void_p), None
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
-        """Run over samples (n, inputs, 64) into outputs (n, outputs, 64); `memory` (numbers, 64) is carried on."""
+        """Run over samples (n, inputs, lanes) into outputs (n, outputs, lanes); `memory` is carried on likewise."""
         _run(self._lanes, memory, samples, outputs, self.carried, count)
 
     def batch(
         self, memory: np.ndarray, samples: list[np.ndarray], outputs: list[np.ndarray], steps: int, count: int
     ) -> None:
-        """Run 64 lanes over arrays of their own: samples (>= steps, inputs) into outputs (>= steps, outputs) each."""
+        """Run all lanes over arrays of their own: samples (>= steps, inputs) into outputs (>= steps, outputs) each."""
         widths = (len(self.graph.sample), len(self.graph.output))
         tiles = [lane_array(TILE_STEPS, width) for width in widths]
         pointers = [(ctypes.c_void_p * LANES)(*map(_address, arrays)) for arrays in (samples, outputs)]
@@ -90,7 +90,7 @@ class LaneKernel:
 
 
 def lane_array(*shape: int) -> np.ndarray:
-    """An array (..., 64) that begins at a cache line: vectors across two lines cost up to a sixth of a lane's time."""
+    """An array (..., lanes) from a cache line on: vectors across two lines cost up to a sixth of a lane's time."""
     size = int(np.prod(shape)) * LANES
     raw = np.empty(size + CACHE_LINE // 8)
     skipped = -raw.ctypes.data % CACHE_LINE // 8

@@ -1,8 +1,9 @@
-"""The third driver: many vehicles at once, 64 side by side (`batch`)."""
+"""The third driver: many vehicles at once, in the lanes of vector registers (`batch`)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,12 +11,12 @@ from tierod.core.block import Block, Given, Output, State
 from tierod.core.errors import InputError
 from tierod.core.graph.kernel import LaneKernel, lane_array, lane_kernel
 from tierod.core.graph.printer import LANES
-from tierod.core.graph.runtime import scan
+from tierod.core.graph.runtime import Scanner
 from tierod.core.graph.samples import Memory, Result, Samples, columns_of, memory_of
 from tierod.core.graph.trace import trace
 
-FEWEST = 16
-"""Vehicles from which lanes pay: 64 lanes cost as much as about a dozen single runs, whether they are used or not."""
+FEWEST = 3
+"""Vehicles from which lanes pay: all lanes cost as much as two or three single runs, whether they are used or not."""
 
 
 def batch(
@@ -23,7 +24,7 @@ def batch(
     recordings: Sequence[Samples],
     states: Sequence[Memory | State | None] | None = None,
 ) -> list[Result[Output]]:
-    """Run many vehicles at once, 64 side by side.
+    """Run many vehicles at once, side by side in the lanes of vector registers.
 
     Args:
         blocks: one for all, or one per recording; they may differ in their floats (calibrations), not in structure
@@ -43,26 +44,60 @@ def batch(
         raise InputError(f"{count} recordings came with {len(every)} blocks and {len(states)} states; give one of each")
     if any(trace(block) is not trace(every[0]) for block in every[1:]):
         raise InputError("the blocks of a batch differ in structure; run each kind in a batch of its own")
-    memories = [memory_of(block, state) for block, state in zip(every, states, strict=True)]
     results: list[Result[Output]] = []
     for first in range(0, count, LANES):
         part = slice(first, first + LANES)
-        results += _tile(every[part], recordings[part], memories[part])
+        results += SideBySide().scan(every[part], recordings[part], states[part])
     return results
 
 
-def _tile(
-    blocks: list[Block[State, Given, Output]], recordings: Sequence[Samples], memories: list[Memory]
-) -> list[Result[Output]]:
-    fitting = len(blocks) >= FEWEST and len({memory.count for memory in memories}) == 1
-    runner = lane_kernel(blocks) if fitting else None
-    if runner is None:
-        return [
-            scan(block, samples, memory) for block, samples, memory in zip(blocks, recordings, memories, strict=True)
-        ]
-    samples = [np.ascontiguousarray(columns_of(runner.graph, recording)) for recording in recordings]
+class SideBySide:
+    """Runs blocks side by side over many pieces of recordings; what runs the same ones again is made ready once."""
+
+    def __init__(self) -> None:
+        # With the blocks themselves: what is gone leaves its identity to another one.
+        self._ready: dict[tuple[int, ...], tuple[Sequence[Block], LaneKernel | None, list[Scanner[Any, Any, Any]]]] = {}
+
+    def scan(
+        self,
+        blocks: Sequence[Block[State, Given, Output]],
+        recordings: Sequence[Samples],
+        states: Sequence[Memory | State | None],
+    ) -> list[Result[Output]]:
+        """Run blocks over their next pieces.
+
+        Args:
+            blocks: of one structure, `LANES` at the most
+            recordings: one set of samples per block; lengths may differ
+            states: one per block to go on from; its own initial state if None
+
+        Raises:
+            TraceError: a block cannot be traced
+        """
+        key = tuple(map(id, blocks))
+        if key not in self._ready:
+            self._ready[key] = blocks, lane_kernel(list(blocks)) if len(blocks) >= FEWEST else None, []
+        _, lanes, alone = self._ready[key]
+        graph = None if lanes is None else lanes.graph
+        memories = [memory_of(block, state, graph) for block, state in zip(blocks, states, strict=True)]
+        if lanes is not None and len({memory.count for memory in memories}) == 1:
+            return _scanned(lanes, recordings, memories)
+        alone += [Scanner(block) for block in blocks[len(alone) :]]
+        runs = zip(alone, recordings, memories, strict=True)
+        return [each.scan(samples, memory) for each, samples, memory in runs]
+
+
+def _scanned(runner: LaneKernel, recordings: Sequence[Samples], memories: Sequence[Memory]) -> list[Result[Any]]:
+    found: dict[int, np.ndarray] = {}  # the same samples for all lanes, as of moved vehicles, are put in order once
+    samples = []
+    for recording in recordings:
+        if id(recording) not in found:
+            found[id(recording)] = np.ascontiguousarray(columns_of(runner.graph, recording))
+        samples.append(found[id(recording)])
     lengths = [len(values) for values in samples]
-    outputs = [np.empty((length, len(runner.graph.output))) for length in lengths]
+    # In one piece: the C library gives several large ones back to the system each time, and their pages cost.
+    whole = np.empty((len(samples), max(lengths, default=0), len(runner.graph.output)))
+    outputs = [each[:length] for each, length in zip(whole, lengths, strict=True)]
     states = lane_array(runner.graph.memory)
     states[:] = 0.0
     states[:, : len(memories)] = np.column_stack([memory.values for memory in memories])

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import Ring, Tree, leaves
+from tierod.core.block import Ring, Tree, values_of
 
 GROUP = 8
 """Lanes of a bank that are stepped together: as many numbers as the widest vector register holds."""
@@ -55,6 +55,6 @@ def ungrouped(flat: np.ndarray, count: int) -> np.ndarray:
 
 
 def _plain_and_delayed(state: Tree) -> tuple[list[Any], list[Any]]:
-    flat = [leaf for _, leaf in leaves(state)]
+    flat = values_of(state)
     plain = [leaf for leaf in flat if not isinstance(leaf, Ring)]
     return plain, [leaf.initial for leaf in flat if isinstance(leaf, Ring) for _ in range(leaf.size)]

@@ -1,4 +1,4 @@
-"""Print a graph as C99: one step, a loop over a recording, and a loop over 64 vehicles at once."""
+"""Print a graph as C99: one step, a loop over a recording, and a loop over several vehicles at once."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import re
 
 from tierod.core.graph.branching_printer import BranchingPrinter
 from tierod.core.graph.c_functions import prelude
+from tierod.core.graph.compiler import vector_width
 from tierod.core.graph.line_printer import LinePrinter, Places
 from tierod.core.graph.operations import Program, program
 from tierod.core.graph.trace import Graph, Interface
 
-LANES = 64
+LANES = vector_width()
+"""Vehicles that are stepped together: one vector register holds a number of each, and a step fits into registers."""
 TILE_STEPS = 64
-"""Samples of one tile: inputs and outputs of 64 vehicles then stay in a core's cache."""
+"""Samples of one tile: inputs and outputs of all vehicles then stay in a core's cache."""
 STATE_IN_LOCALS = 200
 
 
@@ -45,7 +47,7 @@ def print_scalar(graph: Graph) -> str:
 
 
 def print_lanes(graph: Graph, own_tuning: bool) -> str:
-    """C99 for 64 vehicles at once, arrays laid out `[time][signal][lane]`.
+    """C99 for `LANES` vehicles at once, arrays laid out `[time][signal][lane]`.
 
     Args:
         graph: of the block
@@ -123,7 +125,7 @@ class _ScalarPrinter(BranchingPrinter):
 
 
 class _LanesPrinter(LinePrinter):
-    """For 64 vehicles at once: every decision is a selection, so that the loop over them vectorises."""
+    """For several vehicles at once: every decision is a selection, so that the loop over them vectorises."""
 
     def __init__(self, graph: Graph, operations: Program):
         super().__init__(graph, operations)

@@ -49,17 +49,18 @@ class Scanner(Generic[State, Given, Output]):
     Raises:
         TraceError: the block cannot be traced
 
-    `names` are those of the signals that it takes, `outputs` those of what it gives, in order.
+    `names` are those of the signals that it takes, `outputs` those of what it gives, in order; `graph` is of the block.
     """
 
     def __init__(self, block: Block[State, Given, Output], engine: Engine = "auto"):
         self.block, self._kernel = block, kernel(block, engine)
-        self.names: tuple[str, ...] = tuple(self._kernel.graph.sample)
-        self.outputs: tuple[str, ...] = tuple(self._kernel.graph.output)
+        self.graph = self._kernel.graph
+        self.names: tuple[str, ...] = tuple(self.graph.sample)
+        self.outputs: tuple[str, ...] = tuple(self.graph.output)
 
     def scan(self, samples: Samples, state: Memory | State | None = None) -> Result[Output]:
         """Run the block over a piece; arguments and result as of `scan`."""
-        graph = self._kernel.graph
+        graph = self.graph
         memory = memory_of(self.block, state, graph)
         values = np.ascontiguousarray(columns_of(graph, samples))
         outputs = np.empty((len(values), len(graph.output)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -81,6 +82,7 @@ def linear_of(parameters: Column) -> LinearSystem:
     return linear_column(SteeringColumn if isinstance(parameters, ColumnParameters) else TwoInertiaColumn, parameters)
 
 
+@lru_cache(maxsize=256, typed=True)
 def design(parameters: Column, sample_time: float, tuning: ColumnTuning, hand_torque_order: int = 2) -> Designed:
     """Filters of the default observer.
 
@@ -93,10 +95,10 @@ def design(parameters: Column, sample_time: float, tuning: ColumnTuning, hand_to
     Raises:
         ParameterError: the column is unstable, cannot be observed, or is too fast for the rate; the eigenvalue or the
             direction is named
+
+    A fleet asks for the same filters with every recording of a car.
     """
-    column = linear_of(parameters)
-    observed = observed_column(column, sample_time, hand_torque_order, 1, tuning.offset, tuning.outputs)
-    require_fit(observed.continuous, "the column", stable="marginal", observable=True, sample_time=sample_time)
+    observed = _observed(parameters, sample_time, hand_torque_order, tuning.offset, tuning.outputs)
     bank = StationaryBank.design(
         observed.discrete,
         observed.model,
@@ -106,6 +108,16 @@ def design(parameters: Column, sample_time: float, tuning: ColumnTuning, hand_to
         _switching(sample_time, tuning, smooth=hand_torque_order > 1),
     )
     return Designed(bank, _layout(observed, parameters, sample_time, tuning), observed)
+
+
+@lru_cache(maxsize=256, typed=True)  # two kinds of parameters may hold the same numbers
+def _observed(
+    parameters: Column, sample_time: float, hand_torque_order: int, offset: str | None, outputs: tuple[str, ...]
+) -> ColumnObservation:
+    """The column as filters take it, whatever their noises: a session designs them for usual and for measured ones."""
+    observed = observed_column(linear_of(parameters), sample_time, hand_torque_order, 1, offset, outputs)
+    require_fit(observed.continuous, "the column", stable="marginal", observable=True, sample_time=sample_time)
+    return observed
 
 
 def process_noises(

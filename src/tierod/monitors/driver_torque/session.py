@@ -83,18 +83,22 @@ class DriverTorqueSession(BlockSession):
         self._figures, self._remark, self.rules = DriveFigures(vehicle, rate, "nis" not in lacking), remark, FitRules()
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
 
-    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Take in one more piece and give the traces over it, (n,) each; the first one shows the measured signals."""
+    def prepared(self, aligned: Aligned) -> Aligned:
+        """The next piece with the truth as late as the observer; the first one shows the noise of the sensors."""
         columns = aligned.columns
         if not self._figures.seen:
             self.refit(self._suited(columns))
+        if not len(self._truth):
+            return aligned
         truth = np.concatenate([self._truth, columns[TRUTH]])
         kept = len(truth) - len(self._truth)
-        late, self._truth = truth[:kept], truth[kept:]
-        at = aligned.names.index(TRUTH)
-        values = aligned.values.copy()
-        values[:, at] = late
-        shown = {**super().absorb(replace(aligned, values=values)), "true_hand_torque": late}
+        values, at = aligned.values.copy(), aligned.names.index(TRUTH)
+        values[:, at], self._truth = truth[:kept], truth[kept:]
+        return replace(aligned, values=values)
+
+    def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
+        """Keep what the block gave over a piece, and give the traces over it, (n,) each."""
+        shown = {**super().taken(aligned, result), "true_hand_torque": aligned.columns[TRUTH]}
         return {name: self._nis if name == "nis" else trace for name, trace in shown.items()}
 
     def refit(self, fitted: tuple[SensorNoise, bool]) -> None:

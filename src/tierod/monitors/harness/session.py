@@ -16,6 +16,7 @@ from tierod.core.block import Block, tuning
 from tierod.core.errors import ParameterError
 from tierod.core.findings import Defect, Element, Finding, Status
 from tierod.core.graph import Memory, Result, Scanner, trace
+from tierod.core.graph.trace import Interface
 from tierod.core.recording import Aligned, Recording
 from tierod.monitors.harness.baseline import Baseline
 from tierod.monitors.harness.decision import Decision
@@ -128,6 +129,12 @@ class BlockSession(ABC):
         """Output of the block by the name under which a report shows it."""
         return self._outputs
 
+    @property
+    def stepped(self) -> Interface | None:
+        """Graph of its block where all that it does with a piece is to step that; None before the first piece."""
+        ordinary = type(self).absorb is BlockSession.absorb
+        return self._scanner.graph if ordinary and self._scanner is not None else None
+
     def refit(self, fitted: Any) -> None:  # noqa: B027  # the blocks of most follow from the vehicle alone
         """Fit the block as an earlier session did, of which `fitted` is kept."""
 
@@ -136,9 +143,17 @@ class BlockSession(ABC):
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         """Take in one more piece and give the traces over it, (n,) each."""
+        ready = self.prepared(aligned)
         if self._scanner is None or self._scanner.block is not self.block:
             self._scanner = Scanner(self.block)
-        result = self._scanner.scan(aligned, self.memory)
+        return self.taken(ready, self._scanner.scan(ready, self.memory))
+
+    def prepared(self, aligned: Aligned) -> Aligned:
+        """The next piece as the block takes it in; a block that is fitted to a recording is fitted to the first one."""
+        return aligned
+
+    def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
+        """Keep what the block gave over a piece, and give the traces over it, (n,) each."""
         self.memory = result.state
         if self._running is not None:
             self._follow(aligned.time, result[self._running[0]], self._running[1])

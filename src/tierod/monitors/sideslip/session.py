@@ -78,9 +78,9 @@ class SideslipSession(BlockSession):
         self._consistency, self._vehicle = ConsistencyAccumulator(), vehicle
         self.misfit_rule, self.least_coverage, self.tolerances = misfit_rule(), LEAST_COVERAGE, Tolerances()
 
-    def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Take in one more piece and give the traces over it, (n,) each."""
-        shown = dict(super().absorb(aligned))
+    def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
+        """Keep what the estimator gave over a piece, and give the traces over it, (n,) each."""
+        shown = dict(super().taken(aligned, result))
         shown["true_sideslip_angle"] = truth_in(aligned.columns)
         held = shown["held"] > 0.5
         spreads = [name for name in shown if name.endswith("_standard_deviation")]

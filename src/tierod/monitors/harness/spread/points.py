@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from tierod.core.errors import TierodError
+from tierod.core.graph.lanes import FEWEST, SideBySide
+from tierod.core.graph.printer import LANES
+from tierod.core.graph.trace import Interface
 from tierod.core.recording import Aligned
 from tierod.monitors.harness.session import BlockSession, Conclusion, Session
 from tierod.vehicles.uncertain import moved
@@ -16,6 +21,16 @@ from tierod.vehicles.vehicle import Vehicle
 
 REFUSALS = (TierodError, ArithmeticError, np.linalg.LinAlgError)
 """What a monitor raises where it cannot run with a vehicle."""
+
+LANES_FROM = 400_000
+"""Steps of moved vehicles in this process from which they run side by side: to print and load a further kernel takes
+as long as this saves in as many, and to compile it where no cache has it takes long."""
+
+AT_ONCE = 2_500
+"""Samples at once from which they may: a live drive, whose pieces have two seconds, must not wait for a compiler."""
+
+_STEPS: WeakKeyDictionary[Interface, int] = WeakKeyDictionary()
+"""Steps of moved vehicles in this process so far, by the graph of their block; no result depends on them."""
 
 Open = Callable[[Vehicle], Session]
 
@@ -56,6 +71,7 @@ class Points:
 
     def __init__(self, open_: Open, vehicle: Vehicle, moves: Sequence[Mapping[str, float]]):
         self.running: dict[int, Point] = {}
+        self._lanes = SideBySide()
         for place, by in enumerate(moves):
             try:
                 session = open_(moved(vehicle, by))
@@ -67,13 +83,51 @@ class Points:
 
     def absorb(self, aligned: Aligned) -> dict[int, Mapping[str, np.ndarray]]:
         """Take in one more piece: traces by place of the vehicle."""
-        shown = {}
-        for place, point in list(self.running.items()):
-            try:
-                shown[place] = point.session.absorb(aligned)
-            except REFUSALS:
-                del self.running[place]
-        return shown
+        shown: dict[int, Mapping[str, np.ndarray]] = {}
+        for places in self._together(len(aligned.time)):
+            shown.update(self._abreast(places, aligned) if len(places) >= FEWEST else self._alone(places, aligned))
+        return {place: shown[place] for place in sorted(shown)}
+
+    def _together(self, count: int) -> list[tuple[int, ...]]:
+        """Places of vehicles whose blocks run side by side over so many samples, or alone."""
+        groups: dict[object, list[int]] = {}
+        for place, point in self.running.items():
+            session = point.session
+            graph = session.stepped if isinstance(session, BlockSession) and count >= AT_ONCE else None
+            if graph is not None:
+                _STEPS[graph] = _STEPS.get(graph, 0) + count
+            groups.setdefault(place if graph is None or _STEPS[graph] < LANES_FROM else graph, []).append(place)
+        return [tuple(each[at : at + LANES]) for each in groups.values() for at in range(0, len(each), LANES)]
+
+    def _alone(self, places: Sequence[int], aligned: Aligned) -> Iterator[tuple[int, Mapping[str, np.ndarray]]]:
+        for place in places:
+            with self._refusing(place):
+                yield place, self.running[place].session.absorb(aligned)
+
+    def _abreast(self, places: tuple[int, ...], aligned: Aligned) -> Iterator[tuple[int, Mapping[str, np.ndarray]]]:
+        """What `absorb` of each session gives, to the last bit."""
+        ready: dict[int, tuple[BlockSession, Aligned]] = {}
+        for place in places:
+            session = self.running[place].session
+            with self._refusing(place):
+                assert isinstance(session, BlockSession)
+                ready[place] = session, session.prepared(aligned)
+        if not ready:
+            return
+        sessions, given = zip(*ready.values(), strict=True)
+        blocks, memories = ([getattr(each, name) for each in sessions] for name in ("block", "memory"))
+        results = self._lanes.scan(blocks, given, memories)
+        for (place, (session, piece)), result in zip(ready.items(), results, strict=True):
+            with self._refusing(place):
+                yield place, session.taken(piece, result)
+
+    @contextmanager
+    def _refusing(self, place: int) -> Iterator[None]:
+        """Leave a vehicle out from now on that its monitor refuses."""
+        try:
+            yield
+        except REFUSALS:
+            del self.running[place]
 
     def conclude(self) -> dict[int, Concluded]:
         """Conclusions by place of the vehicle."""
