@@ -26,7 +26,7 @@ from tierod.papers.condition import (
 )
 from tierod.papers.condition.drives import Drive
 from tierod.papers.condition.recorded import fault_free, recorded
-from tierod.papers.condition.scoring import score
+from tierod.papers.condition.scoring import ELEMENTS, score
 from tierod.papers.condition.truth import Declared, truth_of
 from tierod.papers.condition.vehicles import vehicle
 
@@ -83,6 +83,37 @@ def test_pairs_kinds_and_small_faults_are_all_found_by_the_late_truth(late_truth
     claims = _claims(beyond)
     assert claims["beyond.pairs-isolated"].measured == 1.0
     assert not [claim for claim in claims.values() if claim.goal and not claim.met]
+
+
+def _silent(known: float, recording: Recording, name: str) -> Declared:
+    return Declared(recording["yaw_rate"].time, {})
+
+
+def _accusing(known: float, recording: Recording, name: str) -> Declared:
+    """All of the time everything, as stuck at the wrong size, with a short pause."""
+    time = recording["yaw_rate"].time
+    there = np.mod(time, 5.0) > 1.0
+    faulty = dict.fromkeys(ELEMENTS, there)
+    kind, size = {name: np.full(len(time), "stuck") for name in ELEMENTS}, dict.fromkeys(ELEMENTS, 0.0 * time)
+    return Declared(time, faulty, kind=kind, size=size)
+
+
+@pytest.mark.parametrize("diagnosis", [_silent, _accusing])
+def test_every_claim_that_a_useless_diagnosis_fails_has_a_cause(late_truth, monkeypatch, diagnosis):
+    def scored(drive, recording):
+        return score(drive, truth_of(drive, recording), diagnosis(LATE, recording, ""))
+
+    sys.modules["late_truth"].declare = diagnosis
+    monkeypatch.setattr(uncalibrated, "_scored", scored)
+    monkeypatch.setattr(uncalibrated, "healthy_drives", lambda hours, vehicles: [Drive("short-round", 10.0, 1, 5)])
+    failed = {
+        each.id: each.cause
+        for part in (sensors, actuators, beyond, healthy, uncalibrated)
+        for each in part.items(Effort(quick=True, processes=1))
+        if isinstance(each, Claim) and each.met is False
+    }
+    assert {name.partition(".")[0] for name in failed} >= {"sensors", "actuators", "beyond", "uncalibrated"}
+    assert [name for name, cause in failed.items() if not cause] == []
 
 
 def test_faults_of_uncalibrated_vehicles_are_counted_by_kind(late_truth, monkeypatch):
