@@ -140,11 +140,18 @@ def test_what_decides_comes_first_and_is_the_cause(numbers, prepared, bank, monk
     assert {row[0] for row in table.rows} == {each.name for each in used}
     assert table.rows[0][:4] == ("judge.decision.gate", "6", "0 / 1", "0 / 2")
     assert table.rows[1][0] == "judge.loss_time"
-    assert {row[2:4] for row in table.rows[1:]} == {("0 / 0", "0 / 0")}
+    assert table.rows[1][2:6] == (
+        "0",
+        "0",
+        "0",
+        f"{9.0 - faulty.faults[0].delay_excited:g} / {9.0 - faulty.faults[0].delay_excited:g}",
+    )
+    assert {row[2:6] for row in table.rows[2:]} == {("–",) * 4}
     claims = {each.id: each for each in found if isinstance(each, Claim)}
     share, alarms = claims["sensitivity.unchanged"], claims["sensitivity.alarms"]
     assert share.measured == pytest.approx(1.0 - 1.0 / len(used))
     assert share.met
+    assert f"{len(used) - 2} of the numbers change no output" in share.note
     assert alarms.measured == 1
     assert "judge.decision.gate (+0 / +2); 1 of 1 drives with more are without a fault" in alarms.cause
 

@@ -43,7 +43,8 @@ TEXT = (
     "Every float field that the bank's graph depends on, multiplied by 0.8 and by 1.2, all others as they are, the "
     "limits included, which a calibration would design anew. Counts go to the next whole number at least; sensors and "
     "lanes that share a field are varied together. Parameters of the vehicle are given by its file and its "
-    "calibration, and constants inside the equations are part of the graph: neither is varied.",
+    "calibration, and constants inside the equations are part of the graph: neither is varied. The last column is what "
+    "the field says about its value; where that is no reason, the value is a choice, and its effect stands beside it.",
     "A verdict is what a drive's fault was named most of the time, whether it was missed, its kind, whether anything "
     "fault-free was named meanwhile, and the number of false alarms. The drives are short: loss, offset, outlier and "
     "one further kind of fault of every sensor, a loss of every actuator, two faults at once, a fault-free round, and "
@@ -227,13 +228,12 @@ HEADER = (
 def _table(effects: Mapping[Number, Sequence[Effect]], every: Sequence[Number], usual: Judged) -> Table:
     order = sorted(effects, key=lambda each: (-_weight(effects[each]), each.name))
     rows = tuple((each.name, _values(each), *_cells(effects[each]), each.reason) for each in order)
-    quiet = [each.name for each in order if not any(one.shows for one in effects[each])]
     notes = [
-        f"Each cell: at 0.8 / 1.2 of the value, over {len(usual.scores)} drives. As it is, the bank misses "
+        f"Each cell: at 0.8 / 1.2 of the value, over {len(usual.scores)} drives; a dash where no output differs at "
+        "all, so that these drives do not reach what the number is for. As it is, the bank misses "
         f"{sum(fault.outcome != FOUND for each in usual.scores for fault in each.faults)} faults of "
         f"{sum(len(each.faults) for each in usual.scores)}, with {sum(e.false_alarms for e in usual.scores)} false "
         f"alarms, an accuracy of {_accuracy(usual):.4f} and a longest delay of {_longest(usual):.2f} s.",
-        _listed("No output at all differs, at either value", quiet),
         _listed("Not varied, since they are zero", [each.name for each in every if each.used and each.off]),
         _listed("Not varied, since the graph does not depend on them", [each.name for each in every if not each.used]),
     ]
@@ -243,7 +243,8 @@ def _table(effects: Mapping[Number, Sequence[Effect]], every: Sequence[Number], 
 def _weight(both: Sequence[Effect]) -> float:
     """What comes first: verdicts and false alarms, then accuracy and delay."""
     verdicts = sum(len(each.changed) + abs(each.alarms) for each in both)
-    return verdicts + max(min(abs(each.accuracy) + 0.01 * abs(each.delay), 0.5) for each in both)
+    rest = max(min(abs(each.accuracy) + 0.01 * abs(each.delay), 0.5) for each in both)
+    return verdicts + rest + 1e-9 * any(each.shows for each in both)
 
 
 def _values(number: Number) -> str:
@@ -252,12 +253,15 @@ def _values(number: Number) -> str:
 
 
 def _cells(both: Sequence[Effect]) -> tuple[str, ...]:
-    return (
-        " / ".join(str(len(each.changed)) for each in both),
-        " / ".join(str(each.alarms) for each in both),
-        " / ".join(f"{each.accuracy + 0.0:.4f}" for each in both),
-        " / ".join(f"{each.delay + 0.0:.2f}" for each in both),
+    if not any(each.shows for each in both):
+        return ("–",) * 4
+    changes = (
+        [len(each.changed) for each in both],
+        [each.alarms for each in both],
+        [round(each.accuracy, 4) + 0.0 for each in both],
+        [round(each.delay, 2) + 0.0 for each in both],
     )
+    return tuple(" / ".join(f"{value:g}" for value in each) if any(each) else "0" for each in changes)
 
 
 def _listed(what: str, names: Sequence[str]) -> str:
@@ -265,6 +269,7 @@ def _listed(what: str, names: Sequence[str]) -> str:
 
 
 def _claims(effects: Mapping[Number, Sequence[Effect]], count: int) -> Iterator[Claim]:
+    idle = sum(not any(one.shows for one in both) for both in effects.values())
     deciding = {each: both for each, both in effects.items() if any(one.changed for one in both)}
     words = "; ".join(
         f"{each.name} ({' / '.join(str(len(one.changed)) for one in both)} of {count})"
@@ -277,7 +282,7 @@ def _claims(effects: Mapping[Number, Sequence[Effect]], count: int) -> Iterator[
         None,
         1.0 - len(deciding) / len(effects),
         at_least(UNCHANGED),
-        note=f"Of {len(effects)} numbers and {count} drives.",
+        note=f"Of {len(effects)} numbers and {count} drives; {idle} of the numbers change no output in any drive.",
         cause=f"These decide verdicts, at 0.8 / 1.2 of them: {words}.",
     )
     alarming = {each: both for each, both in effects.items() if any(one.alarms > 0 for one in both)}

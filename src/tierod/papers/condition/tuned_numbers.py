@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from tierod.core.block import tuning, with_tuning
@@ -19,6 +19,9 @@ COUNTS = ("samples", "samples_of_actuators", "samples_of_both_motors", "proofs",
 
 BY_SENSOR = {"sensor_noise": "noise", "plausible": "plausible", "growth": "growth"}
 """Fields with a number for every sensor, and the column of the table of sensors that it comes from."""
+
+ALIKE = "likewise"
+"""Begins what a field says in the words of the field before."""
 
 FLAGS = "trusted"
 """Which elements a lane uses, as 1 or 0: the hypothesis itself, no number."""
@@ -119,13 +122,18 @@ def _in_use(bank: Bank) -> set[str]:
 def _meanings(prefix: str, block: object) -> Mapping[str, str]:
     """Name of every float -> what its field says; of numbers by sensor what the table of sensors says."""
     of_sensors = meanings(Sensor)
-    found = {}
+    found: dict[str, str] = {}
+    before = ""
     for each in described(block, prefix):
         name = _without_digits(each.path)
-        column = next((BY_SENSOR[part] for part in _parts(name) if part in BY_SENSOR), "")
-        found[name] = of_sensors[column] if column else each.meaning
+        column = next((BY_SENSOR[part] for part in name.split(".") if part in BY_SENSOR), "")
+        text = _first_clause(of_sensors[column] if column else each.meaning)
+        alike = text.startswith(ALIKE)
+        found.setdefault(name, f"{before}; {text}" if alike else text)
+        before = before if alike else text.partition(":")[0]
     return found
 
 
-def _parts(name: str) -> Sequence[str]:
-    return name.split(".")
+def _first_clause(text: str) -> str:
+    """Up to the first semicolon or full stop."""
+    return text.partition("; ")[0].partition(". ")[0].rstrip(".")
