@@ -14,12 +14,6 @@ from tierod.papers.condition.summary import injected_name
 MOST = 4
 """Of a list that is written out."""
 
-BACK = (
-    "A sensor that is right again counts as whole after 0.3 s in which its fault would show; near zero a lost signal "
-    "and a right one read alike, and it stays declared. Quicker would take back faults that pause."
-)
-"""What the time after a fault comes from."""
-
 
 def wrong_time(of: Sequence[DriveScore]) -> str:
     """Of accuracies: what the time is made of in which a state is wrong, on the mean and in the worst drive.
@@ -34,7 +28,7 @@ def wrong_time(of: Sequence[DriveScore]) -> str:
     drive, fault = min(faults, key=lambda pair: pair[1].accuracy)
     return (
         f"Wrong {mean[0]:.2f} s a drive on the mean: {mean[1]:.2f} s before the declaration, {mean[2]:.2f} s after the "
-        f"fault, {mean[3]:.2f} s of all of that unobservable. Worst: {_words(drive, fault)}. {BACK}"
+        f"fault, {mean[3]:.2f} s of all of that unobservable. Worst: {_words(drive, fault)}."
     )
 
 

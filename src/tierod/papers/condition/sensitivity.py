@@ -36,7 +36,7 @@ from tierod.papers.condition.runs import BEST, VARIANTS, calibrations
 from tierod.papers.condition.scoring import FOUND, DriveScore, score
 from tierod.papers.condition.sensors import GOAL
 from tierod.papers.condition.truth import Truth, truth_of
-from tierod.papers.condition.tuned_numbers import Number, numbers_of, varied
+from tierod.papers.condition.tuned_numbers import Number, first_clause, numbers_of, varied
 from tierod.papers.condition.vehicles import SHORT
 
 TEXT = (
@@ -227,7 +227,7 @@ HEADER = (
 
 def _table(effects: Mapping[Number, Sequence[Effect]], every: Sequence[Number], usual: Judged) -> Table:
     order = sorted(effects, key=lambda each: (-_weight(effects[each]), each.name))
-    rows = tuple((each.name, _values(each), *_cells(effects[each]), each.reason) for each in order)
+    rows = tuple((each.name, _values(each), *_cells(effects[each]), _reason(each, effects[each])) for each in order)
     notes = [
         f"Each cell: at 0.8 / 1.2 of the value, over {len(usual.scores)} drives; a dash where no output differs at "
         "all, so that these drives do not reach what the number is for. As it is, the bank misses "
@@ -245,6 +245,11 @@ def _weight(both: Sequence[Effect]) -> float:
     verdicts = sum(len(each.changed) + abs(each.alarms) for each in both)
     rest = max(min(abs(each.accuracy) + 0.01 * abs(each.delay), 0.5) for each in both)
     return verdicts + rest + 1e-9 * any(each.shows for each in both)
+
+
+def _reason(number: Number, both: Sequence[Effect]) -> str:
+    """The whole of it where the number decides a verdict."""
+    return number.reason if any(each.changed for each in both) else first_clause(number.reason)
 
 
 def _values(number: Number) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.core.content import Chart, Heading, Item, Panel, Points
 from tierod.experiments.effort import Effort
+from tierod.monitors.condition.bank.returning import Returning
 from tierod.papers.condition import causes, tables
 from tierod.papers.condition.drives import SENSORS, Drive, sensor_tests
 from tierod.papers.condition.faults import LOSS, OFFSET, OUTLIER
@@ -35,6 +36,10 @@ VALUES = {
 }
 """Goal of the error of every sensor's replaced value, root mean square, and its unit."""
 
+BACK = (
+    f"A sensor that is right again counts as whole after {Returning.recovers:g} s in which its fault would show; near "
+    "zero a lost signal and a right one read alike, and it stays declared. Quicker would take back faults that pause."
+)
 STRICT = "That test knows the motion; the bank has to estimate it, and a lost signal must leave its uncertainty first."
 RULES = "The paper prints neither its thresholds nor the noises and drives behind its figures, which decide."
 PLACES = tuple(name.replace("_", " ") for name in SENSORS)
@@ -92,7 +97,7 @@ def _claim(key: str, claim: str, measured: float, goal: Goal | None, cause: str,
 
 
 def _claims(of: Sequence[DriveScore]) -> Iterator[Claim]:
-    known, wrong = summary(of), causes.wrong_time(of)
+    known, wrong = summary(of), f"{causes.wrong_time(of)} {BACK}"
     yield _claim("accuracy", "Mean accuracy of the 48 tests.", known.accuracy, at_least(0.993), wrong)
     yield _claim("worst", "Accuracy of the worst test.", known.worst, at_least(0.96), wrong)
     observable = "Accuracy of the worst test of observable faults."
@@ -143,7 +148,7 @@ def _strict_claims(of: Sequence[DriveScore]) -> Iterator[Claim]:
     known, sees = summary(of).strict, "seen by a likelihood-ratio test with true parameters"
     yield _claim("strict-missed", f"Faults missed, {sees}.", known.missed, exactly(0.0), causes.missed(of))
     worst = f"Accuracy of the worst test of faults {sees}."
-    yield _claim("strict-worst", worst, known.worst, at_least(0.96), causes.wrong_time(of))
+    yield _claim("strict-worst", worst, known.worst, at_least(0.96), f"{causes.wrong_time(of)} {BACK}")
     late = causes.late(of, lambda fault: fault.strict.delay_shown if fault.strict else np.nan)
     delay = f"Longest delay of a fault, from where it is {sees}."
     yield _claim("strict-delay", delay, longest(known.delays), at_most(0.5), f"{late} {STRICT}", "s")

@@ -127,13 +127,16 @@ def _meanings(prefix: str, block: object) -> Mapping[str, str]:
     for each in described(block, prefix):
         name = _without_digits(each.path)
         column = next((BY_SENSOR[part] for part in name.split(".") if part in BY_SENSOR), "")
-        text = _first_clause(of_sensors[column] if column else each.meaning)
+        text = of_sensors[column] if column else each.meaning
         alike = text.startswith(ALIKE)
         found.setdefault(name, f"{before}; {text}" if alike else text)
-        before = before if alike else text.partition(":")[0]
+        before = before if alike else first_clause(text).partition(":")[0]
     return found
 
 
-def _first_clause(text: str) -> str:
-    """Up to the first semicolon or full stop."""
+def first_clause(text: str) -> str:
+    """A sentence up to its first semicolon or full stop, but for one that begins in the words of the field before."""
+    before, alike, rest = text.partition(f"; {ALIKE}")
+    if alike:
+        return f"{before}{alike}{first_clause(rest)}"
     return text.partition("; ")[0].partition(". ")[0].rstrip(".")
