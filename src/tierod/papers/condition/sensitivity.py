@@ -40,15 +40,15 @@ from tierod.papers.condition.tuned_numbers import Number, first_clause, numbers_
 from tierod.papers.condition.vehicles import SHORT
 
 TEXT = (
-    "Every float field that the bank's graph depends on, multiplied by 0.8 and by 1.2, all others as they are, the "
+    "Every float field that the bank's graph depends on, at 0.8 and at 1.2 of its value, all others as they are, the "
     "limits included, which a calibration would design anew. Counts go to the next whole number at least; sensors and "
-    "lanes that share a field are varied together. Parameters of the vehicle are given by its file and its "
-    "calibration, and constants inside the equations are part of the graph: neither is varied. The last column is what "
-    "the field says about its value; where that is no reason, the value is a choice, and its effect stands beside it.",
+    "lanes that share a field are varied together. Parameters of the vehicle, which its file gives, and constants "
+    "inside the equations are not varied. The last column is what the field says about its value; where that is no "
+    "reason, the value is a choice.",
     "A verdict is what a drive's fault was named most of the time, whether it was missed, its kind, whether anything "
     "fault-free was named meanwhile, and the number of false alarms. The drives are short: loss, offset, outlier and "
     "one further kind of fault of every sensor, a loss of every actuator, two faults at once, a fault-free round, and "
-    "fault-free drives on ice. The vehicle follows from the digest of the monitor.",
+    "drives on ice. A fault begins with the first bend, where it shows. The vehicle follows from the monitor's digest.",
 )
 FACTORS = (0.8, 1.2)
 UNCHANGED = 0.95
@@ -230,12 +230,12 @@ def _table(effects: Mapping[Number, Sequence[Effect]], every: Sequence[Number], 
     rows = tuple((each.name, _values(each), *_cells(effects[each]), _reason(each, effects[each])) for each in order)
     notes = [
         f"Each cell: at 0.8 / 1.2 of the value, over {len(usual.scores)} drives; a dash where no output differs at "
-        "all, so that these drives do not reach what the number is for. As it is, the bank misses "
+        "all: these drives do not reach what the number is for. As it is, the bank misses "
         f"{sum(fault.outcome != FOUND for each in usual.scores for fault in each.faults)} faults of "
         f"{sum(len(each.faults) for each in usual.scores)}, with {sum(e.false_alarms for e in usual.scores)} false "
         f"alarms, an accuracy of {_accuracy(usual):.4f} and a longest delay of {_longest(usual):.2f} s.",
         _listed("Not varied, since they are zero", [each.name for each in every if each.used and each.off]),
-        _listed("Not varied, since the graph does not depend on them", [each.name for each in every if not each.used]),
+        _listed("Not in the graph", [each.name for each in every if not each.used]),
     ]
     return Table("Verdicts under numbers a fifth smaller or larger", HEADER, rows, " ".join(filter(None, notes)))
 
@@ -263,7 +263,7 @@ def _cells(both: Sequence[Effect]) -> tuple[str, ...]:
     changes = (
         [len(each.changed) for each in both],
         [each.alarms for each in both],
-        [round(each.accuracy, 4) + 0.0 for each in both],
+        [round(each.accuracy, 3) + 0.0 for each in both],
         [round(each.delay, 2) + 0.0 for each in both],
     )
     return tuple(" / ".join(f"{value:g}" for value in each) if any(each) else "0" for each in changes)
