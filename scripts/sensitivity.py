@@ -194,12 +194,13 @@ def condition() -> str:
     for each in items(Effort(thorough=True)):
         if isinstance(each, Claim):
             holds = "yes" if each.met else "**no**"
-            claims.append((each.claim, f"{each.figure:.4g}", str(each.goal), holds, "" if each.met else each.cause))
+            remark = each.note if each.met else each.cause
+            claims.append((each.claim, f"{each.figure:.4g}", str(each.goal), holds, remark))
         elif isinstance(each, Heading):
             parts += each.text
         elif isinstance(each, Table):
             parts += [table(each.header, each.rows), each.note]
-    listed = table(("claim", "ours", "goal", "holds", "cause"), claims)
+    listed = table(("claim", "ours", "goal", "holds", "note, or cause"), claims)
     return "\n\n".join((*_head("condition"), *parts[:2], listed, *parts[2:]))
 
 

@@ -40,13 +40,13 @@ from tierod.papers.condition.tuned_numbers import Number, first_clause, numbers_
 from tierod.papers.condition.vehicles import SHORT
 
 TEXT = (
-    "Every float field that the bank's graph depends on, at 0.8 and at 1.2 of its value, all others as they are, the "
+    "Every float field that the bank's graph depends on, at 0.8 and 1.2 of its value, all others as they are, the "
     "limits included, which a calibration would design anew. Counts go to the next whole number at least; sensors and "
     "lanes that share a field are varied together. Parameters of the vehicle, which its file gives, and constants "
     "inside the equations are not varied. The last column is what the field says about its value; where that is no "
     "reason, the value is a choice.",
     "A verdict is what a drive's fault was named most of the time, whether it was missed, its kind, whether anything "
-    "fault-free was named meanwhile, and the number of false alarms. The drives are short: loss, offset, outlier and "
+    "fault-free was named, and the number of false alarms. The drives are short: loss, offset, outlier and "
     "one further kind of fault of every sensor, a loss of every actuator, two faults at once, a fault-free round, and "
     "drives on ice. A fault begins with the first bend, where it shows. The vehicle follows from the monitor's digest.",
 )
@@ -229,8 +229,8 @@ def _table(effects: Mapping[Number, Sequence[Effect]], every: Sequence[Number], 
     order = sorted(effects, key=lambda each: (-_weight(effects[each]), each.name))
     rows = tuple((each.name, _values(each), *_cells(effects[each]), _reason(each, effects[each])) for each in order)
     notes = [
-        f"Each cell: at 0.8 / 1.2 of the value, over {len(usual.scores)} drives; a dash where no output differs at "
-        "all: these drives do not reach what the number is for. As it is, the bank misses "
+        "Each cell: at 0.8 / 1.2 of the value; a dash where no output differs at all. As it is, the bank "
+        "misses "
         f"{sum(fault.outcome != FOUND for each in usual.scores for fault in each.faults)} faults of "
         f"{sum(len(each.faults) for each in usual.scores)}, with {sum(e.false_alarms for e in usual.scores)} false "
         f"alarms, an accuracy of {_accuracy(usual):.4f} and a longest delay of {_longest(usual):.2f} s.",
@@ -287,7 +287,7 @@ def _claims(effects: Mapping[Number, Sequence[Effect]], count: int) -> Iterator[
         None,
         1.0 - len(deciding) / len(effects),
         at_least(UNCHANGED),
-        note=f"Of {len(effects)} numbers and {count} drives; {idle} of the numbers change no output in any drive.",
+        note=f"Of {len(effects)} numbers and {count} drives, which do not reach {idle} of the numbers.",
         cause=f"These decide verdicts, at 0.8 / 1.2 of them: {words}.",
     )
     alarming = {each: both for each, both in effects.items() if any(one.alarms > 0 for one in both)}
@@ -303,7 +303,6 @@ def _claims(effects: Mapping[Number, Sequence[Effect]], count: int) -> Iterator[
         None,
         len(alarming),
         exactly(0.0),
-        note=f"Of {len(effects)} numbers.",
         cause=f"False alarms more, at 0.8 / 1.2: {words}; {fault_free} drives with more are without a fault, in the "
         "others a state changes after the fault. A calibration designs the limits anew for what the filters then show; "
         "here they stay as they were.",
