@@ -75,7 +75,7 @@ def _below(tree: Any, own: Described, means: Meaning) -> Iterator[Described]:
         yield own._replace(unit=unit, limits=str(means.limits) if means.limits else own.limits)
         return
     kind: Any = type(tree)
-    texts, known = _texts(kind), hints(kind) if names and not names[0].isdigit() else {}
+    texts, known = meanings(kind), hints(kind) if names and not names[0].isdigit() else {}
     for place, name in enumerate(names):
         part = tree[place] if names[0].isdigit() else getattr(tree, name)
         path = f"{own.path}.{name}" if own.path else name
@@ -94,7 +94,7 @@ def _fields(tree: Any) -> list[str] | None:
 
 
 @cache
-def _texts(kind: Hashable) -> dict[str, str]:
+def meanings(kind: Hashable) -> dict[str, str]:
     """Descriptions of the fields of a class, from "Args:" in its docstring."""
     _, found, rest = inspect.cleandoc(kind.__doc__ or "").partition("Args:\n")
     texts: dict[str, str] = {}

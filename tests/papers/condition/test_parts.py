@@ -9,7 +9,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from tierod.core.claims import Claim
+from tierod.core.claims import Claim, Outcome
 from tierod.core.content import Table
 from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
@@ -25,8 +25,9 @@ from tierod.papers.condition import (
     uncalibrated,
 )
 from tierod.papers.condition.drives import Drive
+from tierod.papers.condition.faults import OFFSET, Injected
 from tierod.papers.condition.recorded import fault_free, recorded
-from tierod.papers.condition.scoring import score
+from tierod.papers.condition.scoring import ELEMENTS, score
 from tierod.papers.condition.truth import Declared, truth_of
 from tierod.papers.condition.vehicles import vehicle
 
@@ -83,6 +84,47 @@ def test_pairs_kinds_and_small_faults_are_all_found_by_the_late_truth(late_truth
     claims = _claims(beyond)
     assert claims["beyond.pairs-isolated"].measured == 1.0
     assert not [claim for claim in claims.values() if claim.goal and not claim.met]
+
+
+def _useless(known: float, recording: Recording, name: str) -> Declared:
+    """Everything is stuck again and again, but for what has failed."""
+    time = recording["yaw_rate"].time
+    failed = {fault["element"] for fault in recording.metadata["faults"]}
+    faulty = {name: np.mod(time, 5.0) > 1.0 for name in ELEMENTS if name not in failed}
+    return Declared(time, faulty, kind={name: np.full(len(time), "stuck") for name in faulty})
+
+
+def test_every_claim_that_a_useless_diagnosis_fails_has_a_cause(late_truth, monkeypatch):
+    def scored(drive, recording):
+        return score(drive, truth_of(drive, recording), _useless(LATE, recording, ""))
+
+    sys.modules["late_truth"].declare = _useless
+    monkeypatch.setattr(uncalibrated, "_scored", scored)
+    monkeypatch.setattr(uncalibrated, "healthy_drives", lambda hours, vehicles: [Drive("short-round", 10.0, 1, 5)])
+    claims = [
+        each
+        for part in (sensors, actuators, beyond, healthy, uncalibrated)
+        for each in part.items(Effort(quick=True, processes=1))
+        if isinstance(each, Claim) and each.goal is not None
+    ]
+    assert [each.id for each in claims if each.met] == []
+    assert [each.id for each in claims if not each.cause] == []
+    causes = {each.id: each.cause for each in claims}
+    assert causes["sensors.missed"].startswith("Missed: wheel speed rear left loss")
+    assert "something fault-free named" in causes["beyond.pairs-wrong"]
+    assert causes["healthy.alarms"].startswith("In healthy, ")
+
+
+def test_a_figure_of_the_paper_that_rules_do_not_reach_has_the_weakest_faults_as_its_cause(late_truth):
+    runs.VARIANTS["rules"] = runs.Variant("rules, corrected", "late_truth")
+    drive = Drive("short-round", 12.0, 1, 5, (Injected("yaw_rate", OFFSET, 0.3, 8.0, 11.0),))
+    recording = recorded(drive)
+    scored = score(drive, truth_of(drive, recording), _useless(LATE, recording, ""))
+    failed = {each.id: each for each in sensors._baseline({"rules": [scored]}) if each.met is False}
+    assert {*failed} == {"rules.rules-accuracy", "rules.rules-worst"}
+    for each in failed.values():
+        assert each.outcome is Outcome.IRREPRODUCIBLE
+        assert "accuracy least for yaw rate offset 0.750" in each.cause
 
 
 def test_faults_of_uncalibrated_vehicles_are_counted_by_kind(late_truth, monkeypatch):

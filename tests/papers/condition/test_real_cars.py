@@ -7,8 +7,11 @@ import os
 import pytest
 
 from shared_data import shared_data
+from tierod.core.claims import Claim
+from tierod.experiments.effort import Effort
 from tierod.monitors.condition.monitor import SLOW, WITH_WHEELS, WITHOUT_WHEELS
 from tierod.monitors.condition.signals import SENSOR_TABLE
+from tierod.papers.condition import real_cars
 from tierod.papers.condition.real_cars import at_other_instants, judged
 from tierod.papers.condition.real_diagnoses import RULES, SETTLED, accuracy, healthy_ratios
 from tierod.papers.condition.real_recordings import CARS, DATA, SENSORS
@@ -67,3 +70,11 @@ def test_what_shows_is_found_and_named_at_other_instants_too(car):
     of = dict(zip(table.header, row, strict=True))
     assert int(of["faults"]) == 16 * int(of["instants"]) > 100
     assert (of["missed"], of["named rightly"], of["declared afterwards"]) == ("0", "1.000", "0")
+
+
+def test_a_claim_on_real_cars_that_does_not_hold_names_what_was_missed(car, monkeypatch):
+    monkeypatch.setattr(real_cars, "CARS", (car,))
+    claims = [each for each in real_cars.items(Effort(quick=True)) if isinstance(each, Claim)]
+    failed = [each for each in claims if each.met is False]
+    assert all(each.cause.startswith("Missed: ") and "yaw rate" in each.cause for each in failed)
+    assert len(failed) < len(claims) == 6

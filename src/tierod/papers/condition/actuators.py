@@ -10,7 +10,7 @@ import numpy as np
 from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.core.content import Chart, Heading, Item, Panel, Points, Table
 from tierod.experiments.effort import Effort
-from tierod.papers.condition import tables
+from tierod.papers.condition import causes, tables
 from tierod.papers.condition.drives import ACTUATORS, Drive, actuator_tests, supply_tests
 from tierod.papers.condition.reported import vehicles
 from tierod.papers.condition.runs import BEST, VARIANTS, scores
@@ -104,14 +104,15 @@ def _of_supplies(effort: Effort) -> Iterator[Item]:
         yield tables.named(f"Both lose {title}", of)
     whole, half = found["all torque"], found["half the torque"]
     both = [*whole, *half]
-    yield _claim(
-        "both-named", "Both named, and nothing else, where both lost torque.", isolated(both).right, at_least(1.0)
-    )
+    named = "Both named, and nothing else, where both lost torque."
+    yield _claim("both-named", named, isolated(both).right, at_least(1.0), causes.misnamed(both))
     late = "Longest delay where both lost {}, over the time in which it is observable."
-    yield _claim("both-delay", late.format("all torque"), longest(summary(whole).delays_excited), at_most(0.3), "s")
-    late_half = longest(summary(half).delays_excited)
-    yield _claim("both-half-delay", late.format("half the torque"), late_half, at_most(0.54), "s", ONE_OR_BOTH)
-    yield _claim("both-size", "Error of the share that both lost.", summary(both).size_error, at_most(0.1))
+    late_whole, late_half = (longest(summary(of).delays_excited) for of in (whole, half))
+    yield _claim("both-delay", late.format("all torque"), late_whole, at_most(0.3), _excited(whole), "s")
+    both_half = f"{_excited(half)} {ONE_OR_BOTH}"
+    yield _claim("both-half-delay", late.format("half the torque"), late_half, at_most(0.54), both_half, "s")
+    size = "Error of the share that both lost."
+    yield _claim("both-size", size, summary(both).size_error, at_most(0.1), causes.sizes(both))
     yield from _fixed("both-fixed-split", "both steering motors'", found["half the torque, with a fixed split"])
 
 
@@ -134,28 +135,36 @@ def _figure_twenty_five(found: tables.Scores) -> Chart:
     )
 
 
-def _claim(key: str, claim: str, measured: float, goal: Goal, unit: str = "", note: str = "") -> Claim:
-    return Claim(f"actuators.{key}", claim, GOAL, None, measured, goal, unit, note)
+def _claim(key: str, claim: str, measured: float, goal: Goal, cause: str, unit: str = "") -> Claim:
+    return Claim(f"actuators.{key}", claim, GOAL, None, measured, goal, unit, cause=cause)
 
 
 def _claims(whole: Sequence[DriveScore], half: Sequence[DriveScore]) -> Iterator[Claim]:
     for key, what, of, limit in (("lost", "all torque", whole, 0.25), ("half", "half the torque", half, 0.54)):
         known = summary(of)
         late, plain = longest(known.delays_excited), longest(known.delays_shown)
-        yield _claim(f"{key}-accuracy", f"Mean accuracy with {what} lost.", known.accuracy, at_least(0.99))
-        once = f"Longest delay with {what} lost, over the time in which it is observable."
-        yield _claim(f"{key}-delay", once, late, at_most(limit), "s")
+        accuracy = f"Mean accuracy with {what} lost."
+        yield _claim(f"{key}-accuracy", accuracy, known.accuracy, at_least(0.99), causes.wrong_time(of))
+        once, excited = f"Longest delay with {what} lost, over the time in which it is observable.", _excited(of)
+        yield _claim(f"{key}-delay", once, late, at_most(limit), excited, "s")
         first = f"Longest delay with {what} lost, from the first moment in which it is observable."
-        yield _claim(f"{key}-delay-from-first", first, plain, at_most(limit), "s", PAUSES)
+        pauses = f"{causes.late(of, lambda fault: fault.delay_shown)} {PAUSES} Without it: {excited}"
+        yield _claim(f"{key}-delay-from-first", first, plain, at_most(limit), pauses, "s")
         strict = f"Missed, with {what} lost, seen by a likelihood-ratio test with true parameters."
-        yield _claim(f"{key}-strict-missed", strict, known.strict.missed, exactly(0.0))
-        yield _claim(f"{key}-size", f"Error of the share lost, with {what} lost.", known.size_error, at_most(0.1))
-        yield _claim(f"{key}-named", f"Motor and side right, with {what} lost.", isolated(of).right, at_least(1.0))
-        yield _claim(f"{key}-missed", f"Missed, with {what} lost.", known.missed, exactly(0.0))
+        yield _claim(f"{key}-strict-missed", strict, known.strict.missed, exactly(0.0), causes.missed(of))
+        size = f"Error of the share lost, with {what} lost."
+        yield _claim(f"{key}-size", size, known.size_error, at_most(0.1), causes.sizes(of))
+        named = f"Motor and side right, with {what} lost."
+        yield _claim(f"{key}-named", named, isolated(of).right, at_least(1.0), causes.misnamed(of))
+        yield _claim(f"{key}-missed", f"Missed, with {what} lost.", known.missed, exactly(0.0), causes.missed(of))
+
+
+def _excited(of: Sequence[DriveScore]) -> str:
+    return causes.late(of, lambda fault: fault.delay_excited)
 
 
 def _fixed(key: str, whose: str, of: Sequence[DriveScore]) -> Iterator[Claim]:
     steering = [each for each in of if each.drive.injected[0].element.startswith("steering_motor")]
     right = [each for each in steering if each.named in (AMBIGUOUS, injected_name(each))]
     claim = f"With a fixed split half {whose} torque is named rightly, or as one of several."
-    yield _claim(key, claim, len(right) / max(len(steering), 1), at_least(1.0))
+    yield _claim(key, claim, len(right) / max(len(steering), 1), at_least(1.0), causes.misnamed(steering))

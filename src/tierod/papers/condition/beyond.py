@@ -9,7 +9,7 @@ import numpy as np
 from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.experiments.effort import Effort
-from tierod.papers.condition import tables
+from tierod.papers.condition import causes, tables
 from tierod.papers.condition.drives import SENSORS, TEST_SECONDS, Drive, mixed_pairs, more_kinds, sensor_pairs
 from tierod.papers.condition.faults import OFFSET, OFFSETS, Injected
 from tierod.papers.condition.reported import vehicles
@@ -84,9 +84,12 @@ def _kinds(effort: Effort) -> Iterator[Item]:
     )
     yield tables.named("What went by which name", found)
     known = summary(found)
-    yield _claim("kinds", "Kinds named rightly 2 s after the declaration.", known.kinds, at_least(0.98))
-    yield _claim("sizes", "Relative error of sizes, 95 % quantile.", known.size_error, at_most(0.1))
-    yield _claim("kinds-wrong", "Time of the faults with a fault-free element named.", known.wrong, exactly(0.0))
+    right = "Kinds named rightly 2 s after the declaration."
+    yield _claim("kinds", right, known.kinds, at_least(0.98), causes.kinds(found))
+    sizes = "Relative error of sizes, 95 % quantile."
+    yield _claim("sizes", sizes, known.size_error, at_most(0.1), causes.sizes(found))
+    wrong = "Time of the faults with a fault-free element named."
+    yield _claim("kinds-wrong", wrong, known.wrong, exactly(0.0), causes.misnamed(found))
 
 
 def pairs(effort: Effort) -> tuple[list[Drive], list[Drive]]:
@@ -109,9 +112,10 @@ def _pairs(effort: Effort) -> Iterator[Item]:
     yield tables.named("Two sensors", found)
     yield tables.named("A sensor and an actuator", others)
     for key, name, of in (("pairs", "pairs of sensors", found), ("mixed", "pairs of sensor and actuator", others)):
-        isolation = isolated(of)
-        yield _claim(f"{key}-isolated", f"Share of {name} named, both and no other.", isolation.right, at_least(0.9))
-        yield _claim(f"{key}-wrong", f"Share of {name} with a fault-free element named.", isolation.wrong, exactly(0.0))
+        isolation, cause = isolated(of), causes.misnamed(of)
+        both, other = f"Share of {name} named, both and no other.", f"Share of {name} with a fault-free element named."
+        yield _claim(f"{key}-isolated", both, isolation.right, at_least(0.9), cause)
+        yield _claim(f"{key}-wrong", other, isolation.wrong, exactly(0.0), cause)
 
 
 def _small(effort: Effort) -> Iterator[Item]:
@@ -173,5 +177,5 @@ def _curve(of: Sequence[DriveScore]) -> Chart:
     )
 
 
-def _claim(key: str, claim: str, measured: float, goal: Goal | None) -> Claim:
-    return Claim(f"beyond.{key}", claim, GOAL, None, measured, goal)
+def _claim(key: str, claim: str, measured: float, goal: Goal | None, cause: str) -> Claim:
+    return Claim(f"beyond.{key}", claim, GOAL, None, measured, goal, cause=cause)

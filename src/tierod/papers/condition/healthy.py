@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from tierod.core.claims import Claim, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.experiments.effort import Effort
+from tierod.papers.condition import causes
 from tierod.papers.condition.drives import changed_drives, healthy_drives
 from tierod.papers.condition.reported import vehicles
 from tierod.papers.condition.runs import BEST, VARIANTS, scores
@@ -52,4 +53,5 @@ def items(effort: Effort) -> Iterator[Item]:
             known = summary(by_variant[BEST])
             note = f"In {known.healthy_hours:.1f} h; at most {known.bound:.3g} per hour with 95 % confidence."
             claim = f"False alarms of healthy vehicles, {drive}."
-            yield Claim(f"healthy.{key}", claim, GOAL, None, known.false_alarms, exactly(0.0), "", note)
+            cause = causes.alarms(by_variant[BEST])
+            yield Claim(f"healthy.{key}", claim, GOAL, None, known.false_alarms, exactly(0.0), "", note, cause=cause)

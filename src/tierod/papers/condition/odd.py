@@ -39,15 +39,27 @@ def items(effort: Effort) -> Iterator[Item]:
     header = ("recording", "verdict", "at fault", "time declared faulty [s]", "not judged", "cause")
     yield Table("Verdicts of the monitor", header, rows)
     note = f"Of {len(found)}."
-    wrong = sum(bool(declared_faulty(each)) for each in found.values())
+    wrong = [name for name, each in found.items() if declared_faulty(each)]
     claim = "Recordings of a fault-free vehicle, odd in one way each, in which something is declared faulty."
-    yield Claim("healthy.odd", claim, GOAL, None, wrong, exactly(0.0), "", note)
-    time = sum(time_declared_faulty(each, shown[name]) for name, each in found.items())
+    yield Claim("healthy.odd", claim, GOAL, None, len(wrong), exactly(0.0), "", note, cause=f"{'; '.join(wrong)}.")
+    times = {name: time_declared_faulty(each, shown[name]) for name, each in found.items()}
+    longest = max(times, key=times.__getitem__)
     claim = "Time over all of them in which something is declared faulty, every sensor and actuator by itself."
-    yield Claim("healthy.odd-time", claim, GOAL, None, time, exactly(0.0), "s", note)
-    unexpected = sum(not as_expected(name, each) for name, each in found.items())
+    cause = f"The longest: {longest}, {times[longest]:.2f} s."
+    yield Claim("healthy.odd-time", claim, GOAL, None, sum(times.values()), exactly(0.0), "s", note, cause=cause)
+    unexpected = {name: each for name, each in found.items() if not as_expected(name, each)}
     claim = "Odd recordings whose final verdict or cause is not the expected one."
-    yield Claim("healthy.odd-named", claim, GOAL, None, unexpected, exactly(0.0), "", note)
+    cause = "; ".join(_unlike(name, each) for name, each in unexpected.items())
+    yield Claim("healthy.odd-named", claim, GOAL, None, len(unexpected), exactly(0.0), "", note, cause=f"{cause}.")
+
+
+def _unlike(name: str, each: Diagnosis | str) -> str:
+    """The verdict beside the expected one, and its own cause."""
+    if isinstance(each, str):
+        return f"{name}: refused, {each}"
+    finding = each.findings[0]
+    expected = NOT_HEALTHY.get(name, Status.HEALTHY)
+    return f"{name}: {finding.status} in place of {expected}, since {finding.cause or finding.headline}"
 
 
 def said(recording: Recording, vehicle: Vehicle) -> Diagnosis | str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -36,10 +37,7 @@ def odd_drives(number: int = 1) -> dict[str, Recording]:
     found = {
         "standstill": _on(number, replace(_circuit(SHORT), time=SECONDS, wait=2.0 * SECONDS)),
         "three-point turns with reversing": _on(number, load("three-point-turn")),
-        "ice on a bend": _on(number, _icy(0.36, 0.36)),
-        "ice on one side": _on(number, _icy(0.2, 0.7)),
-        "braking harder than ice holds": _on(number, _braking_on_ice()),
-        "driving off harder than ice holds": _on(number, _starting_on_ice()),
+        **{name: on_ice(number, name) for name in SLIPPERY},
         "restart in mid-drive": sliced(usual, 31.0),
         "wheels swapped": _renamed(usual, dict(zip(SENSORS[:2], reversed(SENSORS[:2]), strict=True))),
         "angle in another gear ratio": scaled(usual, "steering_wheel_angle", 1.25),
@@ -73,9 +71,20 @@ NOT_HEALTHY: Mapping[str, Status] = {
 """Expected verdict of each odd recording; all others end in healthy."""
 
 
-def _on(number: int, course: AnyCourse) -> Recording:
+def on_ice(number: int, name: str, seconds: float = SECONDS) -> Recording:
+    """A fault-free drive on a slippery road.
+
+    Args:
+        number: of the vehicle
+        name: in `SLIPPERY`
+        seconds: how long
+    """
+    return _on(number, SLIPPERY[name](), seconds)
+
+
+def _on(number: int, course: AnyCourse, seconds: float = SECONDS) -> Recording:
     car, sensors = vehicle(number)
-    return as_recorded(run(car, course, SECONDS, 73, sensors).recording)
+    return as_recorded(run(car, course, seconds, 73, sensors).recording)
 
 
 def _braking_on_ice() -> AnyCourse:
@@ -100,6 +109,15 @@ def _icy(left: float, right: float) -> AnyCourse:
     """The long round, taken slowly, with ice all along its first bend."""
     ice = Adhesion(window=Along(78.0, 110.0, 1.0), left=left, right=right)
     return replace(_circuit(LONG), time=SECONDS, speed=9.0, conditions=(ice,))
+
+
+SLIPPERY: Mapping[str, Callable[[], AnyCourse]] = {
+    "ice on a bend": partial(_icy, 0.36, 0.36),
+    "ice on one side": partial(_icy, 0.2, 0.7),
+    "braking harder than ice holds": _braking_on_ice,
+    "driving off harder than ice holds": _starting_on_ice,
+}
+"""Courses that are slippery somewhere, by what is odd about them."""
 
 
 def sliced(recording: Recording, start: float) -> Recording:

@@ -24,6 +24,7 @@ PARTS: Mapping[str, str] = {
     "healthy": "fault-free driving",
     "odd": "odd recordings",
     "real_cars": "real cars",
+    "sensitivity": "numbers a fifth smaller or larger",
 }
 """Module of every part, and what it is about."""
 

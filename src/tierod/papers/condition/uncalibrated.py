@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator
 from functools import lru_cache
 
+import numpy as np
+
 from tierod.core.claims import Claim, at_least, between, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import Bank, scan
@@ -13,6 +15,7 @@ from tierod.core.recording import Recording
 from tierod.experiments.effort import Effort
 from tierod.monitors.condition.calibration.grid import aligned
 from tierod.monitors.condition.monitor import condition_monitor
+from tierod.papers.condition import causes
 from tierod.papers.condition.by_bank import declared_of
 from tierod.papers.condition.drives import Drive, healthy_drives, more_kinds
 from tierod.papers.condition.faults import DELAY, GAIN, NOISE, OFFSET
@@ -35,6 +38,16 @@ PLANS = ((SHORT, 81), (LONG, 82), (THIRD, 83))
 """Course and seed, by vehicle."""
 LEAST_SIZE = {OFFSET: 0.0, GAIN: 1.0, NOISE: 0.0, DELAY: 0.0}
 """Of the faults that are tried, by kind; of other kinds none is."""
+COVERED = between(0.93, 0.97)
+"""Share of the sizes that 95 % intervals should hold."""
+UNSURE = (
+    "Predictions by the vehicle file as it is shipped have errors that last; where the motion changes little, a gain "
+    "or a delay then fits no better than an offset. Calibrated vehicles have smaller ones."
+)
+WIDE = (
+    "The intervals reckon with errors of predictions that several vehicles need together, so that they are wide for "
+    "most; those of a calibrated vehicle are its own."
+)
 HOURS = 1.0
 """Of fault-free driving of the three vehicles [h]."""
 
@@ -50,13 +63,25 @@ def items(effort: Effort) -> Iterator[Item]:
     yield Heading("Without a calibration", TEXT)
     yield _by_kind(scored)
     known = summary(scored)
-    for key, claim, measured, goal in (
-        ("kinds", "Kinds named rightly on uncalibrated vehicles.", known.kinds, at_least(0.95)),
-        ("covered", "Magnitudes within their estimated interval.", known.covered, between(0.93, 0.97)),
-        ("wrong", "Time of the faults with a fault-free element named.", known.wrong, exactly(0.0)),
-        ("alarms", f"False alarms in {quiet.healthy_hours:.2g} h.", float(quiet.false_alarms), exactly(0.0)),
+    wrong, hours = "Time of the faults with a fault-free element named.", f"{quiet.healthy_hours:.2g} h"
+    alarms = causes.alarms(found[len(faulty) :])
+    for key, claim, measured, goal, cause in (
+        ("kinds", "Kinds named rightly on uncalibrated vehicles.", known.kinds, at_least(0.95), _of_kinds(scored)),
+        ("covered", "Magnitudes within their estimated interval.", known.covered, COVERED, _of_sizes(scored)),
+        ("wrong", wrong, known.wrong, exactly(0.0), causes.misnamed(scored)),
+        ("alarms", f"False alarms in {hours}.", float(quiet.false_alarms), exactly(0.0), alarms),
     ):
-        yield Claim(f"uncalibrated.{key}", claim, GOAL, None, measured, goal)
+        yield Claim(f"uncalibrated.{key}", claim, GOAL, None, measured, goal, cause=cause)
+
+
+def _of_kinds(scored: list[DriveScore]) -> str:
+    return f"{causes.kinds(scored)} {UNSURE}"
+
+
+def _of_sizes(scored: list[DriveScore]) -> str:
+    sizes = [f.size_covered for each in scored for f in each.faults if f.size_covered is not None]
+    spread = float(np.sqrt(COVERED.low * (1.0 - COVERED.low) / max(len(sizes), 1)))
+    return f"{causes.sizes(scored)} Of {len(sizes)} sizes the share itself varies by {spread:.3f}. {WIDE}"
 
 
 def _chosen(drive: Drive) -> bool:

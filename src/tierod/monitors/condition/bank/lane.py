@@ -65,7 +65,7 @@ class LeaveOutFilter:
         vehicle: parameters of the model
         sensor_noise, model_error: standard deviations
         plausible: ranges of failed sensors
-        torque_jump: see `TORQUE_JUMP`
+        torque_jump: share of a jump of the steering torque that is not known, since it happens between two samples
         influence: standard deviations beyond which a reading neither moves the state further nor counts more against
             the hypothesis: far more than fault-free readings reach; a fault does not disturb the filter
         settling: after the start, while the state is found and readings do not count for hypotheses

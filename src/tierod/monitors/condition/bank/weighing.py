@@ -22,8 +22,8 @@ class Limits:
     """Limits between hypotheses; all of them come from calibration on fault-free drives.
 
     Args:
-        fast, slow: per hypothesis but healthy, in their order: mean log-likelihood ratio against the active hypothesis,
-            over the short and the long time, that only a fault exceeds; above 0, so that a missing reading never does
+        fast, slow: mean log-likelihood ratio against the active hypothesis, over the short and the long time, that only
+            a fault exceeds; per hypothesis but healthy, in their order, above 0, so that a missing reading never does
         gap: by which the best hypothesis leads all that do not contain it, nor are contained
         margin: by which two suspects must explain more than one
     """
