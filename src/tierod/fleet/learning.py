@@ -82,13 +82,12 @@ def learnt(series: Series) -> Learnt:
     usual = drives
     try:
         scatter = drive_scatter(drives)
+        usual = drives.of(_usual(drives, scatter.effects))
+        scatter = drive_scatter(usual)
     except InputError as error:
         stated = drives.deviation[drives.present]
         scatter = DriveScatter(float(np.median(stated)), 1.0, 0.01, np.zeros(2), np.full(2, np.inf), 0, False)
         remarks.append(f"{error}; until then the scatter is assumed as large as the stated deviations")
-    else:
-        usual = drives.of(_usual(drives, scatter.effects))
-        scatter = drive_scatter(usual)
     mileage, mileage_deviation = _mileage_effect(series, scatter.effects)
     # Within a month the mileage hardly grows; its effect is one between cars.
     effects = np.array([scatter.effects[TEMPERATURE], mileage])
