@@ -18,7 +18,7 @@ class Wandering:
     """Estimated wandering and drift of the levels.
 
     Args:
-        level_walk: random walk of the level [unit/sqrt(d)]
+        level_walk: random walk of the level [unit/sqrt(d)], with what the drives cannot exclude
         slope: of the usual car [unit/d]
         slope_deviation: from car to car [unit/d], with what the drives cannot exclude
         longest: distance in time that it rests on [d]; 0 where nothing was learnt
@@ -40,7 +40,7 @@ def wandering(drives: Drives, effects: np.ndarray) -> Wandering:
     The variance of the difference of two drives is 2 s^2 + w^2 T + v^2 T^2 over their distance T, for drive scatter s,
     walk w and slopes of deviation v. Distances go up to half a year: beyond, the seasons return. Medians make it that
     of the majority of cars. Least squares, not negative: the variogram of N. Cressie, Statistics for Spatial Data,
-    1993, 2.4, in its robust form. To the variance of the slopes its standard error is added.
+    1993, 2.4, in its robust form. To both variances the standard error is added.
     """
     from scipy.optimize import nnls
 
@@ -68,6 +68,6 @@ def wandering(drives: Drives, effects: np.ndarray) -> Wandering:
     apart, variance = np.array(distance), np.array(spread)
     terms = np.stack((np.ones(len(apart)), apart, apart**2), axis=1) / variance[:, None]
     found, _ = nnls(terms, np.ones(len(apart)))
-    error = 2.33 / np.sqrt(pairs) * variance[-1] / apart[-1] ** 2
-    walk, slope = np.sqrt(found[1]), np.sqrt(found[2] + error)
+    error = 2.33 / np.sqrt(pairs) * variance[-1]
+    walk, slope = np.sqrt(found[1] + error / apart[-1]), np.sqrt(found[2] + error / apart[-1] ** 2)
     return Wandering(float(walk), float(drift[-1]), float(slope), float(apart[-1]))
