@@ -32,5 +32,11 @@ def test_slopes_are_found():
     assert found.level_walk < 0.01
 
 
+def test_what_few_cars_cannot_exclude_counts_as_walk_and_slope():
+    few, many = (wandering(fleet(0.0, (0.0, 0.0), cars=cars), np.zeros(0)) for cars in (5, 500))
+    assert few.level_walk > 2.0 * many.level_walk > 0.0
+    assert few.slope_deviation > 2.0 * many.slope_deviation > 0.0
+
+
 def test_a_few_drives_teach_nothing():
     assert wandering(fleet(0.02, (0.0, 0.0), cars=20, count=3), np.zeros(0)).longest == 0.0
