@@ -8,10 +8,11 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.fleet.series import Series
-from tierod.methods.trends.change_evidence import Changes, clip_for
+from tierod.methods.trends.change_evidence import Changes
 from tierod.methods.trends.drive_filter import Prior, TrendNoise
 from tierod.methods.trends.drive_scatter import DriveScatter, drive_scatter
 from tierod.methods.trends.drives import Drives
+from tierod.methods.trends.fault_free_shifts import EVERY
 from tierod.methods.trends.wandering import Wandering, wandering
 
 TEMPERATURE, MILEAGE = 0, 1
@@ -27,6 +28,12 @@ ONSET = 90.0
 """Days in which an ageing may set in that reaches the limit within a year; gives the walk of the slope."""
 
 YEAR = 365.0
+
+WIDE = 3.0
+"""Spread of a car over that of the usual one beyond which it teaches nothing of fault-free cars."""
+
+WRONG_LEAST = 0.002
+"""Share of wrong drives, at least: no fleet has seen enough of them to exclude one in five hundred."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,32 +79,41 @@ def learnt(series: Series) -> Learnt:
         series: of one quantity
     """
     drives, remarks = series.drives, []
+    usual = drives
     try:
         scatter = drive_scatter(drives)
+        usual = drives.of(_usual(drives, scatter.effects))
+        scatter = drive_scatter(usual)
     except InputError as error:
         stated = drives.deviation[drives.present]
-        scatter = DriveScatter(float(np.median(stated)), 1.0, 0.01, np.zeros(2), 0, False)
+        scatter = DriveScatter(float(np.median(stated)), 1.0, 0.01, np.zeros(2), np.full(2, np.inf), 0, False)
         remarks.append(f"{error}; until then the scatter is assumed as large as the stated deviations")
     mileage, mileage_deviation = _mileage_effect(series, scatter.effects)
     # Within a month the mileage hardly grows; its effect is one between cars.
     effects = np.array([scatter.effects[TEMPERATURE], mileage])
-    wander = wandering(drives, effects)
+    wander = wandering(usual, effects)
     if wander.longest < 60.0:
         remarks.append("the fleet has been followed for less than two months; its usual wear is not known yet")
     size = _size(series, scatter)
     # What cannot be learnt yet is bounded: by a twentieth of the distance to the limit in a year.
     walk = wander.level_walk if wander.longest else 0.05 * size / np.sqrt(YEAR)
-    slope_deviation = max(wander.slope_deviation, 0.02 * size / YEAR)
+    slope_deviation = wander.slope_deviation if wander.longest else 0.02 * size / YEAR
     total = float(np.hypot(scatter.scatter, scatter.scale * np.median(drives.deviation[drives.present])))
     steady = TrendNoise(walk, 0.0, max(scatter.scatter, 0.05 * total), scatter.scale)
     centre, spread = _levels(series, effects)
-    temperature_deviation = 0.3 * abs(effects[TEMPERATURE]) + 0.002 * size / 10.0
+    temperature_deviation = min(0.3 * abs(effects[TEMPERATURE]) + 0.002 * size / 10.0, scatter.differing[TEMPERATURE])
     variances = (spread**2, slope_deviation**2, temperature_deviation**2, mileage_deviation**2)
     return Learnt(
         replace(steady, slope_walk=size / YEAR / np.sqrt(ONSET)),
         steady,
         Prior(np.array([centre, wander.slope, *effects]), np.diag(variances)),
-        Changes(size / 3.0, size / 3.0 / 100.0, clip=clip_for(scatter.wrong_share), side=side_of(series)),
+        Changes(
+            size / 3.0,
+            size / 3.0 / 100.0,
+            walk * np.sqrt(EVERY),
+            max(scatter.wrong_share, WRONG_LEAST),
+            side=side_of(series),
+        ),
         scatter,
         wander,
         tuple(remarks),
@@ -130,6 +146,13 @@ def _levels(series: Series, effects: np.ndarray) -> tuple[float, float]:
         # Few cars do not show how cars differ: no less than a tenth of the nominal value.
         spread = max(spread, 0.1 * abs(float(np.median(known))))
     return centre, max(spread, 1e-3 * abs(centre), 1e-9)
+
+
+def _usual(drives: Drives, effects: np.ndarray) -> np.ndarray:
+    """Cars that do not scatter widely about their own median, (cars,): changed ones would widen what is learnt."""
+    value = _corrected(drives, np.array([effects[TEMPERATURE], 0.0]))
+    spread = np.nanquantile(np.abs(value - np.nanmedian(value, axis=1, keepdims=True)), 0.9, axis=1)
+    return np.asarray(spread <= WIDE * np.median(spread))
 
 
 def _mileage_effect(series: Series, effects: np.ndarray) -> tuple[float, float]:

@@ -225,7 +225,7 @@ def _refine(change: _Change, car: int, drives: Drives, known: Learnt) -> None:
     prior = known.prior.of(slice(car, car + 1))
     clean = Drives(one.day, np.where(_alone(one, known), np.nan, one.estimate), one.deviation, one.regressors)
     count = one.day.shape[1]
-    steady, changes = replace(known.steady, clip=np.inf), replace(known.changes, clip=np.inf, beginnings=count)
+    steady, changes = replace(known.steady, clip=np.inf), replace(known.changes, beginnings=count)
     found = evidence(clean, filtered(clean, prior, steady), changes)
     place, days = int(np.flatnonzero(clean.present[0])[-1]), one.day[0]
     change.kind[car] = found.kind[0, place]

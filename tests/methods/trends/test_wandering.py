@@ -22,7 +22,7 @@ def test_the_walk_is_found(faulty):
     found = wandering(fleet(0.02, (0.0, 0.0), faulty), np.zeros(0))
     assert found.level_walk == pytest.approx(0.02, rel=0.2)
     assert found.slope == pytest.approx(0.0, abs=2e-4)
-    assert found.longest == 7.0 * 32
+    assert found.longest == 7.0 * 16  # the next distance is longer than half a year
 
 
 def test_slopes_are_found():
@@ -30,6 +30,12 @@ def test_slopes_are_found():
     assert found.slope == pytest.approx(0.001, abs=2e-4)
     assert found.slope_deviation == pytest.approx(0.002, rel=0.2)
     assert found.level_walk < 0.01
+
+
+def test_what_few_cars_cannot_exclude_counts_as_walk_and_slope():
+    few, many = (wandering(fleet(0.0, (0.0, 0.0), cars=cars), np.zeros(0)) for cars in (5, 500))
+    assert few.level_walk > 2.0 * many.level_walk > 0.0
+    assert few.slope_deviation > 2.0 * many.slope_deviation > 0.0
 
 
 def test_a_few_drives_teach_nothing():

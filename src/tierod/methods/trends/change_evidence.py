@@ -1,20 +1,25 @@
 """Evidence for a change in each car's level, drive by drive, with every look counted.
 
 A change that begins before drive j adds a times a signature to the drives from j on: 1 for a step, the time since the
-drive before for a ramp. Seen through the filter of a car that does not change, the signature is known, so that the
-likelihood ratio of a change of size a against none is exp(a d - a^2 c / 2), with d and c summed over the drives. Over a
-half-normal size it has a closed form, and its sum over all beginnings, each weighted with the days in which it may have
-begun, is the Shiryaev-Roberts statistic in days: without a change its mean is the time that has passed. A car therefore
-reaches A days by chance after A days on average or later, however many drives were looked at.
+middle between j and the drive before for a ramp. Seen through the filter of a car that does not change, the signature
+is known, so that the likelihood ratio of a change of size a against none is exp(a d - a^2 c / 2), with d and c summed
+over the drives. Over a half-normal size it has a closed form. A drive is wrong with a small probability and then does
+not depend on the change: it multiplies the ratio by (1 - p) + p r, for the probability p that it is right without a
+change, and the ratio r that it has if it is. What the level of a fault-free car does by itself, see
+`fault_free_shifts`, is in the density that the ratios are held against. Their sum over all
+beginnings, each weighted with the days in which it may have begun, is the Shiryaev-Roberts statistic in days: without a
+change its mean is the time that has passed. A car therefore reaches A days by chance after A days on average or later,
+however many drives were looked at.
 
 Sources: A. S. Willsky, H. L. Jones, 1976, doi 10.1109/TAC.1976.1101146 (signatures); A. N. Shiryaev, 1963, doi
-10.1137/1108002; M. Pollak, 1987, doi 10.1214/aos/1176350373 (mean time between false alarms).
+10.1137/1108002; M. Pollak, 1987, doi 10.1214/aos/1176350373 (mean time between false alarms); A. P. Dawid, 1984, doi
+10.2307/2981683 (densities of each drive given those before).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -22,6 +27,7 @@ from tierod.core.errors import ParameterError
 from tierod.methods.trends.drive_filter import LEVEL, SLOPE, Filtered, observed
 from tierod.methods.trends.drive_scatter import WRONG
 from tierod.methods.trends.drives import Drives
+from tierod.methods.trends.fault_free_shifts import FaultFreeShifts
 
 STEP, RAMP = 0, 1
 """Kinds of change."""
@@ -29,38 +35,54 @@ STEP, RAMP = 0, 1
 
 @dataclass(frozen=True)
 class Changes:
-    """Changes that are looked for.
+    """Changes that are looked for, and what fault-free drives do.
 
     Args:
         step: standard deviation of the sizes of steps [unit]; the size of a step worth finding
         ramp: the same of ramps [unit/d]
+        shift: the same of the shifts of fault-free levels, up or down [unit]
+        wrong: share of wrong drives [-]
         beginnings: how many drives back a change may have begun
-        clip: innovation, in its own deviations, beyond which it counts no more than at it [-], see `clip_for`
         side: 1 for rising levels, -1 for falling ones
     """
 
     step: Annotated[float, "unit of the quantity"]
     ramp: Annotated[float, "unit of the quantity/d"]
+    shift: Annotated[float, "unit of the quantity"] = 0.0
+    wrong: Annotated[float, ""] = 0.01
     beginnings: int = 26
-    clip: Annotated[float, ""] = 3.5
     side: Annotated[float, ""] = 1.0
 
     def __post_init__(self) -> None:
-        if not (self.step > 0.0 and self.ramp > 0.0 and self.clip > 0.0 and self.beginnings >= 1):
-            raise ParameterError(f"{self}: step, ramp and clip must be positive, beginnings at least 1")
+        if not (self.step > 0.0 and self.ramp > 0.0 and self.shift >= 0.0 and self.beginnings >= 1):
+            raise ParameterError(f"{self}: step and ramp must be positive, shift not negative, beginnings at least 1")
+        if not 0.0 < self.wrong < 1.0:
+            raise ParameterError(f"the share of wrong drives is {self.wrong}; expected more than 0 and less than 1")
         if abs(self.side) != 1.0:
             raise ParameterError(f"side is {self.side}; expected 1 for rising or -1 for falling levels")
 
 
-def clip_for(wrong_share: float) -> float:
-    """Clip at which a drive's innovation is as likely by a wrong drive as by a change, [2.5 to 4].
+class Right(NamedTuple):
+    """Logarithms of the probabilities that drives are right and that they are wrong, without a change."""
+
+    right: np.ndarray
+    wrong: np.ndarray
+
+
+def right(normal: np.ndarray, wrong: float) -> Right:
+    """Which drives are right, if the car has not changed.
 
     Args:
-        wrong_share: of drives with errors `WRONG` times as large; 1 % gives 3.5
+        normal: innovations in their own deviations
+        wrong: share of wrong drives
 
-    exp(clip^2 / 2) = WRONG / share. Source: P. J. Huber, 1965, doi 10.1214/aoms/1177699803 (bounded likelihood ratios).
+    Innovations of wrong drives have a Cauchy distribution `WRONG` times as wide: its tail is so heavy that no distance
+    makes one drive proof of a change.
     """
-    return float(np.clip(np.sqrt(2.0 * np.log(WRONG / max(wrong_share, 1e-9))), 2.5, 4.0))
+    usual = np.log1p(-wrong) - 0.5 * (normal**2 + np.log(2.0 * np.pi))
+    far = np.log(wrong / (np.pi * WRONG)) - np.log1p((normal / WRONG) ** 2)
+    both = np.logaddexp(usual, far)
+    return Right(usual - both, far - both)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +94,7 @@ class Evidence:
         kind: of the likeliest change then, `STEP` or `RAMP`, (cars, drives)
         began: drive from which on the likeliest change acts, (cars, drives)
         size: of the likeliest change [unit] or [unit/d], with its standard deviation, (cars, drives) each
-        shift: of the level by that change so far [unit], (cars, drives); too small where drives are clipped
+        shift: of the level by that change so far [unit], (cars, drives)
         earliest, latest: drives between which it began with 90 % posterior probability, (cars, drives)
     """
 
@@ -105,8 +127,9 @@ def evidence(drives: Drives, found: Filtered, changes: Changes) -> Evidence:
     present = drives.present
     for k in range(count):
         there = present[:, k]
-        score = np.clip(found.innovation[:, k] / np.sqrt(found.variance[:, k]), -changes.clip, changes.clip)
-        search.step(k, rows[:, k], found.gap[:, k], there, score, found.variance[:, k], found.gain[:, k])
+        variance = np.where(there, found.variance[:, k], 1.0)
+        normal = np.where(there, found.innovation[:, k], 0.0) / np.sqrt(variance)
+        search.step(k, rows[:, k], found.gap[:, k], there, normal, variance, found.gain[:, k])
         search.conclude(k, there, result)
     return result
 
@@ -120,10 +143,13 @@ class _Search:
         self.deviation = np.where(self.kinds == STEP, changes.step, changes.ramp)
         self.score = np.zeros((cars, 2 * beginnings))
         self.information = np.zeros_like(self.score)
+        self.single = np.zeros_like(self.score)  # logarithm of the ratio that score and information give
+        self.ratio = np.zeros_like(self.score)  # logarithm of the ratio with wrong drives
         self.signature = np.zeros_like(self.score)
         self.response = np.zeros((cars, 2 * beginnings, order))
         self.days = np.zeros_like(self.score)
         self.begun = np.zeros(2 * beginnings, int)
+        self.shifts = FaultFreeShifts(cars, beginnings, changes.shift)
 
     def step(
         self,
@@ -131,7 +157,7 @@ class _Search:
         row: np.ndarray,
         gap: np.ndarray,
         there: np.ndarray,
-        score: np.ndarray,
+        normal: np.ndarray,
         variance: np.ndarray,
         gain: np.ndarray,
     ) -> None:
@@ -141,27 +167,40 @@ class _Search:
         self.signature[:, ramps] += np.where(self.days[:, ramps] > 0.0, gap[:, None], 0.0)
         for kind in (STEP, RAMP):
             self._begin(kind * self.beginnings + k % self.beginnings, k, gap, kind)
+        self.shifts.begin(k % self.beginnings, gap)
         expected = np.einsum("cmi,ci->cm", self.response, row)
         unexplained = np.where(there[:, None], self.signature - expected, 0.0)
-        scale = np.sqrt(np.where(there, variance, 1.0))[:, None]
-        normal = unexplained / scale
-        self.score += self.changes.side * normal * np.where(there, score, 0.0)[:, None]
-        self.information += normal**2
+        self._weigh(unexplained / np.sqrt(variance)[:, None], normal)
         self.response += unexplained[:, :, None] * gain[:, None, :]
 
+    def _weigh(self, signature: np.ndarray, normal: np.ndarray) -> None:
+        """Ratios with one drive more; it counts for a change where it is rather right than wrong with that change."""
+        score = self.score + signature * (self.changes.side * normal)[:, None]
+        information = self.information + signature**2
+        single = half_normal_ratio(score, information, self.deviation)
+        odds = right(normal, self.changes.wrong)
+        with_change = odds.right[:, None] + single - self.single
+        counts = with_change > odds.wrong[:, None]
+        steps = slice(None, self.beginnings)
+        self.shifts.step(score[:, steps], information[:, steps], counts[:, steps], odds.right, odds.wrong)
+        self.ratio += np.logaddexp(odds.wrong[:, None], with_change)
+        np.copyto(self.score, score, where=counts)
+        np.copyto(self.information, information, where=counts)
+        np.copyto(self.single, single, where=counts)
+
     def _begin(self, slot: int, k: int, gap: np.ndarray, kind: int) -> None:
-        for each in (self.score, self.information, self.signature):
+        for each in (self.score, self.information, self.single, self.ratio):
             each[:, slot] = 0.0
         self.response[:, slot] = 0.0
         self.days[:, slot] = gap  # no change can have begun before the first drive, nor where there is none
-        self.signature[:, slot] = np.where(gap > 0.0, 1.0 if kind == STEP else gap, 0.0)
+        self.signature[:, slot] = np.where(gap > 0.0, 1.0 if kind == STEP else 0.5 * gap, 0.0)
         self.begun[slot] = k
 
     def logarithms(self) -> np.ndarray:
         """Logarithm of each beginning's part of the statistic; minus infinity where nothing can have begun."""
         with np.errstate(divide="ignore"):
             weight = np.log(0.5 * self.days)
-        return np.asarray(weight + half_normal_ratio(self.score, self.information, self.deviation))
+        return np.asarray(weight + self.ratio - np.tile(self.shifts.ratio, 2))
 
     def conclude(self, k: int, there: np.ndarray, result: Evidence) -> None:
         """Write what is known after drive k."""
@@ -197,4 +236,4 @@ def half_normal_ratio(score: np.ndarray, information: np.ndarray, deviation: np.
 
     precise = information + 1.0 / deviation**2
     normal = score / np.sqrt(precise)
-    return np.asarray(np.log(2.0) + log_ndtr(normal) + 0.5 * normal**2 - 0.5 * np.log1p(information * deviation**2))
+    return np.asarray(np.log(2.0) + log_ndtr(normal) + 0.5 * (normal**2 - np.log(precise * deviation**2)))

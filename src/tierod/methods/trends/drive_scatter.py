@@ -12,6 +12,9 @@ from tierod.methods.trends.drives import Drives
 LEAST = 30
 """Pairs of drives without which nothing is learnt: they give a deviation to 13 %."""
 
+MOST = 400_000
+"""Pairs of drives that are used at most, evenly out of all: they give a deviation to a ninth of a per cent."""
+
 NEAR = 30.0
 """Longest time between two drives of a pair [d], so that wear hardly counts."""
 
@@ -28,6 +31,7 @@ class DriveScatter:
         scale: true error over the stated one [-]; 1 where the stated deviations are too alike to separate both
         wrong_share: of drives with an error `WRONG` times as large
         effects: change of the estimate per unit of each regressor, (regressors,)
+        differing: standard deviation of each effect from car to car that the drives leave possible, (regressors,)
         pairs: of drives that it rests on
         separated: whether scale and scatter could be separated
     """
@@ -36,6 +40,7 @@ class DriveScatter:
     scale: float
     wrong_share: float
     effects: np.ndarray
+    differing: np.ndarray
     pairs: int
     separated: bool
 
@@ -46,10 +51,10 @@ def drive_scatter(drives: Drives) -> DriveScatter:
     Args:
         drives: of all cars
 
-    Differences are free of the level of the car, and nearly so of its wear. Their likelihood is that of Gaussian errors
-    with a share of outliers, so that a few wrong drives do not widen it; it is composite, since neighbouring
-    differences share a drive, which leaves the estimates consistent. Source: C. Varin et al., 2011, Statistica Sinica
-    21, 5-42; outliers after J. W. Tukey, 1960.
+    Differences are free of the level of the car, and nearly so of its wear. Their likelihood is that of two Gaussian
+    errors, each of which may be an outlier, so that a few wrong drives do not widen it; it is composite, since
+    neighbouring differences share a drive, which leaves the estimates consistent. Source: C. Varin et al., 2011,
+    Statistica Sinica 21, 5-42; outliers after J. W. Tukey, 1960.
 
     Raises:
         InputError: fewer than `LEAST` pairs
@@ -74,14 +79,14 @@ def drive_scatter(drives: Drives) -> DriveScatter:
         scatter, share = np.exp(values[0]), 1.0 / (1.0 + np.exp(-values[1]))
         scale = np.exp(values[2]) if separated else 0.0
         variance = scale**2 * stated + 2.0 * scatter**2
-        return -float(np.sum(_mixture(rest**2 / variance, variance, share)))
+        return -float(np.sum(_mixture(rest**2, variance, share)))
 
     start = np.array([begin[0], begin[2], begin[1]] if separated else [begin[0], begin[2]])
     best = minimize(unlikely, start, method="Nelder-Mead", options={"maxiter": 2000, "fatol": 1e-3, "xatol": 1e-4}).x
     scatter, share = float(np.exp(best[0])), float(1.0 / (1.0 + np.exp(-best[1])))
     scale = float(np.exp(best[2])) if separated else _rest_scale(scatter, stated)
     scatter = scatter if separated else _rest_scatter(scatter, stated)
-    return DriveScatter(scatter, scale, share, effects, len(change), separated)
+    return DriveScatter(scatter, scale, share, effects, _differing(rest, moved), len(change), separated)
 
 
 def _rest_scale(whole: float, stated: np.ndarray) -> float:
@@ -94,22 +99,47 @@ def _rest_scatter(whole: float, stated: np.ndarray) -> float:
 
 
 def _mixture(square: np.ndarray, variance: np.ndarray, share: float) -> np.ndarray:
-    usual = np.log1p(-share) - 0.5 * square
-    wrong = np.log(max(share, 1e-12) / WRONG) - 0.5 * square / WRONG**2
-    return np.asarray(np.logaddexp(usual, wrong) - 0.5 * np.log(variance))
+    """Logarithm of the density of differences of two drives, of which none, one or both are wrong."""
+    chances = ((1.0 - share) ** 2, 2.0 * share * (1.0 - share), share**2)
+    wider = (1.0, 0.5 * (1.0 + WRONG**2), WRONG**2)
+    parts = [
+        chance / np.sqrt(wide) * np.exp(-0.5 * square / (wide * variance))
+        for chance, wide in zip(chances, wider, strict=True)
+    ]
+    return np.asarray(np.log(sum(parts)) - 0.5 * np.log(variance))
 
 
 def _pairs(drives: Drives) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Change between neighbouring drives, both stated deviations, and the change of the regressors."""
     both = drives.present[:, 1:] & drives.present[:, :-1]
     with np.errstate(invalid="ignore"):
-        near = both & (np.diff(drives.day, axis=1) <= NEAR)
+        near = np.flatnonzero(both & (np.diff(drives.day, axis=1) <= NEAR))
+    near = near[:: max(-(-len(near) // MOST), 1)]
+    car, first = np.unravel_index(near, both.shape)
+    effects = drives.effects
     return (
-        np.diff(drives.estimate, axis=1)[near],
-        drives.deviation[:, :-1][near],
-        drives.deviation[:, 1:][near],
-        np.diff(drives.effects, axis=1)[near],
+        drives.estimate[car, first + 1] - drives.estimate[car, first],
+        drives.deviation[car, first],
+        drives.deviation[car, first + 1],
+        effects[car, first + 1] - effects[car, first],
     )
+
+
+def _differing(rest: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """Standard deviations of effects from car to car: pairs with large differences of a regressor scatter wider.
+
+    Each variance is what was found, not negative, and its standard error: what the drives cannot exclude.
+    """
+    found = np.full(moved.shape[1], np.inf)
+    for number, along in enumerate(moved.T**2):
+        far = along > np.median(along)
+        more = along[far].mean() - along[~far].mean() if far.any() else 0.0
+        if more <= 0.0:
+            continue
+        wide, near = ((np.median(np.abs(rest[of])) / 0.6745) ** 2 for of in (far, ~far))
+        error = 2.33 * np.hypot(wide, near) / np.sqrt(0.5 * len(rest))
+        found[number] = np.sqrt((max(wide - near, 0.0) + error) / more)
+    return found
 
 
 def _robust_slopes(change: np.ndarray, moved: np.ndarray) -> np.ndarray:

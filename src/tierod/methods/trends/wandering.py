@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tierod.methods.trends.drives import Drives
+from tierod.methods.trends.fault_free_shifts import EVERY
 
 LEAST = 50
 """Pairs of drives at a distance without which the distance is left out."""
@@ -17,9 +18,9 @@ class Wandering:
     """Estimated wandering and drift of the levels.
 
     Args:
-        level_walk: random walk of the level [unit/sqrt(d)]
+        level_walk: random walk of the level [unit/sqrt(d)], with what the drives cannot exclude
         slope: of the usual car [unit/d]
-        slope_deviation: from car to car [unit/d]
+        slope_deviation: from car to car [unit/d], with what the drives cannot exclude
         longest: distance in time that it rests on [d]; 0 where nothing was learnt
     """
 
@@ -37,13 +38,14 @@ def wandering(drives: Drives, effects: np.ndarray) -> Wandering:
         effects: of the regressors on the estimate, (regressors,)
 
     The variance of the difference of two drives is 2 s^2 + w^2 T + v^2 T^2 over their distance T, for drive scatter s,
-    walk w and slopes of deviation v. Medians make it that of the majority of cars. Least squares, not negative: the
-    variogram of N. Cressie, Statistics for Spatial Data, 1993, 2.4, in its robust form.
+    walk w and slopes of deviation v. Distances go up to half a year: beyond, the seasons return. Medians make it that
+    of the majority of cars. Least squares, not negative: the variogram of N. Cressie, Statistics for Spatial Data,
+    1993, 2.4, in its robust form. To both variances the standard error is added.
     """
     from scipy.optimize import nnls
 
     value = drives.estimate - drives.effects @ effects
-    distance, spread, drift = [], [], []
+    distance, spread, drift, pairs = [], [], [], 0
     for offset in 2 ** np.arange(12):
         if offset >= value.shape[1]:
             break
@@ -54,15 +56,18 @@ def wandering(drives: Drives, effects: np.ndarray) -> Wandering:
         change = (value[:, offset:] - value[:, :-offset])[both]
         usual = float(np.median(apart))
         near = (apart > 0.5 * usual) & (apart < 2.0 * usual)
-        if near.sum() < LEAST or usual <= 0.0:
+        if near.sum() < LEAST or not 0.0 < usual < EVERY:
             continue
         middle = float(np.median(change[near]))
         distance.append(usual)
         drift.append(middle / usual)
+        pairs = int(near.sum())
         spread.append((float(np.median(np.abs(change[near] - middle))) / 0.6745) ** 2)
     if len(distance) < 3:
         return Wandering(0.0, 0.0, 0.0, 0.0)
     apart, variance = np.array(distance), np.array(spread)
     terms = np.stack((np.ones(len(apart)), apart, apart**2), axis=1) / variance[:, None]
     found, _ = nnls(terms, np.ones(len(apart)))
-    return Wandering(float(np.sqrt(found[1])), float(drift[-1]), float(np.sqrt(found[2])), float(apart[-1]))
+    error = 2.33 / np.sqrt(pairs) * variance[-1]
+    walk, slope = np.sqrt(found[1] + error / apart[-1]), np.sqrt(found[2] + error / apart[-1] ** 2)
+    return Wandering(float(walk), float(drift[-1]), float(slope), float(apart[-1]))

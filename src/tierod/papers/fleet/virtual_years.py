@@ -147,8 +147,8 @@ def _quiet_table(quiet: list[Counted], same_tyres: Counted) -> Table:
         ("drives a week", "vehicle-years", "alarms", "per 10 000 years, at most", "listed at the end"),
         rows,
         "With seasons, winter tyres, mileage, wrong drives and cars that differ. Designed for one alarm in 10 000 "
-        "vehicle-years at the most; 'at most' is the bound of 95 % confidence on what was counted. A change of tyres "
-        "that moves the estimate for months is a change to the statistic; the last row shows the same cars without.",
+        "vehicle-years at the most; 'at most' is the bound of 95 % confidence on what was counted. The "
+        "last row shows the same cars without what a change of tyres does to the estimate for months.",
     )
 
 
@@ -211,8 +211,8 @@ def _claims(quiet: list[Counted], ramps: list[Counted], steps: list[Counted]) ->
             1e4 * none.alarms / none.years, at_most(1.0), "",
             f"{none.alarms} counted on {none.years:.0f} vehicle-years at estimate level.",
             cause=f"{none.alarms} alarms of {none.years:.0f} years: their bound at 95 % is "
-            f"{1e4 * rate_bound(none.alarms, none.years):.1f} in 10 000. Winter tyres move the estimate for months; a "
-            "level for each season would lessen it.",
+            f"{1e4 * rate_bound(none.alarms, none.years):.1f} in 10 000. Shifts of fault-free levels, such as "
+            "of other tyres, count as normally distributed; one of more than five deviations still stands out.",
         )  # fmt: skip
         yield Claim(
             f"ramps.median-{n}", f"A ramp of 1 N·m per 100 days is found within 30 days, median, {often}.", GOAL, None,
