@@ -10,6 +10,7 @@ TITLES = {
         "Lenkradwinkel",
         "LWS.Winkel",
         "StrWhlAng",
+        "StrWhlAngl",
         "SW_pos_obd",
         "volant_angle",
         "Steering.Angle",
@@ -22,9 +23,12 @@ TITLES = {
         "SteerTrqDrv",
         "EPS_1.TorsionBarTorque",
         "EPS_Fahrermoment",
+        "DrvTrq",
+        "DrvrTq",
+        "TBT",
     ),
-    "motor_torque": ("EPS_Motormoment", "Unterstützungsmoment", "SteerTorqueMotor"),
-    "yaw_rate": ("Gierrate", "Giergeschwindigkeit", "psi_dot", "omega_z", "Vitesse_Lacet", "YawRate"),
+    "motor_torque": ("EPS_Motormoment", "Unterstützungsmoment", "SteerTorqueMotor", "MotTrq", "EPSMotTrq"),
+    "yaw_rate": ("Gierrate", "Giergeschwindigkeit", "psi_dot", "omega_z", "Vitesse_Lacet", "YawRate", "YR"),
     "lateral_acceleration": ("Querbeschleunigung", "LatAcc_obd", "accY", "AccLat"),
     "longitudinal_acceleration": ("Längsbeschleunigung", "Laengsbeschleunigung", "LongAccel"),
     "vehicle_speed": ("Fahrzeuggeschwindigkeit", "Geschwindigkeit", "GPS_Speed", "v_Fzg"),
@@ -41,6 +45,7 @@ TITLES = {
 STRANGERS = (
     "Engine_Speed", "EngineTorque", "Tire_Pressure_FL", "WheelSlip_FL", "Radius", "Radar_Speed", "Wind_Speed",
     "Bremsdruck_VL", "Bremsmoment", "Kilometerstand", "Lenkradwinkel_Status", "steering_ratio", "Drehzahl",
+    "MotTrqReq", "DrvTrqReq", "DriveMotTrq", "EngineMotTrq", "MotTrq_Front", "DrvShaftTrq",
 )  # fmt: skip
 
 
