@@ -98,7 +98,9 @@ def _show_proposal(found: Proposal, target: Path, vehicle: str | None, dbc: Sequ
     ]
     console.print(rows(("signal", "column", "unit", "sign", "check"), cells))
     if found.unmatched:
-        console.print(f"{len(found.unmatched)} columns were not matched; the map lists them", markup=False)
+        count = len(found.unmatched)
+        which = "1 column was" if count == 1 else f"{count} columns were"
+        console.print(f"{which} not matched; the map lists {'it' if count == 1 else 'them'}", markup=False)
     console.print(f"channel map: {target}: the reasons stand in it; edit it where it is wrong", markup=False)
     databases = [word for each in dbc for word in ("--dbc", str(each))]
     if vehicle is not None:

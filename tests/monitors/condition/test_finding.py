@@ -25,9 +25,16 @@ OWN = (*OF_AUTOMATED, *ACTUATORS)
 
 
 def concluded(
-    change=lambda stated: None, seconds=20.0, speed=5.0, missing=(), problems=(), calibrated=True, gone=(), parked=False,
+    change=lambda stated: None,
+    seconds=20.0,
+    speed=5.0,
+    missing=(),
+    problems=(),
+    calibrated=True,
+    gone=(),
+    parked=False,
     slid=0.0,
-):  # fmt: skip
+):
     """Elements, finding and code courses of a drive over which `change` alters what is stated.
 
     `missing` are never there, `gone` are not from 11 s on: their readings have ended a second before. The

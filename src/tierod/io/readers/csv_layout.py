@@ -23,7 +23,7 @@ COMMENT = "# tierod "
 
 _NUMBER = re.compile(r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$|^\s*[-+]?(inf|infinity)\s*$", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*$")
-_DATE = re.compile(r"^\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
+_DATE = re.compile(r"^\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d|^\s*\d\d:\d\d:\d\d([.,]\d{1,9})?\s*$")
 MISSING = ("", "nan", "NaN", "NAN", "null", "NULL", "None", "n/a", "N/A", "NA", "-", "#N/A", "--")
 _NAME_LABELS = ("channel name", "channel", "name", "names", "signal", "channels")
 _UNIT_LABELS = ("unit", "units")
@@ -39,7 +39,7 @@ class Layout:
         begin: bytes before the first line of data
         columns: in the order of the file
         numeric: names of the columns that hold numbers
-        dates: names of the columns that hold calendar times
+        dates: names of the columns that hold calendar times, or times of a day
         texts: a cell of every column that holds neither
         about: what the CSV writer of tierod wrote about the channels
     """
