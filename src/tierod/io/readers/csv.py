@@ -26,7 +26,6 @@ from tierod.io.readers.csv_cells import Rows, Table, calendar, counted, head_of,
 from tierod.io.readers.csv_layout import Layout, find_layout
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
-
 DAY = 86400.0
 """[s]"""
 
@@ -172,7 +171,7 @@ class Lines:
 
 
 def _past_midnight(time: np.ndarray, last: float) -> np.ndarray:
-    """Times of a day [s], (n,), that go on past midnight, after the last one before (NaN at first); dates as they are."""
+    """Times of a day [s], (n,), that go on past midnight, after the last one (NaN at first); dates as they are."""
     there = np.flatnonzero(np.isfinite(time))
     if not len(there) or not (time[there] < DAY).all():
         return time

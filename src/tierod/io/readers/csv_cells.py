@@ -243,8 +243,8 @@ def calendar(column: pa.ChunkedArray, name: str) -> np.ndarray:
     odd = next((cell for cell in cells if cell is not None and not _ISO.match(cell)), None)
     if odd is not None:
         raise InputError(
-            f"the time column '{name}' holds '{odd[:40]}' where dates read {DATES}, and times of a day {OF_DAY}: correct it, "
-            "or give seconds"
+            f"the time column '{name}' holds '{odd[:40]}' where dates read {DATES}, and times of a day {OF_DAY}: "
+            "correct it, or give seconds"
         )
     return np.array([np.nan if cell is None else _instant(cell) for cell in cells], dtype=float)
 
