@@ -181,6 +181,10 @@ def test_without_names_the_counting_column_is_the_time(tmp_path):
     [
         ("some words\nand more of them\n", "holds no table of numbers"),
         ("speed,torque\n1,2\n1,1\n0,3\n", "no column is the time"),
+        (
+            "time,speed,torque\n0,00,1,5,2,5\n0,01,1,5,2,5\n",
+            "3 names above 6 columns: its numbers have a decimal comma",
+        ),
         ("time,comment\n0,a\n1,b\n2,c\n", "no other column of numbers|no table"),
         ("time [N],speed\n0,1\n1,2\n2,3\n", "the unit 'N' cannot become|cannot become 's'"),
     ],
