@@ -1,7 +1,9 @@
 """Titles of columns as loggers write them, and the signals that they mean."""
 
+import numpy as np
 import pytest
 
+from tierod.io.proposal.units import candidates
 from tierod.io.proposal.words import counts_turns, meant_by
 from tierod.io.readers.source import Column
 
@@ -62,6 +64,11 @@ def test_a_foreign_title_means_a_signal(signal, title):
 @pytest.mark.parametrize("title", STRANGERS)
 def test_what_looks_alike_means_nothing(title):
     assert meant_by(Column(title)) is None
+
+
+@pytest.mark.parametrize(("fastest", "units"), [(100.0, ["rad/s", "rpm", "deg/s"]), (3000.0, ["rpm", "deg/s"])])
+def test_a_motor_may_turn_in_rpm(fastest, units):
+    assert [each.name for each in candidates("motor_speed", "", np.array([-fastest, 0.0, fastest]))] == units
 
 
 def test_titles_of_turns():
