@@ -28,6 +28,8 @@ def test_a_monitor_is_exported_with_the_drive_it_is_compared_by(tmp_path, capsys
         (["cc", "friction"], "there is no export 'cc'"),
         (["c", "fricton"], "did you mean 'friction'"),
         (["c", "hysteresis", "--variant", "hoist"], "judges a recording as a whole"),
+        (["c", "hysteresis"], "judges a recording as a whole"),
+        (["fmu", "hysteresis"], "ecu is no name of a unit, which ends in .fmu"),
         (["c", "motor-angle"], "lacks motor_resistance"),
         (["c", "friction", "--precision", "half"], "--precision is 'half'"),
         (["c", "friction", "--drive", "nowhere.mf4"], "nowhere.mf4"),
@@ -60,6 +62,7 @@ def test_what_a_scenario_drives_with_becomes_a_unit(tmp_path, capsys, what, fmi)
         (["assist", "--scenario", "steer-by-wire-lane-change"], "has no assist unit"),
         (["friction", "--vehicle", "midsize-eps", "--fmi", "1"], "the versions are 2 and 3"),
         (["condition", "--vehicle", "smartload"], "is a bank of 53 filters, of which no unit is made yet"),
+        (["hysteresis", "--vehicle", "midsize-eps"], "judges a recording as a whole"),
     ],
 )
 def test_a_unit_that_cannot_be_made_is_refused_in_a_sentence(tmp_path, capsys, words, sentence):

@@ -109,9 +109,9 @@ def foreign(tmp_path, monkeypatch):
     time = np.arange(1000) / 50.0
     yaw = 0.3 * np.sin(time)
     table = np.column_stack([time, np.degrees(yaw), -8.0 * yaw, 8.0 - 0.75 * yaw, 8.0 + 0.75 * yaw, time])
-    header = "Zeit,Gierrate,Querbeschleunigung,Radgeschwindigkeit_HL,Radgeschwindigkeit_HR,Tank"
+    header = "Zeit,Gierrate,Querbeschleunigung,Radgeschwindigkeit_HL,Radgeschwindigkeit_HR,Tank,Gierrate_QF"
     path = tmp_path / "fahrt 1.csv"
-    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.5f")
+    np.savetxt(path, table, delimiter=",", header=header, comments="", fmt=",".join(["%.5f"] * 6 + ["valid"]))
     return path
 
 
@@ -119,7 +119,11 @@ def test_writes_a_map_and_names_the_next_command(foreign, capsys):
     assert main(["inspect", foreign.name, "--write-map", "car.channels.toml"]) == 0
     printed = capsys.readouterr().out
     assert "Querbeschleunigung" in printed
-    assert "1 columns were not matched" in printed
+    assert "1 column was not matched; the map lists it" in printed
+    assert "not read, since they hold text: Gierrate_QF" in printed
+    assert 'hold text: "Gierrate_QF"' in foreign.with_name("car.channels.toml").read_text()
+    assert main(["inspect", foreign.name, "--map", "car.channels.toml"]) == 0
+    assert "need an entry in car.channels.toml" in capsys.readouterr().err
     (line,) = [line for line in printed.splitlines() if line.startswith("go on with: tierod ")]
     assert main(shlex.split(line)[4:]) == 0
     car = load("car.toml")

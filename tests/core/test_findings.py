@@ -21,3 +21,15 @@ def test_an_estimate_is_never_called_healthy(status, confirmed, word):
     assert finding.word == word
     assert finding.shown_status == (word or str(status))
     assert finding.screen().title.endswith(finding.shown_status)
+
+
+@pytest.mark.parametrize(
+    ("cause", "action", "joined"),
+    [
+        ("", "none", ("late", "repair")),
+        ("drift", "calibrate", ("late; drift", "repair; calibrate")),
+    ],
+)
+def test_a_cause_before_another_keeps_no_empty_words(cause, action, joined):
+    finding = Finding("friction", Status.HEALTHY, "4 N·m.", cause=cause, action=action).after("late", "repair")
+    assert (finding.cause, finding.action) == joined

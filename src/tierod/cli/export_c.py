@@ -71,13 +71,11 @@ def export_c(name: str, vehicle: str | None, variant: str | None, choice: CChoic
     from tierod.export.c_export import interface_of
     from tierod.export.interface import Options
     from tierod.export.subject import subject_of
-    from tierod.monitors.diagnose import find
     from tierod.monitors.registry import MONITORS
     from tierod.vehicles import load
 
     if name not in MONITORS:
         raise ParameterError(f"there is no monitor '{name}'{nearest(name, [*MONITORS, FAULT_MEMORY])}")
-    find(name, variant)
     if vehicle is None:
         raise ParameterError("C is printed for one vehicle; name it with --vehicle")
     if choice.precision not in PRECISIONS:

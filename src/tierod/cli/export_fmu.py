@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from tierod.core.errors import ParameterError
+from tierod.core.errors import OutputError, ParameterError
 
 if TYPE_CHECKING:
     from tierod.export.fmu.variables import Model
@@ -30,6 +30,7 @@ def export_fmu(
 
     Raises:
         ParameterError: another version, or vehicle or scenario is missing, or has nothing of the kind
+        OutputError: the file's name does not end in .fmu
     """
     from tierod.cli.terminal import output as console
     from tierod.core.files import require_folder
@@ -38,6 +39,8 @@ def export_fmu(
     if fmi not in (2, 3):
         raise ParameterError(f"--fmi is {fmi}; the versions are 2 and 3")
     version: Literal[2, 3] = 2 if fmi == 2 else 3
+    if output.suffix.lower() != ".fmu":
+        raise OutputError(f"{output} is no name of a unit, which ends in .fmu; write {output}.fmu")
     require_folder(output)
     model = _of_scenario(what, scenario) if what in OF_SCENARIO else _monitor(what, vehicle, variant)
     path = write_unit(model, version, output)

@@ -55,7 +55,7 @@ def inspect(
     if json:
         print_json(found.document())
     else:
-        _show(found, every)
+        _show(found, every, channel_map)
         _say_which_vehicle(found.vehicle)
 
 
@@ -98,7 +98,13 @@ def _show_proposal(found: Proposal, target: Path, vehicle: str | None, dbc: Sequ
     ]
     console.print(rows(("signal", "column", "unit", "sign", "check"), cells))
     if found.unmatched:
-        console.print(f"{len(found.unmatched)} columns were not matched; the map lists them", markup=False)
+        count = len(found.unmatched)
+        which = "1 column was" if count == 1 else f"{count} columns were"
+        console.print(f"{which} not matched; the map lists {'it' if count == 1 else 'them'}", markup=False)
+    if found.texts:
+        names = ", ".join(found.texts[:5]) + (" and more" if len(found.texts) > 5 else "")
+        advice = "empty the values that such a flag calls invalid before the export"
+        console.print(f"not read, since they hold text: {names}; {advice}", markup=False)
     console.print(f"channel map: {target}: the reasons stand in it; edit it where it is wrong", markup=False)
     databases = [word for each in dbc for word in ("--dbc", str(each))]
     if vehicle is not None:
@@ -113,7 +119,7 @@ def _show_proposal(found: Proposal, target: Path, vehicle: str | None, dbc: Sequ
         console.print("and add to it what a brochure says, such as mass=1480 wheelbase=2.68", markup=False)
 
 
-def _show(found: Inspection, every: bool) -> None:
+def _show(found: Inspection, every: bool, channel_map: Path | None) -> None:
     from rich.text import Text
 
     from tierod.core.signals import SIGNALS
@@ -148,8 +154,11 @@ def _show(found: Inspection, every: bool) -> None:
             console.print(Text(f"    - {obstacle}"))
     if any(each.obstacles for each in found.monitors):
         messages().print(
-            "Signals under other names need a channel map: --map map.toml; see docs/how-to/read-recordings.md"
-        )
+            "Signals under other names need a channel map: --write-map car.channels.toml proposes one"
+            if channel_map is None
+            else f"Signals under other names need an entry in {channel_map}; see docs/how-to/read-recordings.md",
+            soft_wrap=True, markup=False, highlight=False,
+        )  # fmt: skip
 
 
 def _short(reason: str) -> str:

@@ -112,6 +112,19 @@ class Finding:
         """The word under which the finding is shown."""
         return self.word or str(self.status)
 
+    def after(self, cause: str, action: str) -> Finding:
+        """The finding with another cause and remedy before its own; of its own none is kept that says nothing.
+
+        Args:
+            cause: that comes first
+            action: that comes first
+        """
+        return replace(
+            self,
+            cause=f"{cause}; {self.cause}" if self.cause else cause,
+            action=action if self.action in ("", "none") else f"{action}; {self.action}",
+        )
+
     def screen(self) -> Screen:
         """Display of the finding in a terminal or a notebook."""
         estimate = self.estimate

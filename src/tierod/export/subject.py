@@ -17,6 +17,7 @@ from tierod.export.described import Described, described, of_signals
 from tierod.export.members import identifier
 from tierod.monitors.diagnose import find, usual_monitor
 from tierod.monitors.harness.session import opened
+from tierod.monitors.registry import MONITORS
 from tierod.vehicles import Vehicle, load
 
 
@@ -83,14 +84,17 @@ def subject_of(monitor: str | None, vehicle: Vehicle | str, variant: str | None 
             judges recordings as a whole
     """
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
-    definition, chosen = find(monitor or usual_monitor(car), variant)
-    session = opened(definition, chosen, car)
-    block = getattr(session, "block", None)
+    listed = MONITORS.required(monitor or usual_monitor(car))
+    definition, chosen = find(listed.name, variant or listed.default or next(iter(listed.variants)))
+    block = getattr(opened(definition, chosen, car), "block", None)
     if block is None:
         raise ParameterError(
             f"the monitor '{definition.name}', variant '{chosen.name}', judges a recording as a whole and is no block "
             "that steps from sample to sample; export one that is, for example friction"
         )
+    if variant is None:
+        # Without a default the user must choose, but only of a monitor that can be exported.
+        find(listed.name)
     stem = definition.name if chosen.name == definition.default else f"{definition.name}_{chosen.name}"
     names = (definition.title, definition.name, chosen.name, car.name)
     return subject_of_block(identifier(stem), block, definition.rate, *names)

@@ -1,7 +1,9 @@
 """Titles of columns as loggers write them, and the signals that they mean."""
 
+import numpy as np
 import pytest
 
+from tierod.io.proposal.units import candidates
 from tierod.io.proposal.words import counts_turns, meant_by
 from tierod.io.readers.source import Column
 
@@ -10,6 +12,7 @@ TITLES = {
         "Lenkradwinkel",
         "LWS.Winkel",
         "StrWhlAng",
+        "StrWhlAngl",
         "SW_pos_obd",
         "volant_angle",
         "Steering.Angle",
@@ -22,9 +25,12 @@ TITLES = {
         "SteerTrqDrv",
         "EPS_1.TorsionBarTorque",
         "EPS_Fahrermoment",
+        "DrvTrq",
+        "DrvrTq",
+        "TBT",
     ),
-    "motor_torque": ("EPS_Motormoment", "Unterstützungsmoment", "SteerTorqueMotor"),
-    "yaw_rate": ("Gierrate", "Giergeschwindigkeit", "psi_dot", "omega_z", "Vitesse_Lacet", "YawRate"),
+    "motor_torque": ("EPS_Motormoment", "Unterstützungsmoment", "SteerTorqueMotor", "MotTrq", "EPSMotTrq"),
+    "yaw_rate": ("Gierrate", "Giergeschwindigkeit", "psi_dot", "omega_z", "Vitesse_Lacet", "YawRate", "YR"),
     "lateral_acceleration": ("Querbeschleunigung", "LatAcc_obd", "accY", "AccLat"),
     "longitudinal_acceleration": ("Längsbeschleunigung", "Laengsbeschleunigung", "LongAccel"),
     "vehicle_speed": ("Fahrzeuggeschwindigkeit", "Geschwindigkeit", "GPS_Speed", "v_Fzg"),
@@ -41,6 +47,7 @@ TITLES = {
 STRANGERS = (
     "Engine_Speed", "EngineTorque", "Tire_Pressure_FL", "WheelSlip_FL", "Radius", "Radar_Speed", "Wind_Speed",
     "Bremsdruck_VL", "Bremsmoment", "Kilometerstand", "Lenkradwinkel_Status", "steering_ratio", "Drehzahl",
+    "MotTrqReq", "DrvTrqReq", "DriveMotTrq", "EngineMotTrq", "MotTrq_Front", "DrvShaftTrq",
 )  # fmt: skip
 
 
@@ -57,6 +64,11 @@ def test_a_foreign_title_means_a_signal(signal, title):
 @pytest.mark.parametrize("title", STRANGERS)
 def test_what_looks_alike_means_nothing(title):
     assert meant_by(Column(title)) is None
+
+
+@pytest.mark.parametrize(("fastest", "units"), [(100.0, ["rad/s", "rpm", "deg/s"]), (3000.0, ["rpm", "deg/s"])])
+def test_a_motor_may_turn_in_rpm(fastest, units):
+    assert [each.name for each in candidates("motor_speed", "", np.array([-fastest, 0.0, fastest]))] == units
 
 
 def test_titles_of_turns():

@@ -5,6 +5,7 @@ import pytest
 
 from tierod.core.errors import InputError
 from tierod.io.readers import csv_cells, read
+from tierod.io.readers.csv import _past_midnight
 
 
 def written(tmp_path, text, name="drive.csv", encoding="utf-8"):
@@ -85,8 +86,17 @@ def test_calendar_time(tmp_path):
     assert found.metadata["origin"] == pytest.approx(1716990839.0)
 
 
+@pytest.mark.parametrize(("point", "delimiter"), [(".", ","), (",", ";")])
+def test_times_of_a_day_go_on_past_midnight(tmp_path, point, delimiter):
+    stamps = [f"23:59:59{point}{k:02d}0" for k in range(50, 100)] + [f"00:00:00{point}{k:02d}0" for k in range(50)]
+    body = "\n".join(f"{stamp}{delimiter}{k}" for k, stamp in enumerate(stamps))
+    found = read(written(tmp_path, f"Zeit{delimiter}speed [m/s]\n{body}\n"))["vehicle_speed"]
+    assert found.time == pytest.approx(86399.5 + 0.01 * np.arange(100))
+    assert _past_midnight(np.array([0.01, np.nan, 0.02]), 86399.99)[[0, 2]] == pytest.approx([86400.01, 86400.02])
+
+
 @pytest.mark.parametrize("counter", ["number,", "lap_time,"])
-@pytest.mark.parametrize("stamp", ["29.05.2024 13:53:{:02d}", "05/29/2024 13:53:{:02d}", "13:53:{:02d}.5"])
+@pytest.mark.parametrize("stamp", ["29.05.2024 13:53:{:02d}", "05/29/2024 13:53:{:02d}", "13h53m{:02d}.5"])
 def test_dates_in_other_notations_are_told_and_nothing_takes_their_place(tmp_path, counter, stamp):
     body = "\n".join(f"{stamp.format(k)},{k},{2 * k}" for k in range(10, 60))
     path = written(tmp_path, f"time,{counter}speed [m/s]\n{body}\n")
@@ -171,6 +181,10 @@ def test_without_names_the_counting_column_is_the_time(tmp_path):
     [
         ("some words\nand more of them\n", "holds no table of numbers"),
         ("speed,torque\n1,2\n1,1\n0,3\n", "no column is the time"),
+        (
+            "time,speed,torque\n0,00,1,5,2,5\n0,01,1,5,2,5\n",
+            "3 names above 6 columns: its numbers have a decimal comma",
+        ),
         ("time,comment\n0,a\n1,b\n2,c\n", "no other column of numbers|no table"),
         ("time [N],speed\n0,1\n1,2\n2,3\n", "the unit 'N' cannot become|cannot become 's'"),
     ],

@@ -97,7 +97,10 @@ def test_unknown_unit_of_a_wanted_signal(tmp_path):
             '[signals.driver_torque]\nsorce = "T"\n',
             r"\[signals.driver_torque\] the key 'sorce' is not known; did you mean 'source'",
         ),
-        ('[signals.driver_torque]\nsource = "T_hnd"\n', "source 'T_hnd' is not in the file; did you mean 'T_hand'"),
+        (
+            '[signals.driver_torque]\nsource = "T_hnd"\n',
+            "csv: .*source 'T_hnd' is not in the file; did you mean 'T_hand'",
+        ),
         ('[signals.driver_torque]\nunit = "N*m"\n', "needs source"),
         ('[signals.driver_torque]\nsource = "T_hand"\nsign = 2\n', "must be 1 or -1"),
         ('[signals.driver_torque]\nsource = "T_hand"\nsign = true\n', "sign = True is not a number"),

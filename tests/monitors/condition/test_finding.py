@@ -8,7 +8,7 @@ import pytest
 from monitors.condition.made_up_statements import PERIOD, declare, doubt, fault_free, place, span
 from tierod.core.findings import Element, Episode, Status
 from tierod.monitors.condition.courses import ElementCourse
-from tierod.monitors.condition.driven import Driven
+from tierod.monitors.condition.driven import SLID, Driven
 from tierod.monitors.condition.finding import OtherCauses, judge
 from tierod.monitors.condition.kinds.catalogue import OFFSET
 from tierod.monitors.condition.recording_checks.contradictions import Problem
@@ -25,11 +25,20 @@ OWN = (*OF_AUTOMATED, *ACTUATORS)
 
 
 def concluded(
-    change=lambda stated: None, seconds=20.0, speed=5.0, missing=(), problems=(), calibrated=True, gone=(), parked=False
+    change=lambda stated: None,
+    seconds=20.0,
+    speed=5.0,
+    missing=(),
+    problems=(),
+    calibrated=True,
+    gone=(),
+    parked=False,
+    slid=0.0,
 ):
     """Elements, finding and code courses of a drive over which `change` alters what is stated.
 
-    `missing` are never there, `gone` are not from 11 s on: their readings have ended a second before.
+    `missing` are never there, `gone` are not from 11 s on: their readings have ended a second before. The
+    tyres slide for the first `slid` seconds.
     """
     time, stated = fault_free(seconds)
     change(stated)
@@ -43,6 +52,7 @@ def concluded(
     sensors, targets = ([place(name) for name in names] for names in (OF_AUTOMATED, ACTUATORS))
     judged = available[:, sensors].any(axis=1) & available[:, targets].all(axis=1)
     drive.add(time, values, Covered(available, judged, no, no, no | parked))
+    drive.add_low_grip(time, time < slid, values)
     drive.sources = {name: {substitution_graph().substitutes[name][0].name: 100} for name in OF_AUTOMATED}
     courses = {name: ElementCourse(name, PERIOD) for name in OWN}
     for name, course in courses.items():
@@ -192,6 +202,12 @@ def test_too_few_sensors_that_are_left_are_not_testable():
     assert states[ANGLE].status is Status.NOT_TESTABLE
     assert "fewer than 4 sensors give a reading since 10.00 s" in states[ANGLE].cause
     assert finding.status is Status.NOT_AVAILABLE
+
+
+@pytest.mark.parametrize(("missing", "named"), [((), 1), (OF_AUTOMATED[:3], 0)])
+def test_a_slide_is_named_only_where_enough_sensors_show_one(missing, named):
+    warnings = concluded(missing=missing, slid=10.0)[1].warnings
+    assert sum(SLID in each for each in warnings) == named
 
 
 def test_a_diagnosis_that_can_tell_with_fewer_sensors_goes_on():

@@ -64,11 +64,13 @@ class Proposal:
         path: of the recording
         entries: in the order of the file
         unmatched: columns that mean no signal that is known
+        texts: names of columns that hold text, which is not read
     """
 
     path: Path
     entries: tuple[Proposed, ...]
     unmatched: tuple[Column, ...]
+    texts: tuple[str, ...] = ()
 
 
 def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], None] = lambda share: None) -> Proposal:
@@ -102,7 +104,8 @@ def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], Non
         for name, column in best.items()
     )
     taken = {column.name for column in best.values()} | set(itertools.chain(*others.values()))
-    return Proposal(Path(path), entries, tuple(column for column in columns if column.name not in taken))
+    unmatched = tuple(column for column in columns if column.name not in taken)
+    return Proposal(Path(path), entries, unmatched, source.texts)
 
 
 def _one_each(columns: list[Column], meant: dict[str, Meant]) -> tuple[dict[str, Column], dict[str, tuple[str, ...]]]:

@@ -28,6 +28,11 @@ def text_of(proposal: Proposal) -> str:
         lines += [f"#   {_quoted(c.name)}{f'  [{_one_line(c.unit)}]' if c.unit else ''}" for c in proposal.unmatched]
         lines += ["# [signals.NAME]  # a name of 'docs/reference/signals.md'", '# source = "COLUMN"', '# unit = "..."']
         parts.append("\n".join(lines))
+    if proposal.texts:
+        names = ", ".join(map(_quoted, proposal.texts))
+        parts.append(
+            f"# Not read, since they hold text: {names}. Values that such a flag calls invalid are read as valid."
+        )
     return "\n\n".join(parts) + "\n"
 
 

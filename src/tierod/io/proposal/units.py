@@ -62,6 +62,8 @@ def candidates(name: str, stated: str, values: np.ndarray, turns: bool = False) 
     if stated and (found := _stated(stated, wanted, wheel)) is not None:
         return (found,)
     named = [*(_TURNS if wheel and turns else ()), *_CANDIDATES.get(wanted, (wanted,))]
+    if name == "motor_speed":
+        named.insert(1, "rpm")
     possible = [_unit(each, wanted, wheel) for each in named]
     fitting = tuple(each for each in possible if _plausible(name, each, values))
     return fitting or ((Unit(COUNT, 1.0),) if wanted == "N*m" else tuple(possible))

@@ -28,11 +28,11 @@ class _Rule(NamedTuple):
 
 
 _STEER = r"steer|lenk|hand_?wheel|volant|sterzo|_swa_|_sw_|_lws_|_sas_|_lrw_|_str_"
-_ANGLE = r"angle|winkel|_ang_|_pos_|position|angolo|angulo|_lw_|_lrw_|stellung"
+_ANGLE = r"angle|winkel|_angl?_|_pos_|position|angolo|angulo|_lw_|_lrw_|stellung"
 _RATE = r"rate|geschw|velocity|_speed_|_spd_|_vel_|_dot_|punkt|vitesse|velocita|velocidad|_gier_?v_"
 _TORQUE = r"torque|moment|_trq_|_tq_|couple|coppia|_m_"
-_ASSIST = r"motor|assist|_eps_|unterst|servo|hilfs|_emot_"
-_OF_DRIVER = r"driver|fahrer|_hand|torsion|drehstab"
+_ASSIST = r"motor|^_mot_(trq|tq)_$|assist|_eps_|unterst|servo|hilfs|_emot_"
+_OF_DRIVER = r"driver|_drvr?_(trq|tq)_$|fahrer|_hand|torsion|drehstab"
 _WANTED = r"request|target|soll|_cmd_|command|demand|desired|wunsch|_ref_"
 _SPEED = r"speed|geschw|velocity|_vel_|_spd_|vitesse|velocita|velocidad|drehzahl|_v_|_n_|_rpm_|omega|revs"
 _WHEEL = r"wheel|(?<!len[k_])rad(?!ar|ius|_s_|_per)|_whl_|_wss_|_ws_|roue|ruota|rueda"
@@ -61,6 +61,7 @@ _RULES: tuple[_Rule, ...] = (
     _Rule("driver_torque", (_OF_DRIVER, _TORQUE), f"{_WANTED}|{_ASSIST.replace('_eps_|', '')}"),
     _Rule("motor_torque", (_ASSIST, _TORQUE), f"{_WANTED}|engine|verbrenn|drehmoment_?motor|fahrmotor|wheel_motor"),
     _Rule("driver_torque", (_STEER, _TORQUE), f"{_WANTED}|{_ASSIST}"),
+    _Rule("driver_torque", (r"^_tbt_$",)),
     _Rule("rack_force", (r"rack|zahnstange", r"force|kraft|_f_")),
     _Rule("rack_position", (r"rack|zahnstange", r"_pos|weg|travel|displacement")),
     _Rule("tie_rod_force", (r"tie_?rod|spurstange|track_?rod", r"force|kraft|_f_"), "left|right|links|rechts"),
@@ -68,7 +69,7 @@ _RULES: tuple[_Rule, ...] = (
     _Rule("steering_wheel_angle", (_STEER, _ANGLE), f"{_TORQUE}|{_WANTED}|{_RATE}|motor|rack|road|status|valid|offset"),
     _Rule("yaw_acceleration", (r"yaw|gier", _ACCELERATION)),
     _Rule("yaw_rate", (r"yaw|gier|_psi_?(p|dot|punkt)_|lacet|imbardata|guinada", _RATE + r"|_psi_?(p|dot|punkt)_")),
-    _Rule("yaw_rate", (r"_(w|omega|gyro?)_?z_|gierrate|_yaw_?(r|rt)_",)),
+    _Rule("yaw_rate", (r"_(w|omega|gyro?)_?z_|gierrate|_yaw_?(r|rt)_|^_yr_$",)),
     _Rule("roll_rate", (r"_roll|wank", _RATE), "inertia"),
     _Rule("lateral_acceleration", (_LATERAL, _ACCELERATION), "yaw|gier"),
     _Rule("longitudinal_acceleration", (_LONGITUDINAL, _ACCELERATION), "yaw|gier"),

@@ -17,6 +17,9 @@ from tierod.io.readers.source import Column
 DATES = "YYYY-MM-DD hh:mm:ss.fff"
 """The only way of writing dates that is read: in all others day and month may be taken for each other."""
 
+OF_DAY = "hh:mm:ss.fff"
+"""The only way of writing times of a day that is read."""
+
 _NAMES = ("time", "t", "timestamp", "timestamps", "zeit", "time_s", "times", "seconds", "sec", "ts", "date", "datetime")
 
 
@@ -94,7 +97,10 @@ def find_clocks(
         raise InputError("no column holds numbers; export time and signals as numbers")
     if first is None:
         names = ", ".join(f"'{column.name}'" for column in list(columns)[:8])
-        raise InputError(f"no column is the time (there are {names}); name one of them 'time', in seconds")
+        raise InputError(
+            f"no column is the time (there are {names}); name one of them 'time', in seconds, or in a "
+            'channel map (--map): time = { column = "COLUMN", unit = "ms" }'
+        )
     base = _without_number(first)
     clocks: list[tuple[Column, list[str]]] = [(first, [])]
     for column in columns:

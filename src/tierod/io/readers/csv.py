@@ -11,11 +11,23 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
-from tierod.io.readers.clocks import DATES, Clock, find_clocks, require_plausible_rate, seconds, unit_of, unread_clock
+from tierod.io.readers.clocks import (
+    DATES,
+    OF_DAY,
+    Clock,
+    find_clocks,
+    require_plausible_rate,
+    seconds,
+    unit_of,
+    unread_clock,
+)
 from tierod.io.readers.content import Content
 from tierod.io.readers.csv_cells import Rows, Table, calendar, counted, head_of, numbers
 from tierod.io.readers.csv_layout import Layout, find_layout
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source
+
+DAY = 86400.0
+"""[s]"""
 
 
 def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
@@ -94,7 +106,7 @@ def _refuse_text_as_clock(path: Path, layout: Layout, usable: Sequence[Column]) 
     if clock is not None:
         raise InputError(
             f"{path}: the time column '{clock.name}' is written as '{layout.texts[clock.name].strip()[:40]}'; "
-            f"give it in seconds, or as a date that reads {DATES}"
+            f"give it in seconds, as a date that reads {DATES}, or as a time of day {OF_DAY}"
         )
 
 
@@ -124,14 +136,15 @@ class Lines:
         layout = self.table.layout
         columns = {column.name: column for column in layout.columns}
         about = {each["name"]: each for each in layout.about.get("channels", {}).values()}
-        guess, lost, done = "", 0, 0
+        guess, lost, done, last = "", 0, 0, np.nan
         for block in self.table.blocks():
             rows, values = self._read(block)
             lost, done = lost + rows.broken, done + len(block)
             if lost and self.broken is not None:
                 self.broken[:] = [f"{lost} of {self.table.lines} lines are broken and were left out"]
             if self.clock.column in layout.dates:
-                time = calendar(rows.table[self.clock.column], self.clock.column)
+                time = _past_midnight(calendar(rows.table[self.clock.column], self.clock.column), last)
+                last = time[there[-1]] if len(there := np.flatnonzero(np.isfinite(time))) else last
             else:
                 time, found = seconds(values[self.clock.column], self.unit, self.clock.column)
                 guess = guess or found
@@ -155,6 +168,17 @@ class Lines:
         for name, count in bad.items():
             self.bad[name] = self.bad.get(name, 0) + count
         return rows, values
+
+
+def _past_midnight(time: np.ndarray, last: float) -> np.ndarray:
+    """Times of a day [s], (n,), that go on past midnight, after the last one (NaN at first); dates as they are."""
+    there = np.flatnonzero(np.isfinite(time))
+    if not len(there) or not (time[there] < DAY).all():
+        return time
+    first = [last] if np.isfinite(last) else []
+    time = time.copy()
+    time[there] = np.unwrap(np.concatenate((first, time[there])), period=DAY)[len(first) :]
+    return time
 
 
 def _beginning(head: bytes, table: Table) -> dict[str, np.ndarray]:

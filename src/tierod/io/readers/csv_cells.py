@@ -14,7 +14,7 @@ import numpy as np
 
 from tierod.core.arrow import calendar_seconds, floats
 from tierod.core.errors import InputError
-from tierod.io.readers.clocks import DATES
+from tierod.io.readers.clocks import DATES, OF_DAY
 from tierod.io.readers.content import Content, whole_lines
 from tierod.io.readers.csv_layout import MISSING, SAMPLE, Layout
 
@@ -221,17 +221,21 @@ def _cell_by_cell(cells: list[bytes | None], decimal: str) -> tuple[np.ndarray, 
 
 
 def calendar(column: pa.ChunkedArray, name: str) -> np.ndarray:
-    """A column of dates in seconds since 1970, (n,); NaN where a cell is missing. Dates without a zone are in UTC.
+    """A column of dates in seconds since 1970, or of times of a day since midnight, (n,); NaN where a cell is missing.
 
     Args:
-        column: of texts or dates, of Arrow
+        column: of texts, of Arrow; dates without a zone are in UTC
         name: of the column, for the message
 
     Raises:
         InputError: a cell is no date
     """
     import pyarrow as pa
+    import pyarrow.compute as compute
 
+    column = compute.replace_substring(compute.utf8_trim_whitespace(column), ",", ".")
+    # A day that begins at zero, where no date is written.
+    column = compute.replace_substring_regex(column, r"^(\d\d:)", r"1970-01-01 \1")
     for zone in (None, "UTC"):
         with contextlib.suppress(pa.ArrowException):
             return calendar_seconds(column.cast(pa.timestamp("ns", zone)))
@@ -239,7 +243,8 @@ def calendar(column: pa.ChunkedArray, name: str) -> np.ndarray:
     odd = next((cell for cell in cells if cell is not None and not _ISO.match(cell)), None)
     if odd is not None:
         raise InputError(
-            f"the time column '{name}' holds '{odd[:40]}' where dates read {DATES}: correct it, or give seconds"
+            f"the time column '{name}' holds '{odd[:40]}' where dates read {DATES}, and times of a day {OF_DAY}: "
+            "correct it, or give seconds"
         )
     return np.array([np.nan if cell is None else _instant(cell) for cell in cells], dtype=float)
 

@@ -23,7 +23,7 @@ COMMENT = "# tierod "
 
 _NUMBER = re.compile(r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$|^\s*[-+]?(inf|infinity)\s*$", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*$")
-_DATE = re.compile(r"^\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d")
+_DATE = re.compile(r"^\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d|^\s*\d\d:\d\d:\d\d([.,]\d{1,9})?\s*$")
 MISSING = ("", "nan", "NaN", "NAN", "null", "NULL", "None", "n/a", "N/A", "NA", "-", "#N/A", "--")
 _NAME_LABELS = ("channel name", "channel", "name", "names", "signal", "channels")
 _UNIT_LABELS = ("unit", "units")
@@ -39,7 +39,7 @@ class Layout:
         begin: bytes before the first line of data
         columns: in the order of the file
         numeric: names of the columns that hold numbers
-        dates: names of the columns that hold calendar times
+        dates: names of the columns that hold calendar times, or times of a day
         texts: a cell of every column that holds neither
         about: what the CSV writer of tierod wrote about the channels
     """
@@ -136,7 +136,9 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
         (at for at in range(len(body)) if _is_data(body, at, width, [*numeric, *dates], decimal)),
         len(body) - 1,
     )
-    columns = _columns([cells for cells in body[:first] if 1 < len(cells) <= width], width)
+    header = [cells for cells in body[:first] if 1 < len(cells) <= width]
+    _refuse_split_decimals(header, delimiter, width)
+    columns = _columns(header, width)
     columns = tuple(_as_written(column, about) for column in columns)
     cells = {
         place: next((row[place] for row in below if row[place].strip() not in MISSING), "") for place in range(width)
@@ -151,6 +153,16 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
         {columns[place].name: cells[place] for place in range(width) if place not in {*numeric, *dates, *empty}},
         about,
     )
+
+
+def _refuse_split_decimals(header: list[list[str]], delimiter: str, width: int) -> None:
+    """Refuse numbers with a decimal comma in a table with commas between its cells, which double their number."""
+    named = max((sum(map(bool, cells)) for cells in header), default=width)
+    if delimiter == "," and width > 2 and named <= (width + 2) // 2:
+        raise InputError(
+            f"has {named} names above {width} columns: its numbers have a decimal comma, and commas stand between them "
+            "too; export it with semicolons, or with a decimal point"
+        )
 
 
 def _as_written(column: Column, about: Mapping[str, Any]) -> Column:

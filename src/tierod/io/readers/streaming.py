@@ -82,7 +82,11 @@ def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, na
     """
     if channel_map is None and source.maps:
         channel_map = load_maps_beside(source.maps)
-    made = plan(source.columns, channel_map, names, source.silent)
+    try:
+        made = plan(source.columns, channel_map, names, source.silent)
+    except InputError as error:
+        # The map or a name is at fault; of several recordings the user must know which one it does not fit.
+        raise InputError(f"{path}: {error}") from None
     if not made.picks and source.silent:
         raise InputError(
             f"{path}: no message with a wanted signal came on the bus ({', '.join(source.silent[:4])}, ...); record "

@@ -203,8 +203,8 @@ def _nothing_judged(
 
 
 def _not_judged(drive: Driven) -> tuple[str, ...]:
-    """Warnings of longer times that could not be judged."""
-    seconds = {cause: count * drive.period for cause, count in drive.unjudged.items()}
+    """Warnings of longer times that could not be judged; too few sensors show no slide."""
+    seconds = {cause: count * drive.period for cause, count in drive.unjudged.items() if cause != SLID or drive.enough}
     return tuple(f"{time:.0f} s were not judged: {cause}" for cause, time in seconds.items() if time > LEAST_TOLD)
 
 

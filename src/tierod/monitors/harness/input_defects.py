@@ -300,12 +300,8 @@ def with_defects(finding: Finding, defects: Sequence[Defect], monitor: Monitor) 
         return warned
     why = "; ".join(decisive)
     suspect = replace(warned, status=Status.SUSPECT)
-    return replace(
-        suspect,
-        headline=f"{monitor.title}: {suspect.shown_status}, since {why}. Without regard to that: {finding.headline}",
-        cause=f"{why}; {finding.cause}",
-        action=f"{REPAIR}; {finding.action}",
-    )
+    headline = f"{monitor.title}: {suspect.shown_status}, since {why}. Without regard to that: {finding.headline}"
+    return replace(suspect, headline=headline).after(why, REPAIR)
 
 
 def _withheld(finding: Finding, why: Sequence[str], monitor: Monitor) -> Finding:
@@ -340,9 +336,7 @@ def _named_first(finding: Finding, why: Sequence[str], monitor: Monitor) -> Find
         return finding
     start = f"{monitor.title}: {finding.status.value}; "
     brief = "; ".join(re.split(r" \(|: ", each)[0] for each in new)
-    return replace(
-        finding,
-        headline=f"{start}{brief}; {finding.headline.removeprefix(start)}",
-        cause=f"{'; '.join(new)}; {finding.cause}",
-        action=finding.action if finding.action.startswith(REPAIR) else f"{REPAIR}; {finding.action}",
+    named = replace(
+        finding.after("; ".join(new), REPAIR), headline=f"{start}{brief}; {finding.headline.removeprefix(start)}"
     )
+    return replace(named, action=finding.action) if finding.action.startswith(REPAIR) else named

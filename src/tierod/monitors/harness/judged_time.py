@@ -100,10 +100,6 @@ class JudgedTime:
         repair = "repair the sensor or its messages, and record again with all signals to the end"
         doubted = finding.status is Status.SUSPECT
         status = Status.SUSPECT if doubted else Status.NOT_IDENTIFIABLE
-        return replace(
-            finding,
-            status=status,
-            headline=f"{title}: {status.value}; {cause}. Until then: {finding.headline}",
-            cause=f"{cause}; {finding.cause}" if doubted else cause,
-            action=f"{repair}; {finding.action}" if doubted else repair,
-        )
+        limited = finding.after(cause, repair) if doubted else replace(finding, cause=cause, action=repair)
+        headline = f"{title}: {status.value}; {cause}. Until then: {finding.headline}"
+        return replace(limited, status=status, headline=headline)

@@ -134,13 +134,11 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
     given = "; ".join(spread_of(vehicle, name) for name in found.names)
     other = _as_found(found, finding.confirmed is not None)
     cause = f"the verdict depends on parameters of the vehicle file: within their spread ({given}) it is {other}"
+    action = f"measure {names} first, enter value and standard_deviation in the vehicle file, and judge anew"
     finding = replace(
-        finding,
+        finding.after(cause, action),
         status=Status.SUSPECT if alarm else Status.NOT_IDENTIFIABLE,
         headline=f"{finding.headline} But {names} {_decide(found.names)}: within the spread this is {other}.",
-        cause=f"{cause}; {finding.cause}" if finding.cause else cause,
-        action=f"measure {names} first, enter value and standard_deviation in the vehicle file, and judge anew; "
-        f"{finding.action}".removesuffix("; none"),
     )
     return replace(
         conclusion,
