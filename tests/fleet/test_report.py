@@ -168,6 +168,12 @@ def test_a_car_without_a_verdict_is_not_one_without_a_fault(tmp_path, monkeypatc
     )
     assert "No car of 2 needs a look" in render(whole)
     assert whole.remarks == ("friction: no verdict on 2 of 2 cars (not identifiable)",)
+    doubted = worked_out(
+        made(sensor("a", ["healthy", "suspect"]) + sensor("a", ["suspect"], "rack")), ledger().empty_table(), Design()
+    )
+    assert "No car of 1 needs a look" in render(doubted)
+    (remark,) = doubted.remarks
+    assert remark.startswith("condition: suspect on 1 drive of 1 car; the findings hold the cause")
 
 
 def test_one_finding_without_a_date_is_named_in_the_singular():

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tierod.fleet.standing import JUDGED
+from tierod.core.findings import Status
+from tierod.fleet.standing import JUDGED, LAST, OFTEN
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -17,7 +19,7 @@ class Coverage(NamedTuple):
     Args:
         vehicles: with findings
         judged: of them, with a verdict of one monitor or more
-        remarks: monitors that gave no verdict on some cars that they looked at, and why
+        remarks: monitors that gave no verdict on some cars that they looked at, and why; drives that are suspect
     """
 
     vehicles: int
@@ -44,7 +46,21 @@ def coverage(findings: pa.Table) -> Coverage:
         f"{monitor}: no verdict on {count} of {looked[monitor]} cars ({_most(open_, monitor)})"
         for monitor, count in sorted(Counter(monitor for monitor, _ in open_).items())
     )
-    return Coverage(cars.num_rows, sum(cars["verdict_any"].to_pylist()), remarks)
+    doubted = findings.filter(pc.equal(findings["status"], str(Status.SUSPECT)))
+    # A drive has a row for each thing that was judged.
+    single = doubted.group_by(["monitor", "vehicle", "recording_name", "span"]).aggregate([])
+    drives = single.group_by("monitor").aggregate([("vehicle", "count"), ("vehicle", "count_distinct")]).to_pylist()
+    return Coverage(cars.num_rows, sum(cars["verdict_any"].to_pylist()), (*remarks, *_suspect(drives)))
+
+
+def _suspect(drives: list[dict[str, Any]]) -> Iterator[str]:
+    """Suspect drives list no car: often the recording is at fault, and the cause of each says so."""
+    for each in sorted(drives, key=lambda row: row["monitor"]):
+        count, cars = each["vehicle_count"], each["vehicle_count_distinct"]
+        yield (
+            f"{each['monitor']}: suspect on {count} drive{'s' * (count > 1)} of {cars} car{'s' * (cars > 1)}; the "
+            f"findings hold the cause, and a car is listed from a fault in {OFTEN} of its last {LAST} drives"
+        )
 
 
 def _most(pairs: list[tuple[str, str]], monitor: str) -> str:
