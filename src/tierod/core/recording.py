@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from tierod.core import frames
+from tierod.core.alignment import Places, between, held, places
 from tierod.core.errors import InputError, nearest
 from tierod.core.screen import Screen
 from tierod.core.timestamps import Order, finite_or_missing, infinite_note, order, paced
@@ -343,16 +344,18 @@ class Recording:
         grid = first + np.arange(max(count, 0)) / rate
         names = tuple(names)
         values = np.full((len(grid), len(names)), np.nan)
-        places: dict[int, _Places] = {}  # of channels with the same stamps, looked for once
+        found_places: dict[int, Places] = {}  # of channels with the same stamps, looked for once
         for column, name in enumerate(names):
             channel = self.channels.get(name)
             if channel is None or not len(channel.time):
                 continue
-            found = places.get(id(channel.time))
+            found = found_places.get(id(channel.time))
             if found is None:
-                found = places[id(channel.time)] = _places(channel.time, grid, maximum_age, 0.5 / rate)
+                found = found_places[id(channel.time)] = places(channel.time, grid, maximum_age, 0.5 / rate)
             values[:, column] = (
-                _held(channel.values, found) if method == "hold" else _between(channel, found, maximum_age)
+                held(channel.values, found)
+                if method == "hold"
+                else between(channel.time, channel.values, found, maximum_age)
             )
         return Aligned(grid, values, names)
 
@@ -360,60 +363,3 @@ class Recording:
 def _extremes(values: np.ndarray) -> tuple[str, str]:
     seen = values[np.isfinite(values)]
     return (f"{seen.min():.6g}", f"{seen.max():.6g}") if len(seen) else ("", "")
-
-
-class _Places(NamedTuple):
-    """Places of a grid's times among time stamps: the sample before, its age [s], and whether it is held, (n,)."""
-
-    before: np.ndarray | slice
-    known: np.ndarray | bool
-    age: np.ndarray
-    held: np.ndarray
-    everywhere: bool
-    rounding: float
-
-
-def _places(time: np.ndarray, grid: np.ndarray, maximum_age: float, tolerance: float) -> _Places:
-    rounding = min(tolerance, 1e-6)
-    until = grid + rounding
-    known: np.ndarray | bool = True
-    before: np.ndarray | slice | None = _evenly_spaced(time, until)
-    if before is None:
-        found = np.searchsorted(time, until, side="right") - 1
-        known, before = found >= 0, np.maximum(found, 0)
-    age = grid - time[before]
-    held = known & (age <= maximum_age + rounding)
-    return _Places(before, known, age, held, bool(held.all()), rounding)
-
-
-def _evenly_spaced(time: np.ndarray, until: np.ndarray) -> slice | None:
-    """Places of the last stamps up to each of some times where every k-th is one, as of regular clocks; else None."""
-    if len(until) < 2:
-        return None
-    first, last = (np.searchsorted(time, until[[0, -1]], side="right") - 1).tolist()
-    step, rest = divmod(last - first, len(until) - 1)
-    if first < 0 or step < 1 or rest:
-        return None
-    before, following = slice(first, last + 1, step), time[first + 1 : last + 2 : step]
-    fits = (time[before] <= until).all() and (following > until[: len(following)]).all()
-    return before if fits else None
-
-
-def _held(values: np.ndarray, places: _Places) -> np.ndarray:
-    """The latest sample, NaN where it is too old."""
-    latest = values[places.before]
-    return latest if places.everywhere else np.where(places.held, latest, np.nan)
-
-
-def _between(channel: Channel, places: _Places, maximum_age: float) -> np.ndarray:
-    """Between two samples; NaN where they are too far apart."""
-    time, values = channel.time, channel.values
-    before, known, age, _, _, rounding = places
-    before = np.arange(len(time))[before]
-    after = np.minimum(before + 1, len(time) - 1)
-    width = time[after] - time[before]
-    share = np.divide(age, width, out=np.zeros_like(age), where=width > 0.0)
-    between = values[before] + np.clip(share, 0.0, 1.0) * (values[after] - values[before])
-    exact = age <= rounding
-    within = (width <= maximum_age + rounding) & (age <= width + rounding)
-    return np.where(known & exact, values[before], np.where(known & within & (width > 0.0), between, np.nan))
