@@ -22,14 +22,14 @@ def test_vehicle_years_and_delays_are_counted():
     assert max(ramps.delays) < 60.0
 
 
-def test_false_alarms_are_counted_without_a_change_of_tyres_too():
-    law = virtual_years.without_tyres(shipped_law())
-    assert (law.winter, law.winter_deviation) == (0.0, 0.0)
+def test_false_alarms_are_counted_with_tyres_that_move_the_estimate_too():
+    law = virtual_years.with_tyres(shipped_law(), 0.03)
+    assert (law.winter, law.winter_deviation) == (0.0, 0.03)
     assert law.drive_deviation == shipped_law().drive_deviation
     counted = [Counted(10.0, alarms, (), 0.0, 0) for alarms in (1, 2, 3, 4)]
     rows = virtual_years._quiet_table(counted[:3], counted[3]).rows
     assert [(row[0], row[2]) for row in rows] == [
-        ("1", "1"), ("2", "2"), ("7", "3"), ("7, the same tyres all year", "4")]  # fmt: skip
+        ("1", "1"), ("2", "2"), ("7", "3"), ("7, other tyres by 0.03 N·m", "4")]  # fmt: skip
 
 
 def test_quantiles_and_bounds():
