@@ -13,6 +13,7 @@ from tierod.methods.trends.drive_filter import Prior, TrendNoise
 from tierod.methods.trends.drive_scatter import DriveScatter, drive_scatter
 from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.fault_free_shifts import EVERY
+from tierod.methods.trends.robust import usual_deviation
 from tierod.methods.trends.wandering import Wandering, wandering
 
 TEMPERATURE, MILEAGE = 0, 1
@@ -140,7 +141,7 @@ def _levels(series: Series, effects: np.ndarray) -> tuple[float, float]:
     """Median of the cars' medians, and their standard deviation about it."""
     middle = np.nanmedian(_corrected(series.drives, effects), axis=1)
     centre = float(np.median(middle))
-    spread = float(np.median(np.abs(middle - centre))) / 0.6745
+    spread = usual_deviation(middle - centre)
     known = series.nominal[np.isfinite(series.nominal)]
     if len(middle) < MANY and len(known):
         # Few cars do not show how cars differ: no less than a tenth of the nominal value.
@@ -167,7 +168,7 @@ def _mileage_effect(series: Series, effects: np.ndarray) -> tuple[float, float]:
     for _ in range(20):
         found = np.linalg.lstsq(design * np.sqrt(weight)[:, None], middle * np.sqrt(weight), rcond=None)[0]
         rest = middle - design @ found
-        size = max(float(np.median(np.abs(rest))) / 0.6745, 1e-12)
+        size = max(usual_deviation(rest), 1e-12)
         weight = 1.0 / np.maximum(1.0, np.abs(rest) / (1.5 * size))
     inverse = np.linalg.inv(design.T @ (weight[:, None] * design))
     return float(found[1]), float(size * np.sqrt(inverse[1, 1]))

@@ -6,10 +6,10 @@ is known, so that the likelihood ratio of a change of size a against none is exp
 over the drives. Over a half-normal size it has a closed form. A drive is wrong with a small probability and then does
 not depend on the change: it multiplies the ratio by (1 - p) + p r, for the probability p that it is right without a
 change, and the ratio r that it has if it is. What the level of a fault-free car does by itself, see
-`fault_free_shifts`, is in the density that the ratios are held against. Their sum over all
-beginnings, each weighted with the days in which it may have begun, is the Shiryaev-Roberts statistic in days: without a
-change its mean is the time that has passed. A car therefore reaches A days by chance after A days on average or later,
-however many drives were looked at.
+`fault_free_shifts`, is in the density that the ratios are held against. Their sum over all beginnings, each weighted
+with the days in which it may have begun, is the Shiryaev-Roberts statistic in days: without a change its mean is the
+time that has passed. A car therefore reaches A days by chance after A days on average or later, however many drives
+were looked at.
 
 Sources: A. S. Willsky, H. L. Jones, 1976, doi 10.1109/TAC.1976.1101146 (signatures); A. N. Shiryaev, 1963, doi
 10.1137/1108002; M. Pollak, 1987, doi 10.1214/aos/1176350373 (mean time between false alarms); A. P. Dawid, 1984, doi

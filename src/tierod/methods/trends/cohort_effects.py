@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tierod.core.errors import InputError
+from tierod.methods.trends.robust import usual_deviation
 
 LEAST = 3
 """Cars of a cohort without which nothing is said about it."""
@@ -118,7 +119,7 @@ def _between(value: np.ndarray, deviation: np.ndarray) -> tuple[float, np.ndarra
     with the bound of P. J. Huber's proposal 2).
     """
     centre = float(np.median(value))
-    spread = float(np.median(np.abs(value - centre))) / 0.6745
+    spread = usual_deviation(value - centre)
     between = np.sqrt(max(spread**2 - float(np.median(deviation**2)), 1e-12))
     expected = 0.9205  # mean of min(z^2, 2^2) of a normal z
     for _ in range(50):

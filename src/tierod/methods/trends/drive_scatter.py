@@ -8,6 +8,7 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.methods.trends.drives import Drives
+from tierod.methods.trends.robust import VARIANCE_ERROR, usual_deviation
 
 LEAST = 30
 """Pairs of drives without which nothing is learnt: they give a deviation to 13 %."""
@@ -70,7 +71,7 @@ def drive_scatter(drives: Drives) -> DriveScatter:
     effects = _robust_slopes(change, moved)
     rest = change - moved @ effects
     stated = first**2 + second**2
-    level = np.median(np.abs(rest)) / 0.6745
+    level = usual_deviation(rest)
     low, high = np.quantile(stated, (0.1, 0.9))
     separated = bool(high > 2.0 * low)
     begin = [np.log(max(level, 1e-9) / np.sqrt(2.0)), np.log(0.5) if separated else -np.inf, np.log(0.03 / 0.97)]
@@ -136,8 +137,8 @@ def _differing(rest: np.ndarray, moved: np.ndarray) -> np.ndarray:
         more = along[far].mean() - along[~far].mean() if far.any() else 0.0
         if more <= 0.0:
             continue
-        wide, near = ((np.median(np.abs(rest[of])) / 0.6745) ** 2 for of in (far, ~far))
-        error = 2.33 * np.hypot(wide, near) / np.sqrt(0.5 * len(rest))
+        wide, near = (usual_deviation(rest[of]) ** 2 for of in (far, ~far))
+        error = VARIANCE_ERROR * np.hypot(wide, near) / np.sqrt(0.5 * len(rest))
         found[number] = np.sqrt((max(wide - near, 0.0) + error) / more)
     return found
 
@@ -154,6 +155,6 @@ def _robust_slopes(change: np.ndarray, moved: np.ndarray) -> np.ndarray:
         normal = moved.T @ (weight[:, None] * moved)
         slopes = np.linalg.solve(normal + ridge * max(np.trace(normal), 1e-12), moved.T @ (weight * change))
         rest = change - moved @ slopes
-        size = max(float(np.median(np.abs(rest))) / 0.6745, 1e-12)
+        size = max(usual_deviation(rest), 1e-12)
         weight = 1.0 / np.maximum(1.0, np.abs(rest) / (1.5 * size))
     return slopes

@@ -8,6 +8,7 @@ import numpy as np
 
 from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.fault_free_shifts import EVERY
+from tierod.methods.trends.robust import VARIANCE_ERROR, usual_deviation
 
 LEAST = 50
 """Pairs of drives at a distance without which the distance is left out."""
@@ -62,12 +63,12 @@ def wandering(drives: Drives, effects: np.ndarray) -> Wandering:
         distance.append(usual)
         drift.append(middle / usual)
         pairs = int(near.sum())
-        spread.append((float(np.median(np.abs(change[near] - middle))) / 0.6745) ** 2)
+        spread.append(usual_deviation(change[near] - middle) ** 2)
     if len(distance) < 3:
         return Wandering(0.0, 0.0, 0.0, 0.0)
     apart, variance = np.array(distance), np.array(spread)
     terms = np.stack((np.ones(len(apart)), apart, apart**2), axis=1) / variance[:, None]
     found, _ = nnls(terms, np.ones(len(apart)))
-    error = 2.33 / np.sqrt(pairs) * variance[-1]
+    error = VARIANCE_ERROR / np.sqrt(pairs) * variance[-1]
     walk, slope = np.sqrt(found[1] + error / apart[-1]), np.sqrt(found[2] + error / apart[-1] ** 2)
     return Wandering(float(walk), float(drift[-1]), float(slope), float(apart[-1]))

@@ -127,13 +127,8 @@ def items(law: ErrorLaw, effort: Effort, seed: int) -> Iterator[Item]:
     yield _delay_table(ramps, steps)
     yield _delay_chart(ramps)
     yield from _claims(quiet, ramps, steps)
-    yield Claim(
-        "ramps.false-alarms-tyres",
-        f"At most one false alarm in 10 000 vehicle-years, {PER_WEEK[-1]} drives a week, other tyres moving the "
-        f"estimate by {TYRES:g} N·m.",
-        GOAL, None, 1e4 * tyres.alarms / tyres.years, at_most(1.0), "",
-        f"{tyres.alarms} counted on {tyres.years:.0f} vehicle-years at estimate level.", cause=SHIFTED,
-    )  # fmt: skip
+    often = f"{PER_WEEK[-1]} drives a week, other tyres moving the estimate by {TYRES:g} N·m"
+    yield _false_alarms("tyres", often, tyres)
 
 
 def with_tyres(law: ErrorLaw, deviation: float) -> ErrorLaw:
@@ -225,17 +220,21 @@ def within(each: Counted) -> float:
     return float(np.mean(np.array(each.delays) <= WITHIN)) if each.delays else math.nan
 
 
+def _false_alarms(key: str, often: str, of: Counted) -> Claim:
+    return Claim(
+        f"ramps.false-alarms-{key}", f"At most one false alarm in 10 000 vehicle-years, {often}.", GOAL, None,
+        1e4 * of.alarms / of.years, at_most(1.0), "",
+        f"{of.alarms} counted on {of.years:.0f} vehicle-years at estimate level.",
+        cause=f"{of.alarms} alarms of {of.years:.0f} years: their bound at 95 % is "
+        f"{1e4 * rate_bound(of.alarms, of.years):.1f} in 10 000. {SHIFTED}",
+    )  # fmt: skip
+
+
 def _claims(quiet: list[Counted], ramps: list[Counted], steps: list[Counted]) -> Iterator[Claim]:
     for n, none, ramp in zip(PER_WEEK, quiet, ramps, strict=True):
         often = f"{n} drive{'s' * (n > 1)} of 5 minutes a week"
         note = f"{len(ramp.delays)} ramps; 95 % within {quantile(ramp, 0.95):.0f} d."
-        yield Claim(
-            f"ramps.false-alarms-{n}", f"At most one false alarm in 10 000 vehicle-years, {often}.", GOAL, None,
-            1e4 * none.alarms / none.years, at_most(1.0), "",
-            f"{none.alarms} counted on {none.years:.0f} vehicle-years at estimate level.",
-            cause=f"{none.alarms} alarms of {none.years:.0f} years: their bound at 95 % is "
-            f"{1e4 * rate_bound(none.alarms, none.years):.1f} in 10 000. {SHIFTED}",
-        )  # fmt: skip
+        yield _false_alarms(str(n), often, none)
         yield Claim(
             f"ramps.median-{n}", f"A ramp of 1 N·m per 100 days is found within 30 days, median, {often}.", GOAL, None,
             quantile(ramp, 0.5), at_most(WITHIN), "d", note,
