@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tierod.core.block import leaves
+from tierod.core.block import values_of
 from tierod.core.errors import TraceError
 from tierod.core.graph.bank_graph import BankGraph
 from tierod.core.graph.initial import initial_program
@@ -48,7 +48,7 @@ class LaneInterface(_OfBank):
         lanes = self.subject.block.lanes
         found = initial_program(lanes[0])
         follows = any(each.name == "input" for each in found.operations)
-        starts = [[leaf for _, leaf in leaves(lane.init())] for lane in lanes]
+        starts = [values_of(lane.init()) for lane in lanes]
         if not follows and any(start != starts[0] for start in starts):
             raise TraceError(
                 f"the lanes of {self.subject.title} begin with different states that do not follow from their "
@@ -194,7 +194,7 @@ class BankInterface(_OfBank):
     @property
     def fed_first(self) -> tuple[float, ...]:
         """Feedback with the first sample."""
-        return tuple(float(leaf) for _, leaf in leaves(self.subject.block.judge.feedback()))
+        return tuple(float(leaf) for leaf in values_of(self.subject.block.judge.feedback()))
 
     @property
     def tuned(self) -> int:

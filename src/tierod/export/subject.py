@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tierod import __version__
-from tierod.core.block import Ring, Tree, leaves, tuning
+from tierod.core.block import Ring, Tree, tuning, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph import trace
 from tierod.core.graph.memory_layout import BankState, flat_memory
@@ -138,4 +138,4 @@ def subject_of_block(
 
 
 def _with_leaves(tree: Tree) -> list[tuple[Described, Any]]:
-    return list(zip(described(tree), (leaf for _, leaf in leaves(tree)), strict=True))
+    return list(zip(described(tree), values_of(tree), strict=True))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from tierod.core.block import Scalar, Tree, leaves, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, leaves, rebuild, skeleton, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import absolute, cos, exp, sin, sqrt, where
@@ -44,7 +44,7 @@ def discretise_pair(model: Model) -> Model:
         def slope(at: Tree) -> Tree:
             return model.derivative(at, u, p.continuous)
 
-        moved = _mean_slope(jacobian(slope, x), [leaf for _, leaf in leaves(slope(x))], p.sample_time)
+        moved = _mean_slope(jacobian(slope, x), values_of(slope(x)), p.sample_time)
         return rebuild(x, [a + p.sample_time * b for (_, a), b in zip(leaves(x), moved, strict=True)])
 
     return sampled_model(model, "exponential", transition)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tierod.core.block import Tree, leaves, rebuild, skeleton
+from tierod.core.block import Tree, leaves, rebuild, skeleton, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.model import Model
@@ -77,8 +77,8 @@ def linearise(model: Model, parameters: Tree, state: Tree, inputs: Tree) -> Line
         parameters: of the model
         state, inputs: the point, as the model's State and Input (or tuples of floats in their order)
     """
-    at = rebuild(skeleton(model.State), [float(leaf) for _, leaf in leaves(state)])
-    given = rebuild(skeleton(model.Input), [float(leaf) for _, leaf in leaves(inputs)])
+    at = rebuild(skeleton(model.State), [float(leaf) for leaf in values_of(state)])
+    given = rebuild(skeleton(model.Input), [float(leaf) for leaf in values_of(inputs)])
     equation = model.transition if hasattr(model, "transition") else model.derivative
     shapes = [tuple(path for path, _ in leaves(skeleton(kind))) for kind in (model.State, model.Input, model.Output)]
     n, m, p = map(len, shapes)
@@ -190,7 +190,7 @@ def linear_model(state: type, inputs: type, output: type) -> Model:
 
 
 def _combined(shape: type, *parts: tuple[Entries, Tree]) -> Tree:
-    flat = [(matrix, [leaf for _, leaf in leaves(tree)]) for matrix, tree in parts]
+    flat = [(matrix, values_of(tree)) for matrix, tree in parts]
     rows = []
     for k in range(len(parts[0][0])):
         terms = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from tierod.core.block import Scalar, Tree, leaves, rebuild
+from tierod.core.block import Scalar, Tree, leaves, rebuild, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.model import Model, require_continuous
@@ -49,7 +49,7 @@ def discretise_stiff(model: Model, squarings: int, at: Tree = None) -> Model:
         part = p.sample_time / 2.0**squarings
         rows = [[part * each for each in row] for row in jacobian(slope, x if at is None else at)]
         mean = _mean_exponential(rows, squarings)
-        rates = [leaf for _, leaf in leaves(slope(x))]
+        rates = values_of(slope(x))
         moved = [p.sample_time * _total([a * b for a, b in zip(row, rates, strict=True)]) for row in mean]
         return rebuild(x, [a + b for (_, a), b in zip(leaves(x), moved, strict=True)])
 

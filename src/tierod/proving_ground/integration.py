@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from tierod.core.block import Scalar, Tree, leaves, rebuild
+from tierod.core.block import Scalar, leaves, rebuild, values_of
 from tierod.core.graph.derivatives import jacobian
 from tierod.proving_ground.parts import Loads, Memory, Motion, Steering
 
@@ -24,17 +24,13 @@ def runge_kutta(derivative: Callable[[State], State], state: State, step: Scalar
     second = derivative(_ahead(state, first, 0.5 * step))
     third = derivative(_ahead(state, second, 0.5 * step))
     fourth = derivative(_ahead(state, third, step))
-    slopes = zip(*(map(_leaf, leaves(slope)) for slope in (first, second, third, fourth)), strict=True)
+    slopes = zip(*map(values_of, (first, second, third, fourth)), strict=True)
     mean = [(a + 2.0 * (b + c) + d) / 6.0 for a, b, c, d in slopes]
     return _ahead(state, rebuild(state, mean), step)
 
 
 def _ahead(state: State, slope: State, step: Scalar) -> State:
-    return rebuild(state, [x + step * rate for (_, x), (_, rate) in zip(leaves(state), leaves(slope), strict=True)])
-
-
-def _leaf(named: tuple[str, Scalar]) -> Scalar:
-    return named[1]
+    return rebuild(state, [x + step * rate for x, rate in zip(values_of(state), values_of(slope), strict=True)])
 
 
 def implicit_inverse(derivative: Callable[[State], State], at: State, step: Scalar) -> list[list[Scalar]]:
@@ -109,9 +105,9 @@ def rosenbrock(
         known = iter(_product(inverse, [value for value, own in zip(slope, solved, strict=True) if own]))
         return [next(known) if own else value for value, own in zip(slope, solved, strict=True)]
 
-    first = implicit(_flat(derivative(state)))
-    ahead = rebuild(state, [x + step * slope for x, slope in zip(_flat(state), first, strict=True)])
-    right = [after - 2.0 * before for after, before in zip(_flat(derivative(ahead)), first, strict=True)]
+    first = implicit(values_of(derivative(state)))
+    ahead = rebuild(state, [x + step * slope for x, slope in zip(values_of(state), first, strict=True)])
+    right = [after - 2.0 * before for after, before in zip(values_of(derivative(ahead)), first, strict=True)]
     second = implicit(right)
     mean = [1.5 * a + 0.5 * b for a, b in zip(first, second, strict=True)]
     return _ahead(state, rebuild(state, mean), step)
@@ -130,10 +126,6 @@ def _product(matrix: list[list[Scalar]], vector: list[Scalar]) -> list[Scalar]:
 
 def _is_zero(value: Scalar) -> bool:
     return isinstance(value, float) and value == 0.0
-
-
-def _flat(tree: Tree) -> list[Scalar]:
-    return [leaf for _, leaf in leaves(tree)]
 
 
 def steering_inverse(steering: Steering, motion: Motion, memory: Memory, step: Scalar) -> list[list[Scalar]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
-from tierod.core.block import Tree, leaves
+from tierod.core.block import Tree, leaves, values_of
 from tierod.core.errors import TraceError
 from tierod.core.graph.bank_graph import BankGraph, trace_bank
 from tierod.core.graph.maths import is_symbol
@@ -89,7 +89,7 @@ class Bank:
         Raises:
             TraceError: given symbols, that is inside another block
         """
-        if any(is_symbol(leaf) for _, leaf in leaves(sample)):
+        if any(is_symbol(leaf) for leaf in values_of(sample)):
             raise TraceError("a Bank cannot stand inside another block; run what comes before and after it by itself")
         said = [state.feedback] if any(leaves(state.feedback)) else []
         pairs = zip(self.lanes, state.lanes, strict=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from tierod.core.block import Ring, Tree, leaves, map_leaves, skeleton, structure
+from tierod.core.block import Ring, Tree, leaves, map_leaves, skeleton, structure, values_of
 from tierod.core.errors import TraceError
 from tierod.core.graph.memory_layout import GROUP
 from tierod.core.graph.trace import Graph, straight_line
@@ -101,7 +101,7 @@ def trace_bank(bank: Any, judged: type) -> BankGraph:
             f"the lanes of a bank of {type(first).__name__} differ in more than their floats; "
             "let flags be floats (1.0, 0.0) that the step asks with `where`"
         )
-    if any(isinstance(leaf, Ring) for _, leaf in leaves(first.init())):
+    if any(isinstance(leaf, Ring) for leaf in values_of(first.init())):
         raise TraceError(f"{type(first).__name__} holds a delay line; lanes of a bank cannot, their judge can")
     said = judge.feedback()
     fed = any(leaves(said))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from tierod.core.block import Scalar, T, Tree, leaves, rebuild
+from tierod.core.block import Scalar, T, Tree, leaves, rebuild, values_of
 from tierod.core.graph.maths import is_symbol
 from tierod.core.graph.trace import Graph
 
@@ -23,9 +23,9 @@ def jacobian(function: Callable[[T], Tree], at: T) -> list[list[Scalar]]:
     """
     import casadi
 
-    point = [leaf for _, leaf in leaves(at)]
+    point = values_of(at)
     symbols = casadi.SX.sym("x", len(point))
-    images = [leaf for _, leaf in leaves(function(rebuild(at, casadi.vertsplit(symbols))))]
+    images = values_of(function(rebuild(at, casadi.vertsplit(symbols))))
     derivative = casadi.jacobian(casadi.vertcat(*images), symbols)
     if any(map(is_symbol, point)) or casadi.symvar(casadi.substitute(derivative, symbols, casadi.DM.zeros(len(point)))):
         derivative = casadi.substitute(derivative, symbols, casadi.vertcat(*point))
@@ -49,7 +49,7 @@ def dependence(function: Callable[[T], Tree], shape: T) -> list[list[bool]]:
     import casadi
 
     symbols = casadi.SX.sym("x", len(list(leaves(shape))))
-    images = [leaf for _, leaf in leaves(function(rebuild(shape, casadi.vertsplit(symbols))))]
+    images = values_of(function(rebuild(shape, casadi.vertsplit(symbols))))
     pattern = casadi.Function("f", [symbols], [casadi.SX(casadi.vertcat(*images))]).jac_sparsity(0, 0)
     rows, columns = pattern.shape
     return [[pattern.has_nz(i, j) for j in range(columns)] for i in range(rows)]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod.core.block import Block, Ring, Tree, leaves, tuning, with_tuning
+from tierod.core.block import Block, Ring, Tree, tuning, values_of, with_tuning
 from tierod.core.graph.operations import NEXT_STATE, PUSH, Operation, Program, invariant_of, is_constant, program
 
 
@@ -50,7 +50,7 @@ def _with_signs(followed: Program, numbers: dict[int, list[float]]) -> Program:
 
 def _parted(state: Tree) -> tuple[list[Any], list[Any]]:
     """Plain numbers of a state, and the first values of its delay lines."""
-    flat = [leaf for _, leaf in leaves(state)]
+    flat = values_of(state)
     return [each for each in flat if not isinstance(each, Ring)], [
         each.initial for each in flat if isinstance(each, Ring)
     ]

@@ -11,7 +11,7 @@ from typing import Any, Generic
 
 import numpy as np
 
-from tierod.core.block import Block, Given, Output, State, Tree, leaves
+from tierod.core.block import Block, Given, Output, State, Tree, values_of
 from tierod.core.errors import InputError, nearest
 from tierod.core.graph.kernel import CompiledKernel, Engine, Kernel, kernel
 from tierod.core.graph.samples import Memory, Result, Samples, columns_of, memory_of
@@ -137,7 +137,7 @@ class Stream(Generic[State, Given, Output]):
                     f"{nearest(missing[0], map(str, sample))}"
                 ) from None
             sample = tuple(sample[name] for name in self.names)
-        flat = [leaf for _, leaf in leaves(sample)]
+        flat = values_of(sample)
         if len(flat) != len(self.names) or not all(isinstance(leaf, Real) for leaf in flat):
             raise InputError(
                 f"a sample needs {len(self.names)} numbers ({', '.join(self.names)}): {error}; "

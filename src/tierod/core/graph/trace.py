@@ -10,7 +10,19 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from tierod.core.block import Block, Ring, Tree, leaves, map_leaves, rebuild, skeleton, structure, tuning, with_tuning
+from tierod.core.block import (
+    Block,
+    Ring,
+    Tree,
+    leaves,
+    map_leaves,
+    rebuild,
+    skeleton,
+    structure,
+    tuning,
+    values_of,
+    with_tuning,
+)
 from tierod.core.errors import TraceError
 from tierod.core.graph.memory_layout import flat_memory
 
@@ -215,7 +227,7 @@ def _next_state(initial: Tree, state: Tree, name: str) -> tuple[list[Any], list[
             f"{name}.step returns a state of another shape than {name}.init gives: they differ in "
             f"{', '.join(changed)}; return the same fields in the same order"
         )
-    plain = [leaf for _, leaf in leaves(state) if not isinstance(leaf, Ring)]
+    plain = [leaf for leaf in values_of(state) if not isinstance(leaf, Ring)]
     rings = [(path, leaf) for path, leaf in leaves(state) if isinstance(leaf, Ring)]
     for path, ring in rings:
         if ring.newest is None:

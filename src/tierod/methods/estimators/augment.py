@@ -7,7 +7,7 @@ import dataclasses
 from functools import lru_cache
 from typing import Any, get_type_hints
 
-from tierod.core.block import Scalar, Tree, leaves, named_tuple
+from tierod.core.block import Scalar, Tree, named_tuple, values_of
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.model import Model, model_like, require_discrete
 
@@ -111,7 +111,7 @@ def parameter_value(p: Tree, path: str) -> Scalar:
 
 def start_of(model_state: Tree, p: Tree, *parameters: str) -> tuple[float, ...]:
     """Initial mean of an augmented model: the base model's state and the present values of the parameters."""
-    return (*(leaf for _, leaf in leaves(model_state)), *(parameter_value(p, path) for path in parameters))
+    return (*values_of(model_state), *(parameter_value(p, path) for path in parameters))
 
 
 @lru_cache(maxsize=64)

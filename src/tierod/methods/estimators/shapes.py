@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Scalar, Tree, derived, leaves, named_tuple, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, derived, leaves, named_tuple, rebuild, skeleton, values_of
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.model import Model
 
@@ -31,8 +31,8 @@ def leaf_names(annotation: type) -> tuple[str, ...]:
 
 
 def leaf_values(tree: Tree) -> tuple[Scalar, ...]:
-    """The leaves of a tree in order."""
-    return tuple(leaf for _, leaf in leaves(tree))
+    """The leaves of a tree in order, as the tuple that states and gains of estimators are."""
+    return tuple(values_of(tree))
 
 
 def filled(shape: type, *parts: Iterable[Scalar]) -> Tree:

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Ring, Scalar, Tree, Truth, leaves, rebuild, skeleton
+from tierod.core.block import Ring, Scalar, Tree, Truth, leaves, rebuild, skeleton, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, negated, present, where
 
@@ -90,8 +90,8 @@ class EachSignal(ABC):
         known = is_fresh(channel.held, self.maximum_gap, self.sample_time)
         held = hold(channel.held, value)
         restart = both(present(value), negated(known))
-        settled = [leaf for _, leaf in leaves(self._settled(held.value))]
-        now = [leaf for _, leaf in leaves(channel.memory)]
+        settled = values_of(self._settled(held.value))
+        now = values_of(channel.memory)
         started = [where(restart, new, old) for new, old in zip(settled, now, strict=True)]
         memory, output = self._advance(rebuild(channel.memory, started), held.value)
         fresh = is_fresh(held, self.maximum_gap, self.sample_time)

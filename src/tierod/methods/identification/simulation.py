@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tierod.core.block import Scalar, Tree, leaves, rebuild, skeleton
+from tierod.core.block import Scalar, Tree, leaves, rebuild, skeleton, values_of
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import log, present, sqrt, where
 from tierod.core.model import Model
@@ -61,7 +61,7 @@ class Simulation:
 
     def init(self) -> Moving:
         """The first state."""
-        values = [leaf for _, leaf in leaves(self.initial)]
+        values = values_of(self.initial)
         none = (0.0,) * len(self.free)
         rows = tuple((*none, *(float(k == entry) for entry in self.free_states)) for k in range(len(values)))
         return Moving(rebuild(skeleton(self.model.State), values), rows)
@@ -72,7 +72,7 @@ class Simulation:
         ahead = self.model.transition(state.mean, sample, self.parameters)
         sensitivities = self._derived(self.model.output, state, sample)
         moved = self._derived(self.model.transition, state, sample)
-        whole = usable([leaf for _, leaf in leaves(sample)])
+        whole = usable(values_of(sample))
         if whole is True:
             return Moving(ahead, moved), Simulated(output, sensitivities)
         after = Moving(ahead, moved)

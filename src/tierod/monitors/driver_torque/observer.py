@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.block import Scalar, Tree, leaves
+from tierod.core.block import Scalar, Tree, values_of
 from tierod.core.graph.maths import both, present, sqrt, where
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.models.column_observation import MotorTorque
@@ -136,7 +136,7 @@ class ColumnObserver:
         unknown = where(settled, 0.0, UNKNOWN**2)
         hand = estimate.variance.hand_torque + layout.hand_torque_growth * start.missing + unknown
         disturbance = estimate.variance.disturbance_torque + layout.disturbance_torque_growth * start.missing
-        innovation = dict(zip(layout.outputs, (leaf for _, leaf in leaves(estimate.innovation)), strict=True))
+        innovation = dict(zip(layout.outputs, values_of(estimate.innovation), strict=True))
         return ColumnEstimate(
             mean.hand_torque,
             sqrt(hand),

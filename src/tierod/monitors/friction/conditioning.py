@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.block import Scalar, leaves, map_leaves, rebuild
+from tierod.core.block import Scalar, leaves, map_leaves, rebuild, values_of
 from tierod.core.graph.maths import absolute, all_of, limit, minimum, present, where
 from tierod.methods.filters import Butterworth, InputHold
 from tierod.monitors.friction.signals import SteeringSample
@@ -140,9 +140,9 @@ class SteeringConditioning:
     def step(self, state: State, sample: SteeringSample) -> tuple[State, ConditionedSteering]:
         """One sample on."""
         sample = map_leaves(lambda value: where(absolute(value) < _LARGEST, value, math.inf), sample)
-        now_present = all_of(*(present(value) for _, value in leaves(sample)))
+        now_present = all_of(*(present(value) for value in values_of(sample)))
         hold, held = self.hold.step(state.hold, sample)
-        bridged = all_of(*(present(value) for _, value in leaves(held)))
+        bridged = all_of(*(present(value) for value in values_of(held)))
         low_pass, filtered = self.low_pass.step(state.low_pass, held)
         pairs = zip(leaves(filtered), leaves(state.signals), strict=True)
         signals = rebuild(state.signals, [where(present(new), new, old) for (_, new), (_, old) in pairs])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-from tierod.core.block import leaves, rebuild, skeleton
+from tierod.core.block import rebuild, skeleton, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import absolute, all_of, both, present, sign, sqrt, where
 from tierod.methods.estimators.gaussian import GaussianFilter
@@ -147,7 +147,7 @@ class RefinedFrictionMonitor:
     def step(self, state: State, sample: Any) -> tuple[State, FrictionEstimate]:
         """One sample on (Table 3)."""
         memory, sample = self._filtered(state.low_pass, sample)
-        whole = all_of(*(present(value) for _, value in leaves(sample)))
+        whole = all_of(*(present(value) for value in values_of(sample)))
         belief, before, running_time = self._restarted(state, sample, whole)
         enabled = all_of(self._gated(sample), whole, running_time >= self.settling_time)
         rate = before.steering_wheel_rate if self.operating_point == "measurement" else belief.mean.steering_wheel_rate

@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import Scalar, leaves
+from tierod.core.block import Scalar, values_of
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import Result
 from tierod.core.graph.maths import absolute, all_of, both, maximum, present, where
@@ -243,7 +243,7 @@ class VarianceFrictionMonitor:
         """Whether every signal is there and the vehicle fast enough for eq (1)."""
         return all_of(
             sample.vehicle_speed > self.minimum_speed,
-            *(present(value) for _, value in leaves(sample)),
+            *(present(value) for value in values_of(sample)),
         )
 
     def _gated(self, sample: SteeringSample, external_torque: Scalar) -> Scalar:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple, TypedDict, Unpack
 
-from tierod.core.block import Scalar, Tree, Truth, leaves, map_leaves
+from tierod.core.block import Scalar, Tree, Truth, map_leaves, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE, numbers
 from tierod.core.graph.maths import absolute, all_of, both, either, limit, present, tanh, where
@@ -182,7 +182,7 @@ class PositionControl:
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
         """One sample on."""
-        usable = all_of(*(present(value) for _, value in leaves(sample)))
+        usable = all_of(*(present(value) for value in values_of(sample)))
         given = self.Sample(*_kept(usable, (sample.observed, sample.reference, sample.enabled)))
         wants = both(usable, given.enabled > 0.5)
         planned = motion_for(given.reference, self.column, self.output_stiffness)
