@@ -24,7 +24,7 @@ REPEATS = 5
 
 @dataclass(frozen=True)
 class LeastFriction:
-    """Tells the least friction that any filter estimates."""
+    """Finds the least friction that any filter estimates."""
 
     lanes: int
 

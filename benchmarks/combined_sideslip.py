@@ -1,6 +1,6 @@
 """The extended filter of the combined sideslip estimator against filterpy's, with Jacobians by differences.
 
-What surrounds the filter (holding, gates, limits, what is told of the limit) is left out on both sides.
+What surrounds the filter (holding, gates, limits, what is reported of the limit) is left out on both sides.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ TUNING = MotorAngleTuning(
 """In the units of a machine of 540 V and 4.3 A; chosen on another course with another noise."""
 
 WARM = 1.2
-"""Resistance of the machine over what both observers are told."""
+"""Resistance of the machine over what both observers assume."""
 
 
 class Drive(NamedTuple):
@@ -80,7 +80,7 @@ def drive(warm: float) -> Drive:
     """A run of motulator's simulation under its own current vector control with its sensor.
 
     Args:
-        warm: resistance of the machine over what its control is told
+        warm: resistance of the machine over what its control assumes
     """
     from motulator.common.utils import abc2complex
     from motulator.drive import model
@@ -158,7 +158,7 @@ def by_speed(seen: Drive, found: np.ndarray) -> dict[float, float]:
 
 
 def run() -> list[dict]:
-    """Rows: resistance over what the observers are told, observer, error by per-unit speed [rad]."""
+    """Rows: resistance over what the observers assume, observer, error by per-unit speed [rad]."""
     rows = []
     for warm in (1.0, WARM):
         seen = drive(warm)

@@ -165,7 +165,9 @@ def _decisions(monitor: Monitor) -> str:
             listed.append(each)
             sharing = [other.name for other in monitor.variants.values() if each in other.decisions]
             which = "all" if len(sharing) == len(monitor.variants) else names(sharing)
-            rows.append((each.name, each.distance, each.rule_told, each.false_alarms_told, which, _linked(each.source)))
+            rows.append(
+                (each.name, each.distance, each.rule_in_words, each.false_alarms_in_words, which, _linked(each.source))
+            )
     header = ("decision", "statistic", "stopping rule", "false alarms", "variants", "from")
     return (
         "How each number becomes a statement, and how often it does so falsely; "

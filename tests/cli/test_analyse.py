@@ -41,7 +41,7 @@ def analyse(*arguments):
     return main(["analyse", *map(str, arguments)])
 
 
-def test_a_column_is_told_in_tables_and_on_a_page(place, capsys):
+def test_a_column_is_reported_in_tables_and_on_a_page(place, capsys):
     assert analyse("column", "--vehicle", "column-bench") == 0
     printed = capsys.readouterr().out
     for result in ("12.69", "112.5", "0.123", "an artefact of", "mechanical,", "page: column-bench-column.html"):
@@ -103,7 +103,7 @@ def test_a_recording_that_does_not_fit_the_model_is_said_to(place, bench, capsys
     assert "driver torque 20 dB" in printed.replace("\n", " ")
 
 
-def test_a_recording_whose_sensors_do_not_follow_the_motor_tells_nothing(place, bench, capsys):
+def test_a_recording_whose_sensors_do_not_follow_the_motor_shows_nothing(place, bench, capsys):
     noise = np.random.default_rng(8).normal(size=len(bench["motor_torque"].time))
     write(bench.with_channels([Channel("motor_torque", bench["motor_torque"].time, noise, "N*m")]), "other.parquet")
     arguments = ("column", "--vehicle", "column-bench", "--recording", "other.parquet", "--no-report", "--json")

@@ -130,7 +130,7 @@ def test_a_reader_that_goes_away_ends_quietly():
 
 
 @pytest.mark.parametrize(("lines", "code"), [(1, 1), (100_000, 141)])
-def test_a_verdict_is_never_healthy_because_nobody_reads_it(verb, monkeypatch, lines, code):
+def test_a_verdict_is_never_healthy_where_no_reader_comes(verb, monkeypatch, lines, code):
     reading, writing = os.pipe()
     os.close(reading)
 
@@ -145,7 +145,7 @@ def test_a_verdict_is_never_healthy_because_nobody_reads_it(verb, monkeypatch, l
     stdout.close()
 
 
-def test_a_full_disk_behind_stdout_is_told():
+def test_a_full_disk_behind_stdout_is_reported():
     if not Path("/dev/full").is_char_device():
         pytest.skip("this system has no /dev/full")
     with open("/dev/full", "w") as full:

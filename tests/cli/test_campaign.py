@@ -82,7 +82,7 @@ def test_a_campaign_leaves_recordings_verdicts_table_document_and_page(ran, caps
     jsonschema.validate(json.loads((runs / "campaign.json").read_text(encoding="utf-8")), SCHEMA)
 
 
-def test_the_same_command_again_only_tells_what_is_there(ran, capsys):
+def test_the_same_command_again_only_shows_what_is_there(ran, capsys):
     before = {path: path.stat().st_mtime_ns for path in (ran / "runs").glob("*/*")}
     assert campaign("c.toml", "-o", "runs") == 0
     captured = capsys.readouterr()
@@ -109,7 +109,7 @@ def test_gates_decide_the_exit_code_and_drive_nothing_anew(ran, figure, goal, co
     assert "4 of 4 drives" in captured.err.splitlines()[0]
 
 
-def test_a_dry_run_tells_matrix_and_cost_and_writes_nothing(place, capsys):
+def test_a_dry_run_shows_matrix_and_cost_and_writes_nothing(place, capsys):
     assert campaign("c.toml", "-o", "runs", "--dry-run") == 0
     result = capsys.readouterr().out
     assert "4 drives, 0.0 h of driving" in result
@@ -136,7 +136,7 @@ def test_a_slip_is_refused_before_any_drive(place, old, new, result, capsys):
     assert not (place / "runs").exists()
 
 
-def test_a_dry_run_of_what_is_half_done_tells_the_rest(ran, capsys):
+def test_a_dry_run_of_what_is_half_done_shows_the_rest(ran, capsys):
     for path in (ran / "runs" / "verdicts").glob("yaw-rate*"):
         path.unlink()
     assert campaign("c.toml", "-o", "runs", "--dry-run") == 0

@@ -11,7 +11,7 @@ from tierod.io.writers import write
 WISH = ["design", "detector", "--false-alarms", "1 per 100 h", "--shift", "1.2", "--rate", "100"]
 
 
-def test_it_tells_threshold_and_delay_of_every_rule_and_draws_the_curves(tmp_path, capsys):
+def test_it_shows_threshold_and_delay_of_every_rule_and_draws_the_curves(tmp_path, capsys):
     page = tmp_path / "detector.html"
     assert main([*WISH, "--sigma", "0.4", "-o", str(page)]) == 0
     printed = capsys.readouterr().out
@@ -106,7 +106,7 @@ def test_false_alarms_in_words(text, seconds):
         (["--sigma", "0.4", "--false-alarms", "1 per 0.01 s"], "ask for more"),
     ],
 )
-def test_bad_use_is_told_in_a_line(arguments, says, capsys):
+def test_bad_use_is_reported_in_a_line(arguments, says, capsys):
     assert main([*WISH, *arguments]) == 3
     error = capsys.readouterr().err
     assert says in error

@@ -41,7 +41,7 @@ def test_every_element_has_a_trouble_code_of_its_own():
     assert numbers == [f"C1A{0x30 + place:X}" for place in range(len(ELEMENTS) + 1)]
 
 
-def test_a_lost_sensor_is_told_and_shown_and_ends_with_one(place, faulty, capsys):
+def test_a_lost_sensor_is_reported_and_shown_and_ends_with_one(place, faulty, capsys):
     assert diagnose(faulty) == 1
     printed = " ".join(capsys.readouterr().out.split())
     assert "Steering wheel angle sensor: total loss from 1" in printed

@@ -101,7 +101,7 @@ def test_a_damaged_memory_is_refused_and_can_be_cleared(path, capsys):
         (["yaw-rate-offset", "PATH"], "none of read, clear, snapshot"),
     ],
 )
-def test_bad_use_is_told_in_a_line(path, arguments, says, capsys):
+def test_bad_use_is_reported_in_a_line(path, arguments, says, capsys):
     before = path.read_bytes()
     assert main(["faults", *[str(path) if each == "PATH" else each for each in arguments]]) == 3
     error = capsys.readouterr().err
@@ -161,12 +161,12 @@ def test_recordings_that_are_judged_side_by_side_are_all_kept(tmp_path):
     assert memory.entries["friction-fault"].status & CodeStatus.CONFIRMED
 
 
-def test_a_missing_folder_is_told_of_before_the_recording_is_judged(tmp_path):
+def test_a_missing_folder_is_reported_before_the_recording_is_judged(tmp_path):
     with pytest.raises(OutputError, match="create the folder first"):
         MemoryFeed(tmp_path / "absent" / "memory.json", "midsize-eps", "friction")
 
 
-def test_a_monitor_without_a_running_verdict_tells_its_verdict_at_the_end(tmp_path):
+def test_a_monitor_without_a_running_verdict_shows_its_verdict_at_the_end(tmp_path):
     feed = MemoryFeed(tmp_path / "memory.json", "midsize-eps", "hysteresis")
     time = np.arange(100) / 10.0
     feed.add(Aligned(time, time[:, None], ("vehicle_speed",)), 10.0)

@@ -53,7 +53,7 @@ def test_prints_a_file_to_begin_with(capsys, tmp_path):
     assert "use =" in capsys.readouterr().out
 
 
-def test_tells_one_fault_as_json(capsys):
+def test_shows_one_fault_as_json(capsys):
     assert main(["faults", "yaw-rate-offset", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["effects"] == [{"element": "sensor.yaw_rate", "behaviour": {"kind": "offset", "size": 0.3}}]
@@ -61,7 +61,7 @@ def test_tells_one_fault_as_json(capsys):
     assert document["duration"] == 20.0
 
 
-def test_tells_all_as_json(capsys):
+def test_shows_all_as_json(capsys):
     assert main(["faults", "--json"]) == 0
     assert [each["name"] for each in json.loads(capsys.readouterr().out)["faults"]] == list(shipped())
 
@@ -85,6 +85,6 @@ def test_lists_how_elements_can_behave(capsys):
         (["absent.toml"], "there is no fault file"),
     ],
 )
-def test_wrong_use_is_told(arguments, sentence, capsys):
+def test_wrong_use_is_reported(arguments, sentence, capsys):
     assert main(["faults", *arguments]) == 3
     assert sentence in capsys.readouterr().err

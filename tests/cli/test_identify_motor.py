@@ -52,7 +52,7 @@ def test_writes_vehicle_file_page_and_json(folder, capsys):
     assert "motor_friction_stiffness" in Page(text).texts
 
 
-def test_tells_a_table_and_what_is_to_know(folder, capsys):
+def test_shows_a_table_and_what_is_to_know(folder, capsys):
     assert identify(folder, "--free", "motor_inertia,motor_friction") == 0
     out = capsys.readouterr().out
     assert "Parameters before and after" in out
@@ -72,7 +72,7 @@ def still(folder):
     return path
 
 
-def test_what_a_recording_does_not_tell_is_said(still, capsys):
+def test_what_a_recording_does_not_show_is_said(still, capsys):
     assert main(["identify", "motor", str(still), "--vehicle", "motor-bench"]) == 0
     out = capsys.readouterr().out
     assert "motor_resistance" in out

@@ -54,7 +54,7 @@ def test_says_what_a_monitor_lacks(tmp_path, capsys):
     assert "Give a channel map" not in printed
 
 
-def test_tells_the_same_as_json(whole, capsys):
+def test_shows_the_same_as_json(whole, capsys):
     assert main(["inspect", str(whole), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["schema"] == "tierod.inspection/2"

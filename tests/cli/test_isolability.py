@@ -14,7 +14,7 @@ def place(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_the_demonstrator_is_told_in_tables_and_on_a_page(place, capsys):
+def test_the_demonstrator_is_reported_in_tables_and_on_a_page(place, capsys):
     assert main(["isolability", "--vehicle", "smartload"]) == 0
     printed = capsys.readouterr().out
     for result in (
@@ -31,7 +31,7 @@ def test_the_demonstrator_is_told_in_tables_and_on_a_page(place, capsys):
     assert list(charts(text)) == ["isolability"]
 
 
-def test_json_is_one_document_and_tells_what_a_poorer_car_confuses(place, capsys):
+def test_json_is_one_document_and_shows_what_a_poorer_car_confuses(place, capsys):
     poorer = [
         "--without",
         "tie_rod_force",
@@ -45,7 +45,7 @@ def test_json_is_one_document_and_tells_what_a_poorer_car_confuses(place, capsys
     assert document["schema"] == "tierod.isolability/1"
     assert "tie_rod_force" not in document["faults"]
     poor = document["views"]["forces of tyres and tie rods unknown"]
-    (group,) = poor["not_told_apart"]
+    (group,) = poor["not_isolable"]
     assert {"steering_wheel_angle", "steering_shaft_torque", "steering_motor_1"} <= set(group)
     assert list(place.iterdir()) == []
 

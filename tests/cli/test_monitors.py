@@ -15,7 +15,7 @@ def test_shows_signals_variants_and_sources(name, capsys):
         assert text in printed
 
 
-def test_tells_the_default_or_that_there_is_none(capsys):
+def test_shows_the_default_or_that_there_is_none(capsys):
     main(["monitors", "friction"])
     assert "the default is pre-sliding" in capsys.readouterr().out
     main(["monitors", "hysteresis"])
@@ -24,7 +24,7 @@ def test_tells_the_default_or_that_there_is_none(capsys):
     assert "Only if this is a lock-to-lock test of the standing car." in printed
 
 
-def test_tells_what_a_variant_needs_in_place_of_the_monitors_signals(capsys):
+def test_shows_what_a_variant_needs_in_place_of_the_monitors_signals(capsys):
     main(["monitors", "motor-angle"])
     printed = " ".join(capsys.readouterr().out.split())
     assert (
@@ -55,7 +55,7 @@ def test_an_unknown_monitor_names_the_nearest(capsys):
     assert "did you mean 'friction'" in capsys.readouterr().err
 
 
-def test_tells_the_decisions_with_their_false_alarms(capsys):
+def test_shows_the_decisions_with_their_false_alarms(capsys):
     assert main(["monitors", "friction", "--json"]) == 0
     variants = json.loads(capsys.readouterr().out)["monitors"][0]["variants"]
     rising = variants[0]["decisions"][0]

@@ -97,6 +97,6 @@ def test_a_file_of_ones_own(capsys, tmp_path):
         (["absent.toml"], "there is no scenario file absent.toml"),
     ],
 )  # fmt: skip
-def test_wrong_use_is_told(capsys, arguments, sentence):
+def test_wrong_use_is_reported(capsys, arguments, sentence):
     assert main(["scenarios", *arguments]) == 3
     assert sentence in capsys.readouterr().err

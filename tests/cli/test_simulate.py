@@ -54,7 +54,7 @@ def test_writes_measured_channels_beside_the_truth(scenario, capsys, ending):
     assert recording.metadata["seed"] == 0
 
 
-def test_tells_one_run_as_json(scenario, capsys):
+def test_shows_one_run_as_json(scenario, capsys):
     assert main(["simulate", scenario(), "-o", "a.parquet", "--seed", "5", "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert result["schema"] == "tierod.simulation/1"
@@ -103,7 +103,7 @@ def test_a_run_that_diverges_is_kept_up_to_there_and_could_not_be_judged(scenari
         (["step-stear", "-o", "drive.csv"], "no scenario is called 'step-stear'; did you mean 'step-steer'"),
     ],
 )
-def test_wrong_use_is_told_before_anything_is_driven(scenario, monkeypatch, capsys, tmp_path, arguments, sentence):
+def test_wrong_use_is_reported_before_anything_is_driven(scenario, monkeypatch, capsys, tmp_path, arguments, sentence):
     scenario()
     monkeypatch.setattr(Scenario, "run", lambda *_: pytest.fail("driven"))
     assert main(["simulate", *arguments]) == 3
@@ -114,7 +114,7 @@ def test_wrong_use_is_told_before_anything_is_driven(scenario, monkeypatch, caps
     assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
 
 
-def test_a_slip_in_the_file_is_told_with_its_line(scenario, capsys):
+def test_a_slip_in_the_file_is_reported_with_its_line(scenario, capsys):
     assert main(["simulate", scenario(TEXT.replace("-light", "-lite")), "-o", "drive.csv"]) == 3
     message = capsys.readouterr().err
     assert "mine.toml, line 6: no virtual car is called 'midsize-eps-lite'; did you mean 'midsize-eps-light'" in message

@@ -39,7 +39,7 @@ def whole(effort, progress):
     yield Claim("paper.large", "It is smaller still.", "Somebody", None, 0.1, at_most(0.01 if effort.quick else 0.05))
 
 
-def test_writes_page_and_claims_and_tells_them(studies, tmp_path, capsys):
+def test_writes_page_and_claims_and_shows_them(studies, tmp_path, capsys):
     studies(one=whole)
     assert main(["study", "one", "-o", str(tmp_path / "deep" / "er")]) == 0
     claims = json.loads((tmp_path / "deep" / "er" / "claims.json").read_text(encoding="utf-8"))
@@ -116,7 +116,7 @@ def test_an_unknown_study_names_the_nearest(capsys):
     assert "did you mean 'friction'?" in capsys.readouterr().err
 
 
-def test_a_place_that_cannot_be_written_is_told_before_anything_is_measured(studies, tmp_path, capsys):
+def test_a_place_that_cannot_be_written_is_reported_before_anything_is_measured(studies, tmp_path, capsys):
     def never(effort, progress):
         raise AssertionError("measured all the same")
         yield

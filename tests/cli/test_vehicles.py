@@ -42,7 +42,7 @@ def test_a_copy_finds_the_files_that_the_vehicle_names(capsys, tmp_path):
     assert copy.database.samefile(shipped_one.database)
 
 
-def test_tells_one_vehicle_as_json(capsys):
+def test_shows_one_vehicle_as_json(capsys):
     assert main(["vehicles", "rav4", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["torque_unit"] == "count"
@@ -57,7 +57,7 @@ def test_tells_one_vehicle_as_json(capsys):
         (["rav5"], "did you mean 'rav4'"),
     ],
 )
-def test_wrong_use_is_told(arguments, sentence, capsys):
+def test_wrong_use_is_reported(arguments, sentence, capsys):
     assert main(["vehicles", *arguments]) == 3
     assert sentence in capsys.readouterr().err
 

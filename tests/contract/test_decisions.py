@@ -74,10 +74,10 @@ def test_every_variant_declares_its_decisions(case):
     for decision in variant.decisions:
         assert decision.distance
         assert decision.source
-        assert decision.rule_told
+        assert decision.rule_in_words
         # What is designed or counted has figures; what no fault-free part does may have none, and says so.
         counted = decision.mean_time_between_false_alarms or decision.demonstrated
-        assert counted or (isinstance(decision.rule, OwnRule) and "nothing observed" in decision.false_alarms_told)
+        assert counted or (isinstance(decision.rule, OwnRule) and "nothing observed" in decision.false_alarms_in_words)
 
 
 def test_the_thresholds_in_effect_are_the_declared_ones(case):

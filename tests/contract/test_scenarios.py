@@ -24,7 +24,7 @@ def test_every_shipped_scenario_can_be_driven(name, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("name", scenarios.shipped())
-def test_every_shipped_scenario_is_called_like_its_file_and_told_in_a_sentence(name):
+def test_every_shipped_scenario_is_called_like_its_file_and_reported_in_a_sentence(name):
     scenario = scenarios.load(name)
     assert scenario.name == name
     assert scenario.description[0].isupper()

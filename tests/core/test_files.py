@@ -75,7 +75,7 @@ def test_a_link_stays_and_its_file_is_replaced(tmp_path):
     assert real.read_text() == "new"
 
 
-def test_a_missing_folder_is_told_of_beforehand(tmp_path):
+def test_a_missing_folder_is_reported_of_beforehand(tmp_path):
     with pytest.raises(OutputError, match="there is no folder .*absent; create the folder first"):
         require_folder(tmp_path / "absent" / "page.html")
     require_folder(tmp_path / "page.html")

@@ -95,7 +95,7 @@ def test_defaults_units_and_every_type():
     assert built.until == math.inf
 
 
-def test_the_kind_may_be_left_out_where_the_default_tells_it():
+def test_the_kind_may_be_left_out_where_the_default_shows_it():
     assert car("mass = 1\n[driver]\ngain = 2").driver == CruiseControl(2.0)
     assert car("mass = 1\n[driver]\nkind = 'cruise_control'").driver == CruiseControl()
     assert kind_name(CruiseControl) == "cruise-control"

@@ -151,7 +151,7 @@ def test_a_table_that_has_grown_reads_what_was_written_before(tmp_path):
         FaultMemory.opened(path, "car", small)
 
 
-def test_a_damaged_file_is_told_of_even_where_no_copy_can_be_kept(tmp_path, monkeypatch):
+def test_a_damaged_file_is_reported_even_where_no_copy_can_be_kept(tmp_path, monkeypatch):
     path = tmp_path / "memory.json"
     path.write_text("{")
 

@@ -138,13 +138,13 @@ def test_a_missing_sample_of_a_fault_free_sensor_is_supplied_like_a_lost_one():
     assert substituted["left.value"][10] == 10.3
 
 
-def test_before_anything_is_told_nothing_is():
+def test_before_anything_is_reported_nothing_is():
     substituted = driven(3, yaw__measured=[NAN, NAN, 0.5], yaw__wheels=NAN)
     assert substituted["yaw.source"].tolist() == [NOTHING, NOTHING, SENSOR]
     assert substituted["yaw.value"].tolist() == [0.0, 0.0, 0.5]
 
 
-def test_a_substitute_tells_its_error_and_where_it_was_measured():
+def test_a_substitute_shows_its_error_and_where_it_was_measured():
     with pytest.raises(ParameterError, match="measured error above zero"):
         Substitute("x", (), NAN, "made up")
     assert SubstitutionGraph(("a",), ((Substitute("x", (), 0.2, "bench"),),)).survivable(1) == {"a": True}

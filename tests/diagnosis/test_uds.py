@@ -78,7 +78,7 @@ def test_extended_data(memory, record, value):
     assert (data.record_number, data.raw_data) == (record, bytes([value]))
 
 
-def test_a_debounce_counter_below_zero_is_told_in_two_s_complement(memory):
+def test_a_debounce_counter_below_zero_is_reported_in_two_s_complement(memory):
     assert answer(memory, bytes([0x19, 0x06, 0x5A, 0x02, 0x62, 0x02]))[-1] == 256 - 128
 
 

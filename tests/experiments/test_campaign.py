@@ -88,11 +88,11 @@ def test_the_text_of_a_drive_is_a_scenario_of_its_own(folder):
 
 def test_teachers_are_the_first_fault_free_drives_of_the_same_car(folder):
     made = campaign(folder)
-    taught = {tuple(cell.point.place.values()): cell.teacher for cell in made.plan.cells}
-    numbers = {place: number for number, place in enumerate(taught)}
-    assert taught["3", "fault-free", "", "1"] is None
-    assert taught["4 N*m", "step", "8", "2"] == numbers["3", "fault-free", "", "2"]
-    assert taught["4 N*m", "fault-free", "", "1"] == numbers["3", "fault-free", "", "1"]
+    references = {tuple(cell.point.place.values()): cell.reference for cell in made.plan.cells}
+    numbers = {place: number for number, place in enumerate(references)}
+    assert references["3", "fault-free", "", "1"] is None
+    assert references["4 N*m", "step", "8", "2"] == numbers["3", "fault-free", "", "2"]
+    assert references["4 N*m", "fault-free", "", "1"] == numbers["3", "fault-free", "", "1"]
 
 
 def test_keys_know_all_that_decides(folder):
@@ -146,7 +146,7 @@ def test_slips_and_contradictions_are_refused_with_their_line(folder, old, new, 
         assert refused.startswith(f"line {line}: ")
 
 
-def test_a_scenario_that_scatters_needs_the_seed_to_tell_cars_apart(folder):
+def test_a_scenario_that_scatters_needs_the_seed_to_distinguish_cars(folder):
     text = FILE.replace('same_car = ["seed"]', 'same_car = ["friction"]') + "\n"
     refused = refusal(folder, text.replace("seconds = 30.0", "seconds = 30.0\nscatter = {}"))
     assert "'seed' belongs to same_car" in refused

@@ -47,7 +47,7 @@ def test_differences_are_judged_pair_by_pair(tmp_path):
     assert monitor["changed"] == []
 
 
-def test_changed_verdicts_are_told_and_counted(tmp_path):
+def test_changed_verdicts_are_reported_and_counted(tmp_path):
     first = folder(tmp_path / "a", [row(1), row(2, **STEP, detection_s=3.0), row(3, **STEP, verdict="missed"), row(9)])
     second = folder(
         tmp_path / "b",

@@ -50,7 +50,7 @@ def test_what_the_disk_refuses_ends_all(ours, error):
         list(run(do, [("square", 1), ("full", ours), ("late", 30.0)], 2))
 
 
-def test_processes_under_way_are_ended_where_nobody_waits():
+def test_processes_under_way_are_ended_without_a_reader():
     tasks = run(do, [("square", 1), ("late", 60.0)], 2)
     began = time.monotonic()
     assert next(tasks) == (0, 1)
@@ -86,7 +86,7 @@ def test_no_worker_outlives_a_parent_that_is_killed(tmp_path):
     waited(lambda: not alive(pid))
 
 
-def test_a_script_without_a_guard_is_told_what_to_do(tmp_path):
+def test_a_script_without_a_guard_is_reported_what_to_do(tmp_path):
     script = tmp_path / "unguarded.py"
     script.write_text("from experiments.worker_tasks import do\nfrom tierod.experiments.executor import run\n"
                       "print(list(run(do, [('square', 2)], 1)))\n")  # fmt: skip

@@ -148,7 +148,7 @@ def test_the_friction_monitor_finds_a_step_and_its_size():
     assert learnt is None
 
 
-def test_a_fault_free_drive_teaches_the_baseline():
+def test_a_fault_free_drive_sets_the_baseline():
     found, learnt = judge(drive(minutes=8.0, seed=3), find("friction"), load("midsize-eps"), None, None, 50.0)
     assert (found.outcome, found.status) == ("quiet", "healthy")
     assert learnt.value == pytest.approx(4.0, abs=0.8)

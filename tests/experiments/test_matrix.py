@@ -77,7 +77,7 @@ together = [{ element = "driver_torque", behaviour = "total-loss" }]
     assert [fault.element for fault in matrix(together)[-1].faults] == ["yaw_rate", "driver_torque"]
 
 
-def test_an_axis_sets_what_it_is_told_to():
+def test_an_axis_sets_what_it_is_asked_to():
     text = HEAD + '[axes.mass]\nset = "parameters.chassis.mass"\nvalues = [1500.0, 1600.5]\n' + MONITORS
     assert places(text) == ["1500 fault-free 7", "1500 fault-free 8", "1600.5 fault-free 7", "1600.5 fault-free 8"]
     assert matrix(text)[0].changes({}) == {"parameters.chassis.mass": 1500.0}

@@ -38,7 +38,7 @@ def test_false_alarms_are_counted_over_the_hours_that_were_judged():
     assert noisy.false_alarm_rate == pytest.approx(3 / 0.2)
 
 
-def test_errors_are_pooled_over_samples_and_the_worst_drive_is_told():
+def test_errors_are_pooled_over_samples_and_the_worst_drive_is_reported():
     found = pool([row(1), row(2, **FOUND)])
     assert found.bias_fault_free == pytest.approx(0.1)
     assert found.bias_faulty == pytest.approx(-0.3)

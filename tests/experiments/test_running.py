@@ -176,7 +176,7 @@ def test_a_full_disk_stops_the_campaign_and_leaves_what_is_finished(whole, store
     assert contents(store) == contents(whole)
 
 
-def test_teachers_come_first_and_their_pupils_learn_that_they_taught_nothing(store):
+def test_reference_drives_come_first_and_later_ones_know_that_they_gave_nothing(store):
     scenarios = [replace(each, seed=number) for number, each in enumerate([MIXED[1], MIXED[0], MIXED[3]])]
     reports = ran(store, plan(*scenarios, learns=True), processes=1)
     assert [each.name for each in reports[1:]] == ["fault-free_0_1", "step_0_0", "step_0_2"]

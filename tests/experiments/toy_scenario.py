@@ -10,7 +10,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.experiments.matrix import Point
-from tierod.experiments.plan import Cell, Judge, Plan, drive_key, teachers
+from tierod.experiments.plan import Cell, Judge, Plan, drive_key, reference_drives
 from tierod.proving_ground.faults.behaviours import Offset
 from tierod.proving_ground.faults.fault import Fault
 from tierod.vehicles import load
@@ -86,10 +86,10 @@ def plan(*scenarios, learns=False, keep=True, variant="pre-sliding", settling=50
         Point({"fault": "step" if s.faults else "fault-free", "size": "", "seed": str(n)}, (), s.seed)
         for n, s in enumerate(scenarios)
     ]
-    taught = teachers(points, ()) if learns else [None] * len(points)
+    references = reference_drives(points, ()) if learns else [None] * len(points)
     cells = [
-        Cell(point, scenario, drive_key(scenario), teacher)
-        for point, scenario, teacher in zip(points, scenarios, taught, strict=True)
+        Cell(point, scenario, drive_key(scenario), reference)
+        for point, scenario, reference in zip(points, scenarios, references, strict=True)
     ]
     judge = Judge("friction", "friction", variant, load("midsize-eps"), learns)
     return Plan(cells, (judge,), settling, keep)

@@ -115,7 +115,7 @@ def test_departures_from_misra_are_counted_by_rule(watch, folder):
 
 
 @needs_arm
-def test_targets_agree_and_tell_what_a_step_costs(watch, folder):
+def test_targets_agree_and_show_what_a_step_costs(watch, folder):
     face = exported(watch, folder)
     vectors = vectors_of(watch, random_inputs(watch, 300), "a test")
     rows = {(where, what): result for where, what, result in targets(face, folder, vectors).rows}

@@ -37,7 +37,7 @@ def test_signs_and_gains_are_no_matter_of_units(fault_free, name, factor):
         ("lateral_acceleration", 1.0 / 9.81, "at least one of them is not what it says"),
     ],
 )
-def test_a_wrong_unit_is_told(fault_free, name, factor, sentence):
+def test_a_wrong_unit_is_reported(fault_free, name, factor, sentence):
     (warning,) = turn_warnings(scaled(fault_free, name, factor))
     assert sentence in warning
 
@@ -61,7 +61,7 @@ def test_where_nothing_turns_or_is_known_nothing_is_said(fault_free):
     assert turn_warnings(fault_free.with_channels([unrelated])) == ()
 
 
-def test_a_car_whose_units_nobody_wrote_down():
+def test_a_car_with_unknown_units():
     recording = read(shared_data("revsted_slip_angle", "obd.csv"))
     (warning,) = turn_warnings(recording)
     ratio = float(warning.split("is ")[1].split(" times")[0])

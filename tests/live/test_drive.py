@@ -258,7 +258,7 @@ def test_the_view_shows_verdicts_and_bars(tmp_path):
     assert sparkline([np.nan]) == ""
 
 
-def test_a_terminal_is_told_how_the_drive_ended(tmp_path, capsys):
+def test_a_terminal_is_reported_how_the_drive_ended(tmp_path, capsys):
     from tierod.cli.live import _in_terminal
 
     run, inbox, _ = started(tmp_path, Outputs())

@@ -102,7 +102,7 @@ def test_a_band_is_shown_only_where_the_estimator_claims_it(healthy):
     assert {"nis_band_low", "nis_band_high", "nis_outside_95_share"} < set(strict.consistency)
 
 
-def test_a_parameter_that_a_variant_lacks_is_told_with_the_variant(healthy):
+def test_a_parameter_that_a_variant_lacks_is_reported_with_the_variant(healthy):
     with pytest.raises(ParameterError, match="cannot run as 'baseline': the vehicle 'rav4' lacks nominal_friction"):
         diagnose(healthy, "rav4", "friction", "baseline")
 
@@ -234,7 +234,7 @@ def test_a_dead_channel_is_refused(healthy, values, sentence):
         diagnose(changed(healthy, "driver_torque", values=values(healthy["driver_torque"].values)), "midsize-eps")
 
 
-def test_degrees_taken_for_radians_are_told_beside_the_verdict(healthy):
+def test_degrees_taken_for_radians_are_reported_beside_the_verdict(healthy):
     wrong = changed(healthy, "yaw_rate", values=np.degrees(healthy["yaw_rate"].values))
     warnings = diagnose(wrong, "midsize-eps").findings[0].warnings
     assert any(warning.startswith("yaw_rate: ") and "leaves the plausible" in warning for warning in warnings)
@@ -295,7 +295,7 @@ def test_the_highway_minute_says_what_it_can_and_what_it_cannot():
     assert any("sign" in remark for row in diagnosis.quality for remark in row.remarks if "lateral" in row.name)
 
 
-def test_the_running_verdict_is_told_from_change_to_change_however_the_drive_is_cut(rising):
+def test_the_running_verdict_is_reported_at_every_change_however_the_drive_is_cut(rising):
     courses = []
     for cuts in ((), (100.0, 391.0, 700.0)):
         run = Run(*find("friction"), load("midsize-eps"))

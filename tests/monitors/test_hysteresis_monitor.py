@@ -55,7 +55,7 @@ def test_the_support_must_be_chosen():
         diagnose(lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis")
 
 
-def test_a_test_on_the_ground_called_one_on_the_hoist_is_told():
+def test_a_test_on_the_ground_called_one_on_the_hoist_is_reported():
     finding = diagnose(lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "hoist").findings[0]
     assert [warning for warning in finding.warnings if "looks like a test on the ground" in warning]
 

@@ -34,6 +34,6 @@ def test_a_contradiction_beyond_four_deviations_of_both_leaves_the_file(value, k
         assert f"{5.0 / 1.25**0.5:.1f} σ from the file" in found.text
 
 
-def test_drives_that_narrow_little_teach_nothing():
+def test_drives_that_narrow_little_identify_nothing():
     assert _judged(FILE, DriveRatio(20.0, 1.1, 0.02)).kind == NOT_SEEN
     assert _judged(FILE, None).kind == NOT_SEEN

@@ -189,7 +189,7 @@ def test_wrong_options_are_refused_in_a_sentence(options, message):
         drive(**({"minutes": 0.1, "seed": 0} | options))
 
 
-def test_metadata_tell_seed_and_parameters(healthy):
+def test_metadata_show_seed_and_parameters(healthy):
     assert healthy.metadata["seed"] == 1
     assert healthy.metadata["friction"]["levels"] == (4.0,)
     assert healthy.metadata["vehicle"]["chassis.mass"] == 1600.0

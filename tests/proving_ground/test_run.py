@@ -178,7 +178,7 @@ def test_parts_keep_the_step_of_their_car():
         run(replace(CAR, step_time=5e-3), Turn(), sensors=IDEAL)
 
 
-def test_progress_is_told():
+def test_progress_is_reported():
     result = []
     run(CAR, Turn(), 1.0, sensors=IDEAL, progress=result.append)
     assert result == sorted(result)

@@ -32,7 +32,7 @@ def printed(function, content_):
     return console.export_text()
 
 
-def test_the_page_tells_gates_matrix_states_and_failures():
+def test_the_page_shows_gates_matrix_states_and_failures():
     page = render_campaign(
         content(gates=[gate("detection_worst_s", "<= 10"), gate("false_alarms", "<= 9", fault="fault-free")])
     )

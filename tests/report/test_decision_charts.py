@@ -67,7 +67,7 @@ def test_rules_of_one_design_share_a_chart(diagnosis):
     assert "type" not in figures[1].layout["xaxis"]
 
 
-def test_the_page_tells_every_rule(diagnosis):
+def test_the_page_shows_every_rule(diagnosis):
     text = render(diagnosis)
     page = Page(text)
     said = " ".join(" ".join(page.texts).split())

@@ -29,7 +29,7 @@ def test_nothing_to_compare_is_nothing_to_draw(each):
     assert gauge(each) == ""
 
 
-def test_it_tells_its_content_to_those_who_do_not_see_it():
+def test_it_shows_its_content_to_those_who_do_not_see_it():
     assert 'aria-label="12.40 N·m (95 % interval 12.20 to 12.60) on a scale with nominal 4 N·m"' in gauge(
         estimate(nominal=4.0)
     )

@@ -108,7 +108,7 @@ def test_a_number_is_not_parted_from_its_unit():
     assert "<h1>Friction 12.4_±_1_N·m, 30_% of 5 drives.</h1>" in visible
 
 
-def test_tuning_is_a_list_with_its_source_told_once():
+def test_tuning_is_a_list_with_its_source_reported_once():
     diagnosis = friction_fault(bins=20)
     rows = tuple((f"gate.value_{index}", float(index), "s", None, "tuning of Monitor") for index in range(40))
     text = render(dataclasses.replace(diagnosis, parameters=(*diagnosis.parameters, *rows)))
@@ -162,7 +162,7 @@ def test_merging_hides_no_peak():
 
 
 @pytest.mark.parametrize("status", Status)
-def test_every_status_is_told_in_words_and_by_a_symbol(status):
+def test_every_status_is_reported_in_words_and_by_a_symbol(status):
     finding = dataclasses.replace(friction_fault(bins=20).findings[0], status=status)
     text = render(dataclasses.replace(friction_fault(bins=20), findings=(finding,), traces={}, loops={}, histograms={}))
     assert f">{status}</a></span>" in text

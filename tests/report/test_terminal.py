@@ -81,7 +81,7 @@ def test_what_a_finding_warns_of_is_not_repeated_under_the_remarks():
     assert console.file.getvalue().count(row.remarks[0]) == 1
 
 
-def test_columns_of_elements_that_nobody_fills_are_left_out():
+def test_columns_of_elements_that_stay_empty_are_left_out():
     example = EXAMPLES["several_elements"]()
     console = Console(file=io.StringIO(), width=200)
     print_table(dataclasses.replace(example, elements=example.elements[1:4]), console)

@@ -225,7 +225,7 @@ def test_a_folder_is_no_vehicle(tmp_path):
         load(tmp_path)
 
 
-def test_a_value_without_a_unit_is_told_without_gaps(tmp_path):
+def test_a_value_without_a_unit_is_reported_without_gaps(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(WHOLE + '\n[parameters.motor_ratio]\nvalue = -18.0\nunit = ""\nsource = "counted"\n')
     with pytest.raises(

@@ -82,7 +82,7 @@ def test_too_many_jobs_are_refused():
     jobs.close()
 
 
-def test_a_scenario_that_cannot_be_is_told_without_lines_of_a_file(tmp_path):
+def test_a_scenario_that_cannot_be_is_reported_without_lines_of_a_file(tmp_path):
     from tierod.web.scenarios import drive
 
     late = {"name": "friction-step", "start": 120.0}

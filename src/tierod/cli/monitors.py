@@ -118,7 +118,7 @@ def _decision(decision: Decision) -> dict[str, Any]:
     return {
         "name": decision.name,
         "distance": decision.distance,
-        "rule": decision.rule_told,
+        "rule": decision.rule_in_words,
         "mean_between_false_alarms": decision.mean_time_between_false_alarms,
         "unit": decision.unit,
         "demonstrated": shown and {"observed": shown.observed, "alarms": shown.alarms, "fewer_per_unit_95": shown.most},
@@ -171,7 +171,9 @@ def _show_decisions(monitor: Monitor) -> None:
     if variant.decisions:
         console = output()
         console.print(f"\n[bold]Decisions[/bold] of the variant {variant.name}")
-        cells = [(each.name, each.distance, each.rule_told, each.false_alarms_told) for each in variant.decisions]
+        cells = [
+            (each.name, each.distance, each.rule_in_words, each.false_alarms_in_words) for each in variant.decisions
+        ]
         console.print(rows(("decides", "on", "rule", "false alarms"), cells))
 
 

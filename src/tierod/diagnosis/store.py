@@ -57,7 +57,7 @@ def load(path: Path, codes: TroubleCodes, vehicle: str | None = None) -> Kept:
         kept = _checked(raw, codes)
     except ValueError as error:
         raise InputError(
-            f"the fault memory {path} {error}; nothing was changed, and {_told_aside(path, raw)}. Name another file, "
+            f"the fault memory {path} {error}; nothing was changed, and {_kept_aside(path, raw)}. Name another file, "
             f"or begin anew with 'tierod faults clear {path}'"
         ) from None
     if vehicle is not None and kept.vehicle != vehicle:
@@ -72,7 +72,7 @@ def _raw(path: Path) -> bytes:
     return read_bytes(path, "the fault memory", most=MOST_DATA_BYTES)
 
 
-def _told_aside(path: Path, raw: bytes) -> str:
+def _kept_aside(path: Path, raw: bytes) -> str:
     """Half a sentence on the copy; a folder that takes none must not hide what is wrong with the file."""
     try:
         return f"a copy is kept as {_aside(path, raw)}"

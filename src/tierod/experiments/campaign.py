@@ -13,7 +13,7 @@ from tierod.core.toml import Document, build
 from tierod.experiments.definition import LEARNT, CampaignFile, MonitorChoice
 from tierod.experiments.gates import Gate
 from tierod.experiments.matrix import Point, check_where, levels_of, points
-from tierod.experiments.plan import Cell, Judge, Plan, drive_key, teachers
+from tierod.experiments.plan import Cell, Judge, Plan, drive_key, reference_drives
 from tierod.experiments.pools import Pool
 from tierod.experiments.rows import FAULT, SEED, SIZE, is_at
 from tierod.experiments.scenarios import Scenes
@@ -95,11 +95,15 @@ def from_document(document: Document) -> Campaign:
     scenes = Scenes.of(file, document)
     driven = [scenes.scenario(point) for point in matrix]
     scattered = any(scenario.scatter is not None for scenario in driven)
-    taught = _taught(file, document, matrix, scattered) if any(each.learns for each in judges) else [None] * len(matrix)
+    references = (
+        _reference_points(file, document, matrix, scattered)
+        if any(each.learns for each in judges)
+        else [None] * len(matrix)
+    )
     known: dict[int, tuple[object, str]] = {}
     cells = [
-        Cell(point, scenario, drive_key(scenario, known), teacher)
-        for point, scenario, teacher in zip(matrix, driven, taught, strict=True)
+        Cell(point, scenario, drive_key(scenario, known), reference)
+        for point, scenario, reference in zip(matrix, driven, references, strict=True)
     ]
     plan = Plan(cells, judges, file.settling, file.keep == "recordings")
     return Campaign(file, document, plan, _gates(file, document, matrix, judges))
@@ -138,7 +142,9 @@ def _belief(given: str, beside: Path) -> Vehicle:
     return load_vehicle(path if path.is_file() else given)
 
 
-def _taught(file: CampaignFile, document: Document, matrix: Sequence[Point], scattered: bool) -> list[int | None]:
+def _reference_points(
+    file: CampaignFile, document: Document, matrix: Sequence[Point], scattered: bool
+) -> list[int | None]:
     """For every cell the one whose drive sets its car's baseline; every car needs a fault-free drive for that."""
     if file.same_car is None:
         raise document.error(
@@ -155,14 +161,14 @@ def _taught(file: CampaignFile, document: Document, matrix: Sequence[Point], sca
             ("same_car",),
             "the scenario scatters cars and sensors from seed to seed, so that 'seed' belongs to same_car",
         )
-    taught = teachers(matrix, file.same_car)
-    if -1 in taught:
-        place = matrix[taught.index(-1)].place
+    references = reference_drives(matrix, file.same_car)
+    if -1 in references:
+        place = matrix[references.index(-1)].place
         car = ", ".join(f"{axis} {place[axis]}" for axis in file.same_car) or "any car"
         raise document.error(
             ("same_car",), f"there is no fault-free drive of the same car ({car}) to learn its baseline from"
         )
-    return taught
+    return references
 
 
 def _gates(

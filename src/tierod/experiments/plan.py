@@ -47,14 +47,14 @@ class Cell:
         point: where it stands in the matrix
         scenario: what is driven, with its seed
         key: of all that decides the drive
-        teacher: number of the cell whose drive sets the baseline of this one's car; None where nothing is learnt,
-            or where this is the teacher itself
+        reference: number of the cell whose drive sets the baseline of this one's car; None where nothing is learnt,
+            or where this is the reference itself
     """
 
     point: Point
     scenario: Any
     key: str
-    teacher: int | None
+    reference: int | None
 
     @property
     def name(self) -> str:
@@ -85,10 +85,10 @@ class Plan:
 
     def verdict_key(self, cell: Cell, judge: Judge) -> str:
         """Key of a verdict, from the drive, the monitor with its vehicle, its baseline, and the code."""
-        teacher = None if cell.teacher is None or not judge.learns else self.cells[cell.teacher].key
+        reference = None if cell.reference is None or not judge.learns else self.cells[cell.reference].key
         belief = {name: getattr(judge.belief, name) for name in ("name", "torque_unit", "parameters")}
         return fingerprint(
-            cell.key, judge.monitor, judge.variant, belief, teacher, self.settling, cell.faulty, tower_code()
+            cell.key, judge.monitor, judge.variant, belief, reference, self.settling, cell.faulty, tower_code()
         )
 
     def verdict_name(self, cell: Cell, judge: Judge) -> str:
@@ -147,7 +147,7 @@ def window_of(windows: Sequence[Mapping[str, Any]]) -> Window | None:
     return Window(min(float(each["start"]) for each in came), max(float(each["end"]) for each in came))
 
 
-def teachers(points: Sequence[Point], same_car: Sequence[str]) -> list[int | None]:
+def reference_drives(points: Sequence[Point], same_car: Sequence[str]) -> list[int | None]:
     """Per cell the number of the first fault-free one of the same car; None for that one itself, -1 without one."""
     first: dict[tuple[str, ...], int] = {}
     cars = [tuple(point.place[axis] for axis in same_car) for point in points]
@@ -155,4 +155,4 @@ def teachers(points: Sequence[Point], same_car: Sequence[str]) -> list[int | Non
         if point.place[FAULT] == FAULT_FREE:
             first.setdefault(car, number)
     found = [first.get(car, -1) for car in cars]
-    return [None if teacher == number else teacher for number, teacher in enumerate(found)]
+    return [None if reference == number else reference for number, reference in enumerate(found)]

@@ -12,7 +12,7 @@ from tierod.core.graph.kernel import kernel
 from tierod.experiments.executor import Failure, Workers
 from tierod.experiments.plan import Cell, Judge, Plan
 from tierod.experiments.store import Store
-from tierod.experiments.work import DRIVEN, Lesson, Task, Verdict, code, failed, work
+from tierod.experiments.work import DRIVEN, Reference, Task, Verdict, code, failed, work
 from tierod.monitors.harness.baseline import Baseline
 from tierod.proving_ground.faults import Always
 
@@ -50,8 +50,8 @@ def run(plan: Plan, store: Store, workers: Workers, progress: Callable[[Progress
     """
     missing = [number for number, cell in enumerate(plan.cells) if not plan.done(cell, store)]
     done, total = len(plan.cells) - len(missing), len(plan.cells)
-    first = [number for number in missing if plan.cells[number].teacher is None]
-    then = [number for number in missing if plan.cells[number].teacher is not None]
+    first = [number for number in missing if plan.cells[number].reference is None]
+    then = [number for number in missing if plan.cells[number].reference is not None]
     with workers as executor:
         executor.start(work, len(missing))
         compile_once([plan.cells[number] for number in missing], plan.judges if missing else ())
@@ -90,25 +90,27 @@ def compile_once(cells: Sequence[Cell], judges: Sequence[Judge]) -> None:
 
 def _task(plan: Plan, store: Store, cell: Cell) -> Task:
     verdicts = tuple(
-        Verdict(judge, plan.verdict_name(cell, judge), plan.verdict_key(cell, judge), _lesson(plan, store, cell, judge))
+        Verdict(
+            judge, plan.verdict_name(cell, judge), plan.verdict_key(cell, judge), _reference(plan, store, cell, judge)
+        )
         for judge in plan.open_judges(cell, store)
     )
     return Task(store, cell, verdicts, plan.settling, plan.keep, code())
 
 
-def _lesson(plan: Plan, store: Store, cell: Cell, judge: Judge) -> Lesson:
+def _reference(plan: Plan, store: Store, cell: Cell, judge: Judge) -> Reference:
     """Baseline from the first fault-free drive of the same car."""
-    if cell.teacher is None or not judge.learns:
-        return Lesson()
-    teacher = plan.cells[cell.teacher]
-    record = plan.verdict(teacher, judge, store)
+    if cell.reference is None or not judge.learns:
+        return Reference()
+    reference = plan.cells[cell.reference]
+    record = plan.verdict(reference, judge, store)
     known = None if record is None else record["baseline"]
     if known is not None:
-        return Lesson(Baseline(**known))
+        return Reference(Baseline(**known))
     if record is not None:
         judged, lasting = record["judged"], record["lasting"]
         why = f"it was judged '{judged['status']}'" if judged else record["reason"]
     else:
-        drive = store.drive(teacher.name, teacher.key) or {"outcome": "not driven", "lasting": False}
+        drive = store.drive(reference.name, reference.key) or {"outcome": "not driven", "lasting": False}
         why, lasting = f"it was {drive['outcome']}", drive["lasting"] and drive["outcome"] != DRIVEN
-    return Lesson(None, f"the first fault-free drive of this car ({teacher.name}) set no baseline: {why}", lasting)
+    return Reference(None, f"the first fault-free drive of this car ({reference.name}) set no baseline: {why}", lasting)

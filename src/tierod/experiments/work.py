@@ -28,7 +28,7 @@ DRIVEN, DIVERGED, FAILED = "driven", "diverged", "failed"
 
 
 @dataclass(frozen=True)
-class Lesson:
+class Reference:
     """Baseline that a monitor may judge against.
 
     Args:
@@ -49,13 +49,13 @@ class Verdict:
     Args:
         judge: who makes it
         name, key: of its record
-        lesson: what the monitor may judge against
+        reference: what the monitor may judge against
     """
 
     judge: Judge
     name: str
     key: str
-    lesson: Lesson = field(default_factory=Lesson)
+    reference: Reference = field(default_factory=Reference)
 
 
 @dataclass(frozen=True)
@@ -148,11 +148,11 @@ def failed(cell: Cell, reason: str, lasting: bool) -> dict[str, Any]:
 def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | None) -> dict[str, Any]:
     """The record of a verdict; one that cannot be made gives the reason."""
     record: dict[str, Any] = {"monitor": verdict.judge.label, "drive": task.cell.key, "judged": None, "baseline": None}
-    if verdict.lesson.refusal:
-        return record | {"reason": verdict.lesson.refusal, "lasting": verdict.lesson.lasting}
+    if verdict.reference.refusal:
+        return record | {"reason": verdict.reference.refusal, "lasting": verdict.reference.lasting}
     chosen = verdict.judge
     try:
-        judged, learnt = judge(recording, chosen.found(), chosen.belief, verdict.lesson.level, fault, task.settling)
+        judged, learnt = judge(recording, chosen.found(), chosen.belief, verdict.reference.level, fault, task.settling)
     except OutputError:
         raise
     except TierodError as error:

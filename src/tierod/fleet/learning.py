@@ -31,7 +31,7 @@ ONSET = 90.0
 YEAR = 365.0
 
 WIDE = 3.0
-"""Spread of a car over that of the usual one beyond which it teaches nothing of fault-free cars."""
+"""Spread of a car over that of the usual one beyond which it shows nothing of fault-free cars."""
 
 WRONG_LEAST = 0.002
 """Share of wrong drives, at least: no fleet has seen enough of them to exclude one in five hundred."""

@@ -142,7 +142,7 @@ def _of_trend(trends: Trends, car: int) -> Reason:
     # A shift in spring is as likely rust that has swollen within weeks as a part that broke.
     ramp = int(trends.kind[car]) == RAMP or date(trends.latest[car])[5:7] in ("03", "04", "05")
     text = _change_text(trends, car) if changed else _near_text(trends, car)
-    rows = tuple(int(row) for row in _telling(trends, car, changed))
+    rows = tuple(int(row) for row in _notable_drives(trends, car, changed))
     weight = (chance if math.isfinite(chance) else 0.0) + 1e-3 * max(float(trends.logarithm[car]), 0.0)
     return Reason(urgency, text, drift if ramp or not changed else jump, (trends, car), rows, weight)
 
@@ -161,7 +161,7 @@ def _near_text(trends: Trends, car: int) -> str:
     return f"{trends.series.watched.quantity} is {level:.3g} {unit}, limit {limit:.3g} {unit}, without a change found"
 
 
-def _telling(trends: Trends, car: int, changed: bool) -> np.ndarray:
+def _notable_drives(trends: Trends, car: int, changed: bool) -> np.ndarray:
     """Rows of the drives that show it: the last ones since the change, the newest first."""
     rows, day = trends.series.row[car], trends.series.drives.day[car]
     there = rows >= 0

@@ -169,7 +169,7 @@ def follows_from_figures(remark: str) -> bool:
     return any(part in remark for part in (_MISSING, _GAP, _PLAUSIBLE))
 
 
-def tells_of_implausible_values(remark: str) -> bool:
+def is_about_implausible_values(remark: str) -> bool:
     """Whether a remark states that the values leave the plausible range of their signal."""
     return _PLAUSIBLE in remark
 

@@ -1,4 +1,4 @@
-"""All that ordinary drives teach of a car: its motion, and the torques at its column."""
+"""All that ordinary drives identify of a car: its motion, and the torques at its column."""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ def test_choices_are_numbers(tmp_path):
     assert decoded(text, frames_of([b"\x01" + bytes(7)]), tmp_path)["M.HEAD"].values.tolist() == [1.0]
 
 
-def test_the_same_message_on_two_buses_is_told_apart(tmp_path):
+def test_the_same_message_on_two_buses_is_distinguished(tmp_path):
     one, two = frames_of([bytes(8)]), frames_of([b"\x05" + bytes(7)])
     both = Frames(
         np.array([0.0, 0.1]),
@@ -219,7 +219,7 @@ def test_a_map_that_is_given_replaces_the_one_beside(bus):
     assert recording.metadata["channel_map"] == str(bus / "mine.toml")
 
 
-def test_a_message_that_never_came_is_told_and_keeps_nothing_else_from_being_read(bus):
+def test_a_message_that_never_came_is_reported_and_keeps_nothing_else_from_being_read(bus):
     needed = '[signals.yaw_rate]\nsource = "M.Turn"\n[signals.vehicle_speed]\nsource = "Other.Speed"\n'
     (bus / "mine.toml").write_text(needed)
     recording = read(bus / "drive.log", dbc=bus / "car.dbc", channel_map=bus / "mine.toml")

@@ -70,7 +70,7 @@ def test_values_by_which_a_sender_says_that_it_has_none(tmp_path, length, raw, v
     assert decoded(tmp_path, signal, payloads, kind="") == raw, "only J1939 agrees on such values"
 
 
-def test_they_are_told_by_the_raw_value_within_a_byte(tmp_path):
+def test_they_are_reported_by_the_raw_value_within_a_byte(tmp_path):
     assert decoded(tmp_path, '4|2@1+ (1,0) [0|0] ""', ["CF", "DF", "EF", "FF"]) == expected([0, 1, None, None])
 
 

@@ -66,7 +66,7 @@ def test_names_choose_what_is_loaded(drive):
     assert read(drive, names=["T_hand", "yaw_rate"]).names == ("T_hand",)
 
 
-def test_a_unit_nobody_knows_leaves_the_column_under_its_own_name(drive):
+def test_an_unknown_unit_leaves_the_column_under_its_own_name(drive):
     found = read(drive)
     assert found["foo [bananas]"].unit == "bananas"
     assert "is not known" in found["foo [bananas]"].note
@@ -174,7 +174,7 @@ def test_a_missing_unit_that_looks_like_degrees(tmp_path):
     ("top", "sentence"),
     [(30.0, "was taken as m/s: confirm it"), (120.0, 'reaches 120 m/s: if it is km/h, give unit = "km/h"')],
 )
-def test_a_speed_without_a_unit_is_a_guess_that_is_told(tmp_path, top, sentence):
+def test_a_speed_without_a_unit_is_a_guess_that_is_reported(tmp_path, top, sentence):
     path = tmp_path / "x.csv"
     path.write_text("time,speed\n" + "".join(f"{0.1 * k:.1f},{top * k / 49}\n" for k in range(50)))
     (warning,) = read(path).warnings

@@ -147,7 +147,7 @@ def test_no_rows(tmp_path):
 
 
 @pytest.mark.parametrize(("unit", "per"), [("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
-def test_dates_as_large_integers_are_told_from_seconds(tmp_path, unit, per):
+def test_dates_as_large_integers_are_distinguished_from_seconds(tmp_path, unit, per):
     time = 0.25 * np.arange(5)
     table = pa.table({"timestamp": ((1.7e9 + time) * per).astype(np.int64), "yaw_rate": np.arange(5.0)})
     recording = read(saved(tmp_path, table))
@@ -180,7 +180,7 @@ def test_a_column_that_was_added_to_our_own_file_is_read(tmp_path, ours):
     assert read(saved(tmp_path, table))["lateral_acceleration"].values.tolist() == list(range(6))
 
 
-def test_a_column_without_a_clock_is_told(tmp_path, ours):
+def test_a_column_without_a_clock_is_reported(tmp_path, ours):
     recording = read(saved(tmp_path, ours().append_column("lateral_acceleration", pa.array(np.arange(6.0)))))
     assert recording.names == ("yaw_rate", "driver_torque")
     assert any("'lateral_acceleration' added to a file" in warning for warning in recording.warnings)

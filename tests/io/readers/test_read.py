@@ -268,7 +268,7 @@ def test_a_name_that_no_file_can_have_is_refused():
         read("a" * 300)
 
 
-def test_the_name_of_a_pipe_is_told(tmp_path, monkeypatch):
+def test_the_name_of_a_pipe_is_reported(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match="/dev/stdin"):
         read("-")
@@ -349,7 +349,7 @@ def test_slices_say_how_much_has_been_read(tmp_path, ending):
     assert 0.0 < shares[0] <= shares[-1] == pytest.approx(1.0)
 
 
-def test_a_database_that_does_not_exist_is_told_where_none_is_needed(tmp_path):
+def test_a_database_that_does_not_exist_is_reported_where_none_is_needed(tmp_path):
     path = tmp_path / "drive.csv"
     path.write_text("time,vehicle_speed [m/s]\n0.0,1\n0.1,2\n0.2,3\n")
     with pytest.raises(InputError, match="there is no CAN database .*absent.dbc; check the path"):

@@ -35,7 +35,7 @@ def test_the_series_spring_is_the_best_mechanical_one_and_the_balanced_column_be
     assert all(len(row.errors) == len(HEARD) and list(row.errors) == sorted(row.errors) for row in found.reductions)
 
 
-def test_the_bound_of_the_balanced_column_holds_where_it_is_told(found):
+def test_the_bound_of_the_balanced_column_holds_where_it_is_reported(found):
     bounds = {row.name: row.reduction.error_bound for row in found.reductions if row.reduction}
     assert bounds["balanced"] > 0.0
     assert bounds["balanced, without D"] is None

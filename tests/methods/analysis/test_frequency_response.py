@@ -104,7 +104,7 @@ def test_the_band_covers_the_truth_as_often_as_it_says():
     assert 0.92 < np.mean(inside) < 0.98
 
 
-def test_coherence_tells_how_much_is_noise():
+def test_coherence_shows_how_much_is_noise():
     given, found, _ = noisy(2, noise=0.0)
     clean = measured_response(given, found, RATE, 2.0).between(1.0, 15.0)
     assert clean.coherence.min() > 0.99

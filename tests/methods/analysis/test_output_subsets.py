@@ -65,7 +65,7 @@ def test_bounds_and_conditions_are_better_with_more_outputs():
     assert three.condition < two.condition
 
 
-def test_one_angle_cannot_tell_the_torques_apart():
+def test_one_angle_cannot_distinguish_the_torques():
     row = shown_by(extended(column(), TORQUES), ["motor_angle_mechanical"], SAMPLING)
     assert row.ranks == {
         "staircase": 7, "PBH": 7, "scaled matrix": 7, "sampled matrix": 7, "unscaled matrix": 5

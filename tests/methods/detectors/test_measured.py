@@ -72,7 +72,7 @@ def test_delays_of_shifts_put_into_records():
     assert np.isinf(delays_of(rule.block(threshold, 1.0), [noise], 0.01)).mean() > 0.5
 
 
-def test_where_a_detector_is_in_alarm_throughout_no_delay_is_told():
+def test_where_a_detector_is_in_alarm_throughout_no_delay_is_reported():
     with pytest.raises(InputError, match="in alarm wherever"):
         delays_of(AverageRule(1.0).block(1.0, 1.0), [np.full(1000, 5.0)], 1.0)
 
@@ -93,6 +93,6 @@ def test_a_slow_average_of_which_alarms_are_rare_is_measured():
         ([np.linspace(1.0, 1.001, 5000)], "remove its mean"),
     ],
 )
-def test_residuals_that_tell_nothing_are_refused(records, says):
+def test_residuals_that_show_nothing_are_refused(records, says):
     with pytest.raises(InputError, match=says):
         threshold_from_records(CusumRule(0.5), records, 1e4)

@@ -65,7 +65,7 @@ def test_order_of_magnitude_of_units_does_not_matter():
 
 @settings(deadline=None, max_examples=30)
 @given(st.integers(0, 10_000), st.integers(2, 5), st.integers(1, 3))
-def test_reduced_observer_believes_the_outputs_and_places_the_rest(seed, n, outputs):
+def test_reduced_observer_trusts_the_outputs_and_places_the_rest(seed, n, outputs):
     outputs = min(outputs, n)
     system = observable(seed, n, outputs)
     poles = np.linspace(0.3, 0.6, n - outputs)

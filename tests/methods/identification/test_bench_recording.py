@@ -46,7 +46,7 @@ def test_recordings_that_cannot_be_used(change, words):
         row(FREE, changed(recordings()[FREE], **change))
 
 
-def test_a_channel_with_every_second_sample_tells_noise_and_first_state_all_the_same():
+def test_a_channel_with_every_second_sample_shows_noise_and_first_state_all_the_same():
     whole = changed(recordings()[SINES], motor_angle_mechanical=lambda t, v: (t, v + 5.0))
     half = changed(whole, motor_angle_mechanical=lambda t, v: (t, np.where(np.arange(len(v)) % 2 > 0, np.nan, v)))
     found, right = row(SINES, half), row(SINES, whole)

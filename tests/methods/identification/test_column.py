@@ -62,7 +62,7 @@ def test_simulated_and_measured_agree_and_residuals_are_white(result):
     assert np.max(np.abs(result.shown[0].friction)) == pytest.approx(0.1, rel=0.02)
 
 
-def test_slow_ramps_alone_do_not_tell_the_damping():
+def test_slow_ramps_alone_do_not_identify_the_damping():
     with pytest.raises(InputError, match=r"does not excite motor_damping.*sweep or steps with the wheel free"):
         identify_column(replace(ROUGH, motor_damping=1e-5), {RAMPS: recordings()[RAMPS]}, ("motor_damping",))
 
@@ -73,7 +73,7 @@ def test_friction_that_is_held_and_wrong_is_named():
         identify_column(wrong, {SINES: recordings()[SINES]}, ("motor_damping", "gear_stiffness"))
 
 
-def test_a_locked_wheel_tells_nothing_of_the_wheel():
+def test_a_locked_wheel_shows_nothing_of_the_wheel():
     with pytest.raises(
         InputError, match="steering_wheel_damping is not identifiable; record a sweep with the wheel free"
     ):

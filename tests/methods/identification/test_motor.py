@@ -43,7 +43,7 @@ def test_resistance_inductance_and_flux_of_a_made_motor():
     assert found.blind == ()
 
 
-def test_inductances_are_told_apart_where_current_along_the_flux_is_driven():
+def test_inductances_are_distinguished_where_current_along_the_flux_is_driven():
     motor = MadeMotor(inductance_d=0.9e-4, inductance_q=1.3e-4)
     recording = motor.recording(waving(8.0, 11.0), waving(12.0, 1.3), to_and_fro)
     result = identify_motor(FILE, {"drive": recording})
@@ -53,7 +53,7 @@ def test_inductances_are_told_apart_where_current_along_the_flux_is_driven():
     assert found["motor_saliency"].value == pytest.approx(1.3 / 0.9, rel=0.01)
 
 
-def test_the_sensor_s_zero_is_found_and_told():
+def test_the_sensor_s_zero_is_found_and_reported():
     motor = MadeMotor(zero=0.2)
     result = identify_motor(FILE, {"drive": motor.recording(none, waving(12.0, 1.3), to_and_fro)})
     assert near(result.electrical.zero, 0.2)
@@ -143,7 +143,7 @@ def test_noise_in_the_loop_of_the_current_control_makes_no_bias():
     assert np.all(np.abs(np.mean(off, axis=0)) < 2.0)
 
 
-def test_two_recordings_tell_more_than_one(driven, known):
+def test_two_recordings_show_more_than_one(driven, known):
     motor, recording = driven
     both = identify_motor(FILE, {"a": recording, "b": study.recording(motor.driven(8), motor.temperature)})
     assert both.mechanical.friction.deviation < known.mechanical.friction.deviation
@@ -170,7 +170,7 @@ def test_at_one_speed_and_current_resistance_and_flux_do_not_separate():
         identify_motor(FILE, {"drive": study.recording(seen)}, ("motor_flux",))
 
 
-def test_a_locked_shaft_tells_the_resistance_alone_or_with_the_inductance():
+def test_a_locked_shaft_shows_the_resistance_alone_or_with_the_inductance():
     time = np.arange(4000) * 1e-3
     waves = locked(bench(), 0.5 * np.sin(2.0 * np.pi * 3.0 * time), 4)
     result = identify_motor(FILE, {"drive": study.recording(waves)})
@@ -224,7 +224,7 @@ def test_swapped_phases_of_a_fast_motor_are_named():
         identify_motor(FILE, {"drive": changed(recording, motor_current_beta=-1.0)})
 
 
-def test_a_wrong_sampling_time_is_told():
+def test_a_wrong_sampling_time_is_reported():
     motor = MadeMotor(0.05, 1.02e-4, 1.02e-4, 0.0084)
     recording = motor.recording(none, waving(12.0, 1.3), to_and_fro)
     channels = {name: replace(each, time=2.0 * each.time) for name, each in recording.channels.items()}

@@ -62,7 +62,7 @@ def test_deviations_hold_with_coloured_residuals():
     assert inside >= 52
 
 
-def test_what_one_transient_tells_is_unsure():
+def test_what_one_transient_shows_is_unsure():
     random, true = signals(3)
     bump = np.zeros(len(true), complex)
     bump[2000:2010] = 1.0
@@ -73,7 +73,7 @@ def test_what_one_transient_tells_is_unsure():
     assert regress([Rows(spike, columns, columns)]).deviations[1] > 0.2
 
 
-def test_combinations_and_noise_are_not_told():
+def test_combinations_and_noise_are_not_reported():
     random, true = signals(4)
     near = true[:, 0] * 2.0 + 0.01 * true[:, 1]
     columns = np.column_stack([true[:, 0], near, 1j * true[:, 1]])

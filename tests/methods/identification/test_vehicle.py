@@ -117,9 +117,9 @@ def test_with_a_wheelbase_both_distances_are_found_together(recording):
     assert abs(found["rear_distance"].value - 1.69) < 0.7 * abs(1.55 - 1.69)
 
 
-def test_a_drive_that_teaches_nothing_is_said(recording, guess):
+def test_a_drive_that_identifies_nothing_is_said(recording, guess):
     result = identify_vehicle({"drive": recording}, guess, ("relaxation_length",))
-    assert "teach nothing" in result.doubt
+    assert "identify nothing" in result.doubt
 
 
 def test_a_file_that_contradicts_the_drives_is_said_with_both_values(recording, guess):

@@ -38,5 +38,5 @@ def test_what_few_cars_cannot_exclude_counts_as_walk_and_slope():
     assert few.slope_deviation > 2.0 * many.slope_deviation > 0.0
 
 
-def test_a_few_drives_teach_nothing():
+def test_a_few_drives_identify_nothing():
     assert wandering(fleet(0.02, (0.0, 0.0), cars=20, count=3), np.zeros(0)).longest == 0.0

@@ -50,7 +50,7 @@ def test_what_lasts_to_the_end_has_no_end():
     assert episodes_of(time, stated)[0].end is None
 
 
-def test_the_kind_is_the_one_told_for_longest_and_not_that_of_the_return():
+def test_the_kind_is_the_one_reported_for_longest_and_not_that_of_the_return():
     time, stated = fault_free()
     for start, stop, kind, magnitude in ((2.0, 2.1, GAIN, 4.0), (2.1, 4.9, OFFSET, 0.2), (4.9, 5.0, NOISE, 9.0)):
         declare(stated, span(start, stop), (YAW,), kind, magnitude)
@@ -68,7 +68,7 @@ def test_episodes_with_little_between_them_are_one(gap, count):
     assert found[-1].end == pytest.approx(4.0)
 
 
-def test_lasting_doubt_names_the_others_and_short_doubt_is_not_told():
+def test_lasting_doubt_names_the_others_and_short_doubt_is_not_reported():
     time, stated = fault_free()
     doubt(stated, span(2.0, 3.0), (YAW, ANGLE))
     doubt(stated, span(5.0, 5.3), (YAW, ANGLE))
@@ -83,7 +83,7 @@ def test_doubt_of_one_alone_on_the_way_to_a_verdict_is_no_episode():
     assert episodes_of(time, stated) == ()
 
 
-def test_the_course_tells_every_change_once():
+def test_the_course_shows_every_change_once():
     time, stated = fault_free()
     stated.testable[span(0.0, 1.0)] = False
     doubt(stated, span(2.0, 2.5), (YAW,))

@@ -95,7 +95,7 @@ def test_a_fault_free_drive():
     assert [change.status for change in courses[NOT_ISOLABLE]] == [Status.HEALTHY]
 
 
-def test_a_faulty_sensor_has_size_substitute_and_code_and_the_finding_tells_it_in_usual_units():
+def test_a_faulty_sensor_has_size_substitute_and_code_and_the_finding_shows_it_in_usual_units():
     states, finding, courses = concluded(faulty(YAW, 5.0, 12.0, OFFSET, 0.3))
     assert states[YAW].trouble_code == "C1A32-64"
     deviation = math.degrees(substitution_graph().substitutes[YAW][0].deviation)
@@ -106,7 +106,7 @@ def test_a_faulty_sensor_has_size_substitute_and_code_and_the_finding_tells_it_i
     assert states[ANGLE].status is Status.HEALTHY
 
 
-def test_a_motor_that_lost_torque_is_told_in_per_cent():
+def test_a_motor_that_lost_torque_is_reported_in_per_cent():
     states, finding, _ = concluded(faulty(MOTOR, 5.0, 20.0, LOST_TORQUE, 0.5))
     assert finding.headline == "Steering motor 1: loss of torque of 50 % from 5.00 s on."
     assert states[MOTOR].substitute == ""
@@ -135,7 +135,7 @@ def test_more_than_three_faults_are_counted():
     assert finding.headline.endswith("; and 2 more.")
 
 
-def test_lasting_doubt_is_told_with_all_that_may_be_it():
+def test_lasting_doubt_is_reported_with_all_that_may_be_it():
     states, finding, courses = concluded(doubtful((YAW, ANGLE), 5.0, 7.0))
     assert finding.status is Status.SUSPECT
     assert finding.headline == "Something is wrong since 5.00 s; it is yaw rate or steering wheel angle."
@@ -210,7 +210,7 @@ def test_a_slide_is_named_only_where_enough_sensors_show_one(missing, named):
     assert sum(SLID in each for each in warnings) == named
 
 
-def test_a_diagnosis_that_can_tell_with_fewer_sensors_goes_on():
+def test_a_diagnosis_that_can_isolate_with_fewer_sensors_goes_on():
     assert concluded(gone=OF_AUTOMATED[:3])[0][ANGLE].status is Status.HEALTHY
 
 
@@ -279,7 +279,7 @@ def test_what_was_not_judged_stands_beside_its_own_cause():
     )
 
 
-def test_without_the_torque_sensor_nothing_tells_what_a_motor_gives():
+def test_without_the_torque_sensor_nothing_shows_what_a_motor_gives():
     def change(stated):
         stated.testable[:, place(MOTOR)] = False
 
@@ -295,7 +295,7 @@ def test_what_was_wired_wrongly_makes_nothing_testable():
     assert (finding.cause, finding.action) == (problem.cause, problem.action)
 
 
-def test_an_uncalibrated_vehicle_is_told():
+def test_an_uncalibrated_vehicle_is_reported():
     assert "this vehicle is not calibrated" in concluded(calibrated=False)[1].warnings[0]
 
 

@@ -68,7 +68,7 @@ def test_an_offset_of_the_yaw_rate_is_named_from_its_beginning_to_its_end(tmp_pa
     assert math.isclose(episode["size"]["value"], 0.3, rel_tol=0.1)
 
 
-def test_without_the_steering_angle_nobody_is_accused_and_the_reason_is_told(tmp_path, capsys):
+def test_without_the_steering_angle_no_fault_is_declared_and_the_reason_is_reported(tmp_path, capsys):
     fault_free = complete(read(recording_of("rav4"), dbc="rav4", channel_map=load("rav4").channel_map))
     gone = ("steering_wheel", "wheel_speed_front")
     kept = {name: each for name, each in fault_free.channels.items() if not name.startswith(gone)}

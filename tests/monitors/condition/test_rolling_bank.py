@@ -67,7 +67,7 @@ def test_a_fault_free_drive_is_quiet_and_the_filter_knows_what_it_does_not_know(
     ("sensor", "kind", "size"),
     [(OF_CARS[0], LOSS, math.nan), (OF_CARS[1], OFFSET, -2.0), (OF_CARS[2], OFFSET, 0.3), (OF_CARS[3], OFFSET, 1.5)],
 )
-def test_a_fault_is_named_and_nobody_else(bank, sensor, kind, size):
+def test_a_fault_is_named_and_no_other(bank, sensor, kind, size):
     said, result = declared(bank, drive(Injected(sensor, kind, size, START, END)))
     # The steering ratio is known to some per cent: a wrong angle needs a bend to differ from a wrong ratio.
     late = 150 if sensor == "steering_wheel_angle" else 50
@@ -91,7 +91,7 @@ def test_missing_samples_leave_the_bank_unharmed(bank):
     assert not any(each.any() for name, each in said.items() if name != OF_CARS[2])
 
 
-def test_a_coarse_sensor_is_believed_less():
+def test_a_coarse_sensor_is_trusted_less():
     fine, coarse = (RollingFilter.of_vehicle(load(name)).sensor_noise.yaw_rate for name in ("rav4", "revsted-car"))
     step = load("revsted-car")["yaw_rate_resolution"]
     assert coarse == pytest.approx(math.hypot(0.002, step / math.sqrt(12.0)))

@@ -130,7 +130,7 @@ def test_the_result_does_not_depend_on_the_cuts(faulty, cuts):
 
 
 @pytest.mark.parametrize("name", OF_AUTOMATED)
-def test_a_missing_sensor_is_not_available_and_nobody_is_accused(fault_free, name):
+def test_a_missing_sensor_is_not_available_and_no_fault_is_declared(fault_free, name):
     diagnosis, _ = run(without(fault_free, name))
     found = states(diagnosis)
     assert found.pop(name) is Status.NOT_AVAILABLE
@@ -151,7 +151,7 @@ def test_a_sensor_that_falls_silent_is_not_available_from_then_on(fault_free, na
 
 
 @pytest.mark.parametrize("name", ["longitudinal_acceleration", "lateral_acceleration"])
-def test_a_missing_acceleration_accuses_nobody(fault_free, name):
+def test_a_missing_acceleration_declares_no_fault(fault_free, name):
     assert accused(run(without(fault_free, name))[0]) == []
 
 
@@ -221,7 +221,7 @@ def test_after_all_sensors_were_gone_it_begins_anew(fault_free, value):
     assert np.isnan(gap.mean[(gap.time > 21.1) & (gap.time < 22.9)]).all()
 
 
-def test_targets_that_come_too_seldom_accuse_nobody(fault_free):
+def test_targets_that_come_too_seldom_declare_no_fault(fault_free):
     slow = {
         name: replace(fault_free[name], time=fault_free[name].time[::4], values=fault_free[name].values[::4])
         for name in TARGETS
@@ -256,11 +256,11 @@ def test_at_standstill_nothing_is_testable(odd):
         "gaps of 2 s in the steering's signals",
     ],
 )
-def test_odd_driving_and_logging_accuse_nobody(odd, name):
+def test_odd_driving_and_logging_declare_no_fault(odd, name):
     assert accused(run(odd[name])[0]) == []
 
 
-def test_while_tyres_slide_nothing_is_told_and_the_drive_says_so(odd, fault_free):
+def test_while_tyres_slide_nothing_is_reported_and_the_drive_says_so(odd, fault_free):
     diagnosis, courses = run(odd["ice on a bend"])
     slid = [each for each in diagnosis.findings[0].warnings if SLID in each]
     assert len(slid) == 1

@@ -35,10 +35,10 @@ def test_wheels_and_yaw_rate_check_each_other_without_any_force():
     assert frozenset(OF_AUTOMATED[:3]) in minimal_test_sets(vehicle_structure(CAR, forces_known=False))
 
 
-def test_the_steering_motors_are_told_apart_by_the_current_of_one_only():
+def test_the_steering_motors_are_distinguished_by_the_current_of_one_only():
     model = vehicle_structure(CAR)
     assert isolability(model).mistaken_for("steering_motor_1") == ("steering_motor_2",)
-    gains = {gain.sensor: gain.told_apart for gain in gain_of_sensors(model, further_sensors(model))}
+    gains = {gain.sensor: gain.isolated_pairs for gain in gain_of_sensors(model, further_sensors(model))}
     helpful = {sensor for sensor, result in gains.items() if result}
     assert helpful == {f"torque of steering motor {k}, from its current" for k in (1, 2)}
 
@@ -64,14 +64,14 @@ def test_a_sensor_that_does_not_exist_is_refused():
         vehicle_structure(CAR, ["yaw"])
 
 
-def test_with_four_sensors_every_single_fault_of_a_car_is_told():
+def test_with_four_sensors_every_single_fault_of_a_car_is_reported():
     (result,) = limitations(load("rav4"), ["steering_shaft_torque", "tie_rod_force", *FRONT_WHEELS])
     lack = "without steering shaft torque, tie rod force, wheel speed front left and wheel speed front right"
     assert result.startswith(f"{lack}, single faults of wheel speed rear left")
     assert result.endswith("are still distinguished by the equations")
 
 
-def test_without_yaw_rate_and_accelerations_nobody_knows_which_of_three_it_is():
+def test_without_yaw_rate_and_accelerations_three_stay_ambiguous():
     missing = ["yaw_rate", "longitudinal_acceleration", "lateral_acceleration", *FRONT_WHEELS]
     first, pairs = limitations(load("revsted-car"), missing)
     alike = "wheel speed rear left, wheel speed rear right and steering wheel angle are not distinguished"
@@ -93,7 +93,7 @@ def test_the_steering_motors_stay_alike_without_their_torque():
     )
 
 
-def test_cars_without_torques_are_told_what_their_motion_lacks_and_nothing_else():
+def test_cars_without_torques_are_reported_what_their_motion_lacks_and_nothing_else():
     assert {name for name in ("rav4", "revsted-car", "smartload") if rolls(load(name))} == {"rav4", "revsted-car"}
     assert "ferrari-250lm" in shipped()
     with pytest.raises(ParameterError, match=r"lacks track_width\. "):

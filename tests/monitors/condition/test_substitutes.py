@@ -57,7 +57,7 @@ def test_every_sensor_has_the_filter_first_and_plain_relations_after_it(sensor):
 
 
 @pytest.mark.parametrize("sensor", OF_AUTOMATED)
-def test_on_a_vehicle_that_nobody_has_calibrated_every_substitute_errs_more(sensor):
+def test_on_an_uncalibrated_vehicle_every_substitute_errs_more(sensor):
     known = {way.name: way for way in substitution_graph().substitutes[sensor]}
     for way in substitution_graph(calibrated=False).substitutes[sensor]:
         assert way.deviation >= known[way.name].deviation

@@ -43,13 +43,13 @@ def test_pieces_add_up_and_missing_samples_are_left_out():
     assert parts.found().ratio == pytest.approx(whole.found().ratio, rel=1e-4)
 
 
-def test_a_wrong_sign_tells_neither():
+def test_a_wrong_sign_names_neither():
     geometry, (wheel, motor, bar) = GeometryOverDrive(), signals()
     geometry.add(wheel, motor, -bar)
     assert geometry.found() is None
 
 
-def test_too_little_tells_neither():
+def test_too_little_names_neither():
     few, still = GeometryOverDrive(), GeometryOverDrive()
     few.add(*signals(100))
     still.add(*np.zeros((3, 2000)))
@@ -99,7 +99,7 @@ def test_inertia_comes_out_beside_damping_and_friction():
     assert below.inertia() == pytest.approx(INERTIA, rel=0.05)
 
 
-def test_a_motor_that_hardly_moves_tells_nothing():
+def test_a_motor_that_hardly_moves_shows_nothing():
     below = BelowBarOverDrive(RATIO, 1000.0)
     assert below.inertia() is None
     below.add(*bench_signals(size=0.01))

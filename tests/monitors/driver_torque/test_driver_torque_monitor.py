@@ -48,7 +48,7 @@ def with_parameter(name, factor):
     return replace(BENCH, parameters={**BENCH.parameters, name: parameter})
 
 
-def test_it_tells_hands_and_torque_of_a_bench(bench):
+def test_it_estimates_hands_and_torque_of_a_bench(bench):
     finding, diagnosis = judged(bench)
     present, _ = COURSE.held(np.arange(60_000) * 1e-3)
     on = 1e-3 * float(np.sum(present))
@@ -79,7 +79,7 @@ def test_at_a_hundred_readings_per_second_it_runs_on_their_grid(drive):
     assert finding.evidence["error_against_truth_rms_Nm"] < 0.2
 
 
-def test_without_the_motor_it_still_tells(bench):
+def test_without_the_motor_it_still_shows(bench):
     alone = Recording({n: bench[n] for n in ("steering_wheel_angle", "driver_torque", "truth_hand_torque")})
     finding, _ = judged(alone)
     assert finding.status is Status.HEALTHY
@@ -187,7 +187,7 @@ def test_with_a_lag_the_torque_is_held_against_the_truth_of_its_time(bench):
     assert "20 ms after it acted" in fixed_lag[1].remarks["estimate"]
 
 
-def test_figures_text_and_chart_tell_the_same_nis(bench):
+def test_figures_text_and_chart_show_the_same_nis(bench):
     _, diagnosis = judged(bench)
     assert np.nanmean(diagnosis.traces["nis"].mean) == pytest.approx(diagnosis.consistency["nis_mean"], rel=0.02)
     assert "per measurement" in diagnosis.remarks["consistency"]
@@ -218,7 +218,7 @@ def test_a_file_with_a_stiff_gear_needs_no_inertia_of_the_column(bench):
     assert finding.evidence["error_against_truth_rms_Nm"] < 0.06
 
 
-def test_a_wheel_that_stands_still_tells_nothing():
+def test_a_wheel_that_stands_still_shows_nothing():
     draw, time = np.random.default_rng(1), np.arange(20_000) * 1e-3
     whole = run(ColumnBench(), BenchHands(time=1.0), sensors=SensorSet.bench()).recording
     still = {

@@ -76,7 +76,7 @@ def test_it_learns_what_the_vehicle_file_has_wrong():
     assert np.all(output["hands"][6000:] == OFF)
 
 
-def test_a_steady_wheel_and_noise_alone_teach_no_inertia():
+def test_a_steady_wheel_and_noise_alone_identify_no_inertia():
     draw = np.random.default_rng(3)
     samples = np.column_stack([1e-4 * draw.standard_normal(200_000), 0.01 * draw.standard_normal(200_000)])
     assert abs(scan(monitor(), samples)["inertia_error"][-1]) < 0.002 * INERTIA

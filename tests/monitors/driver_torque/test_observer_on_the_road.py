@@ -29,7 +29,7 @@ def drive():
     return np.column_stack(columns), np.interp(time, truth.time, truth.values)
 
 
-def test_it_tells_the_hands_better_than_the_bar(drive):
+def test_it_estimates_the_hands_better_than_the_bar(drive):
     measured, hands = drive
     found = scan(ColumnObserver.of_vehicle(load("midsize-eps")), measured)
     used = np.arange(len(hands)) > 5_000
@@ -41,7 +41,7 @@ def test_it_tells_the_hands_better_than_the_bar(drive):
 
 
 @pytest.mark.parametrize("wrong", [None, 0, 1, 2, 3])
-def test_signs_are_told_on_the_road(drive, wrong):
+def test_signs_are_reported_on_the_road(drive, wrong):
     measured = drive[0].copy()
     if wrong is not None:
         measured[:, wrong] *= -1.0

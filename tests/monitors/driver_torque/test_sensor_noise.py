@@ -39,5 +39,5 @@ def test_what_is_too_short_is_taken_as_usual():
     assert measured_noise(np.arange(100.0), np.arange(100.0) ** 2, RATE, FINE) == FINE
 
 
-def test_ideal_sensors_are_not_believed_without_bound():
+def test_ideal_sensors_are_not_trusted_without_bound():
     assert measured_noise(*signals(), RATE, FINE).torque == 0.5 * FINE.torque

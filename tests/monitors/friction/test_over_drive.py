@@ -24,7 +24,7 @@ def stretches(seconds, change=None):
         (1, ["the whole drive"]),
     ],
 )
-def test_stretches_have_titles_that_tell_them_apart(seconds, titles):
+def test_stretches_have_titles_that_distinguish_them(seconds, titles):
     assert stretches(seconds) == titles
 
 

@@ -82,7 +82,7 @@ def test_learns_what_weight_turn_slip_and_drive_force_do():
     assert 0.8 < result["drive_share"][-1] < 1.4
 
 
-def test_a_bar_taken_as_rigid_reads_high_and_is_told():
+def test_a_bar_taken_as_rigid_reads_high_and_is_reported():
     samples = signals(Case(SEED, 12.5))
     car = dataclasses.replace(
         VEHICLE, parameters={k: v for k, v in VEHICLE.parameters.items() if k != "torsion_bar_stiffness"}

@@ -58,7 +58,7 @@ def test_drive_force_takes_from_the_aligning_torque_and_brakes_add_to_it(acceler
     assert found == pytest.approx(sign * expected)
 
 
-def test_forces_of_a_driven_front_axle_are_told_apart():
+def test_forces_of_a_driven_front_axle_are_distinguished():
     """A force along the steered wheels gives no torque: what eq (4) sees of it, the drive's regressor takes off."""
     steer, force = 0.25, 3000.0
     across, along = force * math.sin(steer), force * math.cos(steer)

@@ -69,7 +69,7 @@ def test_healthy_cars_of_all_sorts_stay_healthy(seed, scatter):
     assert any("10 % of torque" in warning for warning in finding.warnings)
 
 
-def test_a_car_that_was_bad_from_the_start_is_a_fault_and_teaches_no_level():
+def test_a_car_that_was_bad_from_the_start_is_a_fault_and_sets_no_level():
     finding = MONITOR.finding(scan(MONITOR, signals(Case(1001, 12.5))))
     assert finding.status is Status.FAULT
     assert finding.since is None
@@ -77,7 +77,7 @@ def test_a_car_that_was_bad_from_the_start_is_a_fault_and_teaches_no_level():
     assert any("not learnt" in warning for warning in finding.warnings)
 
 
-def test_a_level_from_earlier_drives_tells_a_small_rise_at_once():
+def test_a_level_from_earlier_drives_shows_a_small_rise_at_once():
     stored = FrictionMonitor.of_vehicle(VEHICLE, learnt_level=4.0, learnt_deviation=0.05)
     finding = stored.finding(scan(stored, signals(Case(1001, 5.2))))
     assert finding.status is Status.RISING
@@ -127,7 +127,7 @@ def test_raw_counts_are_withheld():
     assert not any(name.endswith("_Nm") for name in finding.evidence)
 
 
-def test_lane_keeping_is_told_from_a_wrong_sign():
+def test_lane_keeping_is_distinguished_from_a_wrong_sign():
     def lane_keeping(samples):
         half = (np.arange(len(samples)) // 500) % 2 == 1
         samples[half, MOTOR] *= -1.0
@@ -320,7 +320,7 @@ def test_a_recording_that_ends_above_a_limit_is_not_healthy(verdict, course, wor
     assert "fell back" not in finding.cause
 
 
-def test_signals_lost_right_after_a_step_leave_a_suspicion_and_are_told():
+def test_signals_lost_right_after_a_step_leave_a_suspicion_and_are_reported():
     samples = signals(Case(1001, 4.0, 5.5)).copy()
     whole = scan(MONITOR, samples)
     alarm = np.flatnonzero(np.isin(statuses(whole), (Status.RISING, Status.FAULT)))[0]
@@ -431,7 +431,7 @@ def test_signals_that_contradict_each_other_are_not_judged(level, change, words)
     ],
     ids=["torques", "angle", "yaw"],
 )
-def test_late_signals_are_told_by_what_was_learnt(change, words):
+def test_late_signals_are_reported_by_what_was_learnt(change, words):
     assert not any("late" in warning for warning in finding_after(lambda samples: None).warnings)
     assert any(words in warning for warning in finding_after(change).warnings)
 

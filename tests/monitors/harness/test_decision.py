@@ -54,13 +54,13 @@ def test_limits_are_compared_one_by_one():
     assert decision(limits, "block").departures(Session(Part(None)))
 
 
-def test_false_alarms_are_told_as_designed_and_as_shown():
-    result = decision(Cusum(0.1, 2.0, 4.0), mean_time_between_false_alarms=1e4).false_alarms_told
+def test_false_alarms_are_reported_as_designed_and_as_shown():
+    result = decision(Cusum(0.1, 2.0, 4.0), mean_time_between_false_alarms=1e4).false_alarms_in_words
     assert result == "designed: one in 10 000 h; demonstrated: none in 10 h, so fewer than 0.3 per h at 95 %"
-    assert decision(Cusum(0.1, 2.0, 4.0)).false_alarms_told.startswith("demonstrated: none in 10 h")
+    assert decision(Cusum(0.1, 2.0, 4.0)).false_alarms_in_words.startswith("demonstrated: none in 10 h")
 
 
-def test_rules_are_told_in_words():
+def test_rules_are_reported_in_words():
     assert rule_in_words(HeldThreshold(3.0)) == "threshold 3, either side"
     assert rule_in_words(HeldThreshold(3.0, 5, "upper")) == "threshold 3, above in 5 values one after the other"
     assert rule_in_words(Cusum(0.1, 2.0, 4.0, "lower")) == "cumulative sum, below: 0.1 forgiven per value, threshold 2"

@@ -44,7 +44,7 @@ def test_a_white_rule_has_the_delay_that_it_calculates():
     assert curve_of(decision(design)).chosen == pytest.approx((930.9 / 3600.0, 10.38), rel=1e-2)
 
 
-def test_what_the_vehicle_lacks_is_not_told():
+def test_what_the_vehicle_lacks_is_not_reported():
     own = OwnRule("as it is", {})
     there, lacking = decision(None, own), decision(None, own, "gear")
     session = Session(rule=1.0)

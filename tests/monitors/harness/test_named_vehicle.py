@@ -27,7 +27,7 @@ def test_a_virtual_car_is_judged_with_the_vehicle_of_its_name(tmp_path):
     assert vehicle_named_in(path) == "midsize-eps"
 
 
-def test_a_virtual_car_of_another_name_tells_the_vehicle_with_which_it_is_judged(tmp_path):
+def test_a_virtual_car_of_another_name_shows_the_vehicle_with_which_it_is_judged(tmp_path):
     drive = load("demonstrator-lap").with_run(seconds=1.0).run().recording
     assert vehicle_named_in(drive) == "smartload"
     assert other_vehicle(drive.metadata, "smartload") is None
@@ -56,12 +56,12 @@ def test_where_it_names_none_that_is_shipped_the_user_must(metadata, sentence):
         vehicle_named_in(recording(**metadata))
 
 
-def test_a_file_that_is_not_there_is_told_as_such(tmp_path):
+def test_a_file_that_is_not_there_is_reported_as_such(tmp_path):
     with pytest.raises(InputError, match="there is no file"):
         vehicle_named_in(tmp_path / "absent.parquet")
 
 
-def test_a_file_that_cannot_be_read_is_told_as_such(tmp_path):
+def test_a_file_that_cannot_be_read_is_reported_as_such(tmp_path):
     path = tmp_path / "empty.mf4"
     path.touch()
     with pytest.raises(InputError, match="empty.mf4 is empty"):
@@ -82,7 +82,7 @@ def test_some_virtual_cars_have_a_vehicle():
         ({}, "midsize-eps", False),
     ],
 )
-def test_another_vehicle_than_the_recording_names_is_told(metadata, judged_as, result):
+def test_another_vehicle_than_the_recording_names_is_reported(metadata, judged_as, result):
     warning = other_vehicle(metadata, judged_as)
     assert (warning is not None) == result
     if result:

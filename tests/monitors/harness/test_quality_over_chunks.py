@@ -22,13 +22,13 @@ def piece(start: float, top: float = 30.0) -> tuple[np.ndarray, np.ndarray]:
     return time, 10.0 + (top - 10.0) * np.sin(0.1 * (time - start)) ** 2
 
 
-def test_the_range_is_that_of_all_pieces_and_told_once():
+def test_the_range_is_that_of_all_pieces_and_reported_once():
     assert remarks(piece(0.0)) == []
     (remark,) = remarks(piece(0.0, 100.0), piece(60.0), piece(120.0, 120.0))
     assert remark.startswith("36 km/h to 432 km/h leaves the plausible")
 
 
-def test_the_longest_gap_is_told_wherever_it_lies():
+def test_the_longest_gap_is_reported_wherever_it_lies():
     assert remarks(piece(0.0), piece(90.0)) == ["the longest gap lasts 30 s"]
     time, values = piece(60.0)
     kept = (time < 69.995) | (time > 74.995)

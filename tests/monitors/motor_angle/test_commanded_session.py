@@ -105,7 +105,7 @@ def test_a_variant_that_is_asked_for_needs_its_own_signals():
         diagnose(recorded(DRIVE.samples, without=()), "motor-bench", "motor-angle", "commanded-voltage")
 
 
-def test_what_could_be_recorded_in_place_of_voltages_is_told():
+def test_what_could_be_recorded_in_place_of_voltages_is_reported():
     with pytest.raises(InputError, match="'commanded-voltage' takes motor_target_voltage_alpha, motor_target"):
         finding(recorded(DRIVE.samples))
 

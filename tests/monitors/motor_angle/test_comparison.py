@@ -65,7 +65,7 @@ def test_a_gain_shows_in_what_both_gain():
     assert first(found, "speed_alarm") < 6.1
 
 
-def test_a_sensor_that_stands_and_one_that_turns_back_are_told():
+def test_a_sensor_that_stands_and_one_that_turns_back_are_reported():
     assert first(scan(BLOCK, samples(gain=0.0)), "stuck_alarm") < 6.1
     assert 6.02 < first(scan(BLOCK, samples(gain=-1.0)), "backwards_alarm") < 6.1
 
@@ -94,7 +94,7 @@ def test_it_counts_one_value_in_a_millisecond_after_start_and_hold():
 @pytest.mark.parametrize(
     "away", [{"speed": 9.9}, {"deviation": 0.04}, {"flux": 0.006}, {"standing": 1.0}, {"angle": np.nan}]
 )
-def test_nothing_counts_where_the_currents_tell_no_angle(away):
+def test_nothing_counts_where_the_currents_show_no_angle(away):
     assert counted(**away)["counts"].sum() == 0.0
 
 

@@ -61,7 +61,7 @@ def _finer(samples):
 
 
 @pytest.mark.parametrize(("times", "result"), [(0.5, "every 0.2 ms"), (2.0, "every 0.05 ms")])
-def test_a_wrong_sampling_time_is_told_with_the_right_one(times, result):
+def test_a_wrong_sampling_time_is_named_with_the_right_one(times, result):
     """Samples that came every 0.2 ms and are stated to come every 0.1 ms, and the other way round."""
     channels = recording(FAULT_FREE().samples if times < 1.0 else _finer(FAULT_FREE().samples)).channels
     scaled = {name: replace(each, time=min(times, 1.0) * each.time) for name, each in channels.items()}

@@ -137,7 +137,7 @@ def test_a_gap_of_the_sensor_is_no_speed():
     assert np.median(found["nis"][[at + 30 for at in runs[::3]]]) < 20.0
 
 
-def test_before_it_has_begun_it_tells_no_difference():
+def test_before_it_has_begun_it_shows_no_difference():
     rows = np.array([[np.nan, 1.0, 0.0, 0.0, 2.0]] * 3 + [[0.0, 1.0, 0.0, 0.0, 2.0]])
     found = scan(OBSERVER, rows)["angle_residual_electrical"]
     np.testing.assert_allclose(found, 0.0, atol=1e-3)

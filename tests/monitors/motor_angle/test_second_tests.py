@@ -25,7 +25,7 @@ def sparse(angle):
 
 
 @pytest.mark.parametrize("sensor", [lambda angle: angle, sparse])
-def test_gains_over_windows_tell_the_scale(sensor):
+def test_gains_over_windows_show_the_scale(sensor):
     angle = 50.0 * TIME
     found = scan(Increments(), turning(sensor(1.02 * angle), angle))
     complete = found["complete"] > 0.5
@@ -40,7 +40,7 @@ def test_a_sensor_that_begins_anew_every_turn_gains_the_same():
     np.testing.assert_allclose(found["sensor"][complete], found["observer"][complete], atol=1e-9)
 
 
-def test_standing_and_slow_windows_tell_nothing():
+def test_standing_and_slow_windows_show_nothing():
     assert scan(Increments(), turning(50.0 * TIME, 50.0 * TIME, 1.0))["complete"].sum() == 0.0
     assert scan(Increments(), turning(5.0 * TIME, 5.0 * TIME))["complete"].sum() == 0.0
 
@@ -64,7 +64,7 @@ def test_a_drive_that_stays_away_from_its_target_is_found():
     assert following(target, target - 0.3).max() == 0.0
 
 
-def test_a_target_that_never_moves_or_is_missing_tells_nothing():
+def test_a_target_that_never_moves_or_is_missing_shows_nothing():
     for target in (np.zeros(len(TIME)), np.full(len(TIME), np.nan)):
         assert following(target, 20.0 * TIME).max() == 0.0
 

@@ -98,7 +98,7 @@ def test_the_signs_are_read_as_the_currents_are(reading):
     assert found.resistance == pytest.approx(RESISTANCE)
 
 
-def test_a_motor_that_stands_without_current_tells_nothing():
+def test_a_motor_that_stands_without_current_shows_nothing():
     nothing = np.zeros(2000)
     assert balanced(nothing + 0j, nothing, nothing).best() is None
 

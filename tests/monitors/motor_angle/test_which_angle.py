@@ -22,7 +22,7 @@ def result(residual, suspect=NONE, detour=0.0, counts=10, mismatch=0.03):
     return scan(WhichAngle(), np.column_stack(columns).astype(float))["suspect"]
 
 
-def test_nobody_is_suspected_before_the_alarm():
+def test_nothing_is_suspected_before_the_alarm():
     assert result(0.5)[: BEGIN + 499].max() == NONE
 
 

@@ -33,7 +33,7 @@ def test_the_rear_axle_slips_as_the_car_turns():
     assert slips.rear == pytest.approx(1.4 * 0.2 / 20.0 + 0.01)
 
 
-def test_a_vehicle_file_tells_deviations_and_lengths():
+def test_a_vehicle_file_shows_deviations_and_lengths():
     car = load("steer-by-wire")
     axles = Axles(1.33, 1.31, 0.01).of_vehicle(car)
     assert axles.front_stiffness_deviation == pytest.approx(0.1)

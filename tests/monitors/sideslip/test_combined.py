@@ -166,7 +166,7 @@ def test_nothing_need_be_followed(drive):
     assert (result["front_stiffness_identified"] == 0.0).all()
 
 
-def test_what_a_drive_tells_is_said(drive):
+def test_what_a_drive_shows_is_said(drive):
     samples, _ = drive
     block = estimator(False)
     found = identifiability(block, scan(block, samples).state)
@@ -177,7 +177,7 @@ def test_what_a_drive_tells_is_said(drive):
     assert found.left > 0.5
 
 
-def test_at_the_start_nothing_is_told():
+def test_at_the_start_nothing_is_reported():
     block = estimator(False)
     found = identifiability(block, block.init())
     assert found.identified == ()

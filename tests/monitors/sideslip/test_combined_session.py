@@ -27,7 +27,7 @@ def drive():
     return driven(SineSteer(speed=22.0, amplitude=math.radians(25.0), frequency=0.4, periods=10))
 
 
-def test_it_tells_what_the_drive_tells(drive):
+def test_it_shows_what_the_drive_contains(drive):
     diagnosis = diagnose(drive, "steer-by-wire", "sideslip")
     found = diagnosis.findings[0]
     assert found.status is Status.HEALTHY
@@ -39,7 +39,7 @@ def test_it_tells_what_the_drive_tells(drive):
     assert 0.0 < diagnosis.consistency["nis_band_low"] < diagnosis.consistency["nis_band_high"]
 
 
-def test_the_limit_of_grip_is_told():
+def test_the_limit_of_grip_is_reported():
     slippery = (Adhesion(left=0.35, right=0.35),)
     course = AngleRamp(speed=20.0, angle=math.radians(60.0), rate=math.radians(5.0), conditions=slippery)
     found = diagnose(driven(course), "steer-by-wire", "sideslip").findings[0]
@@ -64,3 +64,17 @@ def test_an_angle_that_comes_through_a_column_does_not_soften_the_tyres():
     found = diagnose(drive.recording, "midsize-eps", "sideslip").findings[0]
     assert found.evidence["error_against_truth_rms_rad"] < math.radians(0.2)
     assert found.evidence["limit_announced_s"] == 0.0
+
+
+def test_time_without_yaw_rate_counts_as_no_estimate(drive):
+    channels = {name: drive[name] for name in drive.names}
+    yaw_rate = channels["yaw_rate"]
+    half = len(yaw_rate.values) // 2
+    stuck = np.where(np.arange(len(yaw_rate.values)) < half, yaw_rate.values, yaw_rate.values[half])
+    channels["yaw_rate"] = dataclasses.replace(yaw_rate, values=stuck)
+    whole = diagnose(drive, "steer-by-wire", "sideslip").findings[0]
+    found = diagnose(Recording(channels), "steer-by-wire", "sideslip").findings[0]
+    assert found.status in (Status.NOT_IDENTIFIABLE, Status.SUSPECT)
+    assert "yaw_rate is stuck" in found.cause
+    assert found.evidence["enabled_s"] == pytest.approx(yaw_rate.time[half], abs=1.5)
+    assert found.evidence["enabled_s"] < 0.6 * whole.evidence["enabled_s"]

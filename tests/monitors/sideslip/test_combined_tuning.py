@@ -39,7 +39,7 @@ def test_unknowns_of_the_steering_are_followed_with_the_steering_alone():
     assert "bank_angle" not in CombinedTuning(bank_angle=None).followed(True)
 
 
-def test_sensors_of_a_production_car_have_offsets_and_a_file_that_names_one_is_believed():
+def test_sensors_of_a_production_car_have_offsets_and_a_file_that_names_one_is_trusted():
     usual = tuning_of(load("midsize-eps"))
     assert usual.lateral_acceleration_bias == LATERAL_ACCELERATION
     assert usual.yaw_rate_bias == YAW_RATE
@@ -49,7 +49,7 @@ def test_sensors_of_a_production_car_have_offsets_and_a_file_that_names_one_is_b
     assert tuning_of(named).yaw_rate_bias is None
 
 
-def test_noises_that_no_file_names_are_adapted_and_named_ones_believed():
+def test_noises_that_no_file_names_are_adapted_and_named_ones_trusted():
     usual = tuning_of(load("midsize-eps"))
     assert usual.yaw_adaptation == YAW_ADAPTATION
     assert usual.ratio_error == RATIO_ERROR

@@ -33,5 +33,5 @@ def test_of_two_signals_neither_can_be_cleared():
     assert found(turned=["yaw rate"], missing=rest) == ("steering angle", "yaw rate")
 
 
-def test_a_car_that_stands_tells_nothing():
+def test_a_car_that_stands_shows_nothing():
     assert found(turned=["yaw rate"], speed=1.0) == ()

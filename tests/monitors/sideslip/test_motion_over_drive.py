@@ -73,7 +73,7 @@ def test_without_a_signal_nothing_is_said_of_it():
 
 
 @pytest.mark.parametrize("offset", [-0.03, 0.03])
-def test_an_offset_of_the_yaw_rate_is_told_at_different_speeds(offset):
+def test_an_offset_of_the_yaw_rate_is_reported_at_different_speeds(offset):
     there = signals()
     moved = over(yaw_rate=there["yaw_rate"] + offset, vehicle_speed=there["vehicle_speed"] + 2.0)
     assert moved.yaw_rate_offset() == pytest.approx(offset, abs=6e-3)

@@ -70,7 +70,7 @@ def test_they_run_from_standstill_to_the_highest_speed_and_back_without_a_leap(o
 
 
 @pytest.mark.parametrize("how", ["stand", "backwards", "no speed", "no torque", "nothing"])
-def test_where_nothing_can_be_told_the_last_estimate_is_held_and_its_variance_grows(observer, how):
+def test_where_nothing_is_identifiable_the_last_estimate_is_held_and_its_variance_grows(observer, how):
     samples, sideslip, _ = turning(10.0)
     rest = samples.copy()
     rest[:, 0] = {"stand": 0.0, "backwards": -3.0}.get(how, 10.0)

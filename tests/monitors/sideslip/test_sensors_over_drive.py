@@ -29,7 +29,7 @@ def seen(offset=0.0, stand=0.0, yaw=1.0, speed=1.0, acceleration=1.0, bank=0.0, 
 
 
 @pytest.mark.parametrize("stand", [0.0, 3.0])
-def test_an_offset_is_told_standing_and_driving(stand):
+def test_an_offset_is_reported_standing_and_driving(stand):
     found = seen(offset=OFFSET, stand=stand, pieces=3).offset()
     assert found.value == pytest.approx(OFFSET, rel=0.05)
     assert ("stands" in found.shown_by) == (stand > 0.0)
@@ -61,7 +61,7 @@ def test_a_scale_is_not_taken_for_an_offset_in_turns_to_one_side():
         ({"acceleration": 1.0 / 9.81}, "speed times yaw rate"),
     ],
 )
-def test_a_wrong_unit_is_told(change, word):
+def test_a_wrong_unit_is_reported(change, word):
     assert word in seen(**change, pieces=2).wrong_unit()
 
 

@@ -50,7 +50,7 @@ def finding(recording, variant=VARIANT, vehicle="steer-by-wire"):
 @pytest.mark.parametrize(
     "variant", ["conventional-kalman", "conventional-poles", "two-stage-kalman", "two-stage-poles"]
 )
-def test_it_tells_the_largest_angle_with_its_deviation_and_error(drive, variant):
+def test_it_shows_the_largest_angle_with_its_deviation_and_error(drive, variant):
     diagnosis = diagnose(drive, "steer-by-wire", "sideslip", variant)
     found = diagnosis.findings[0]
     assert found.status is Status.HEALTHY
@@ -107,7 +107,7 @@ def test_a_car_that_hardly_rolls_is_not_enabled(drive):
     assert "fastest" in found.cause
 
 
-def test_parameters_that_do_not_fit_are_told_by_the_innovations(drive):
+def test_parameters_that_do_not_fit_are_reported_by_the_innovations(drive):
     found = finding(without(changed(drive, yaw_rate=3.0), "lateral_acceleration"))
     assert found.status is Status.NOT_IDENTIFIABLE
     assert "do not fit" in found.headline

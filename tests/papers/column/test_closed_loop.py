@@ -130,7 +130,7 @@ def test_differences_are_late_by_nothing():
     np.testing.assert_allclose(rate[50:-50], 6.0 * np.cos(6.0 * time[50:-50]), atol=6e-3)
 
 
-def test_margins_tell_which_observers_not_to_control_with(loop):
+def test_margins_show_which_observers_not_to_control_with(loop):
     assert tracking.margins_of(loop, KNOWN).distance > 0.5
     whole = loop_of(tracking.observers(KNOWN)[tracking.FULL], KNOWN)
     assert tracking.margins_of(whole, KNOWN) is None

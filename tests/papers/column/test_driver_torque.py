@@ -111,7 +111,7 @@ def test_the_part_is_whole_and_its_goals_are_met():
     assert sum(isinstance(item, Chart) for item in found) == 1
 
 
-def test_sensors_that_are_not_as_believed_change_their_own_column():
+def test_sensors_that_are_not_as_trusted_change_their_own_column():
     given = drive("free", 11)
     before = samples(given)
     for what, change in SENSORS.items():

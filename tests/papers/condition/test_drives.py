@@ -69,7 +69,7 @@ def test_a_fault_of_a_sensor_changes_its_channel_alone_and_only_while_it_lasts()
             np.testing.assert_array_equal(faulty[name].values, fault_free[name].values)
 
 
-def test_an_automated_driver_that_believes_a_faulty_sensor_drives_otherwise():
+def test_an_automated_driver_that_trusts_a_faulty_sensor_drives_otherwise():
     healthy = Drive("short-round", 8.0, seed=4)
     acted_on = replace(healthy, injected=(Injected("wheel_speed_rear_left", OFFSET, 2.0, 4.0, 8.0, in_the_loop=True),))
     fault_free, faulty = recorded(healthy), recorded(acted_on)

@@ -26,7 +26,7 @@ def car(request, monkeypatch):
     return request.param
 
 
-def test_the_bank_finds_what_shows_names_nobody_else_and_is_silent_where_nothing_is_wrong(car):
+def test_the_bank_finds_what_shows_names_no_other_and_is_silent_where_nothing_is_wrong(car):
     found = judged(car, car.recording())
     assert found.quiet.false_alarms == 0
     assert found.quiet.healthy_hours * 3600.0 > 10.0

@@ -40,7 +40,7 @@ def _lost() -> tuple[Drive, Recording]:
     return Drive("short-round", 60.0, 0, injected=(Injected(YAW, LOSS),)), _recording(true, read)
 
 
-def test_a_fault_found_late_and_given_up_while_it_cannot_be_told():
+def test_a_fault_found_late_and_given_up_while_it_is_not_identifiable():
     drive, recording = _lost()
     said = _between(20.3, 30.1) | _between(35.2, 40.5)
     found = score(drive, recording, Declared(TIME, {YAW: said}))
@@ -205,7 +205,7 @@ def test_a_constant_deviation_shows_above_three_standard_deviations():
     assert not where_shown(YAW, np.full(300, 0.031), ~there).any()
 
 
-def test_a_sensor_that_is_back_cannot_be_told_from_a_lost_one_while_it_reads_nothing():
+def test_a_sensor_that_is_back_cannot_be_distinguished_from_a_lost_one_while_it_reads_nothing():
     true = np.where(_between(40.0, 45.0), 0.0, 0.5)
     read = np.where(_between(20.0, 40.0), 0.0, true + 0.002)
     drive = Drive("short-round", 60.0, 0, injected=(Injected(YAW, LOSS),))

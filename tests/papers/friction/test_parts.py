@@ -190,7 +190,7 @@ def test_figures_of_the_paper_are_redrawn():
     assert names == ["figure-3", "figure-5", "figure-6", "figure-7", "figure-8", "figure-9"]
 
 
-def test_delays_after_a_step_are_told():
+def test_delays_after_a_step_are_reported():
     tables = [item for item in steps.items(made_drives(), QUICK) if isinstance(item, Table)]
     assert tables[0].rows[0] == ("4 to 12.5 N·m, nominal", "3.0", "3.0", "never", "never", "0")
 

@@ -102,7 +102,7 @@ def test_drives_run_once_in_worker_processes_references_first():
     assert drives.hours == pytest.approx(0.4 / 60.0, abs=1e-4)
 
 
-def test_a_drive_that_fails_is_told_and_stops_nothing(monkeypatch):
+def test_a_drive_that_fails_is_reported_and_stops_nothing(monkeypatch):
     def outcomes(effort, work, tasks):
         for number, task in enumerate(tasks):
             yield number, Failure("it left the road", True) if task.case.route == 2 else digest(task.case, ())

@@ -32,7 +32,7 @@ def test_with_the_printed_sign_the_angle_is_turned_by_the_inductance(current):
     assert abs(error) == pytest.approx({4.0: 0.094, 12.0: 0.275}[abs(current)], abs=5e-3)
 
 
-def test_a_slow_motor_tells_nothing_and_its_angle_is_held_or_follows_increments():
+def test_a_slow_motor_shows_nothing_and_its_angle_is_held_or_follows_increments():
     samples = steady(2.0, 5.0, seconds=0.3)
     held = scan(FeedforwardAngle(P), samples)
     assert held["standing"].all()

@@ -9,7 +9,7 @@ from tierod.experiments.effort import Effort
 from tierod.papers.motor_angle import identified
 
 
-def test_the_study_tells_bias_intervals_and_the_observer():
+def test_the_study_shows_bias_intervals_and_the_observer():
     items = list(identified.items(Effort(quick=True, processes=1)))
     claims = {item.id: item for item in items if isinstance(item, Claim)}
     assert claims["identified.bias"].met

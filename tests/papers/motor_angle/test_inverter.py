@@ -5,7 +5,7 @@ from tierod.papers.motor_angle.inverter import LOSSY, identified, items, said_wr
 from tierod.papers.motor_angle.observer_drives import to_and_fro
 
 
-def test_a_quick_run_tells_every_claim_and_meets_it():
+def test_a_quick_run_shows_every_claim_and_meets_it():
     found = list(items(Effort(quick=True)))
     claims = {each.id: each for each in found if isinstance(each, Claim)}
     assert set(claims) == {

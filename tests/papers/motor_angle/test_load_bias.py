@@ -18,7 +18,7 @@ def test_the_bench_shows_the_error_that_the_gains_promise():
     assert errors[0] > 0.0 > errors[-1]
 
 
-def test_held_still_with_a_warm_winding_the_observer_tells_a_speed_that_is_not_there():
+def test_held_still_with_a_warm_winding_the_observer_shows_a_speed_that_is_not_there():
     measured, computed = standing()
     assert computed == pytest.approx(0.05 / 6.0 * 0.6 / 0.051 / 0.034)
     assert measured == pytest.approx(computed, rel=0.05)

@@ -6,7 +6,7 @@ from tierod.experiments.effort import Effort
 from tierod.papers.motor_angle.resistance import items, ramped
 
 
-def test_a_quick_run_tells_every_claim_and_meets_it():
+def test_a_quick_run_shows_every_claim_and_meets_it():
     found = list(items(Effort(quick=True)))
     claims = [each for each in found if isinstance(each, Claim)]
     assert {each.id for each in claims} == {"motor-angle.resistance.warm", "motor-angle.resistance.ramp"}

@@ -84,7 +84,7 @@ def test_a_trial_goes_on_where_its_fault_free_part_ended(begun):
     assert found(begun, STUCK).delay < 10.0
 
 
-def test_a_trial_and_a_whole_drive_with_the_same_fault_tell_the_same(begun):
+def test_a_trial_and_a_whole_drive_with_the_same_fault_show_the_same(begun):
     assert begun is not None
     again = begin(Trial(11, 60.0))
     assert again is not None

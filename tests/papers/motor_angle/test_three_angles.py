@@ -10,7 +10,7 @@ def test_a_fault_free_drive_raises_nothing():
     assert found.largest < 0.01
 
 
-def test_the_ratio_over_speed_tells_the_recorded_wheel_where_motion_cannot():
+def test_the_ratio_over_speed_shows_the_recorded_wheel_where_motion_cannot():
     found = findings_of(Case("slalom", 40, "wheel, recorded", "drift"))
     assert isinstance(found, Findings)
     assert 0.3 < found.delay < 1.5

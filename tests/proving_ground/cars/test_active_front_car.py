@@ -78,7 +78,7 @@ def test_the_motor_alone_turns_the_pinion_against_held_hands():
     assert run["driver_torque"][-1] > 0.2
 
 
-def test_a_false_motor_angle_is_turned_away_and_the_identity_tells():
+def test_a_false_motor_angle_is_turned_away_and_the_identity_shows():
     run, fault_free = swinging(ports__motor_angle_mechanical__offset=0.05), swinging()
     away = motor_angle(run)[-500:] - motor_angle(fault_free)[-500:]
     np.testing.assert_allclose(away, -0.05, atol=0.02)

@@ -166,7 +166,7 @@ def test_a_wrong_variation(choice, words):
         ("kind =", "kid =", "'kid' is not known here; did you mean 'kind'"),
     ],
 )
-def test_a_slip_in_a_file_is_told_with_its_line(mine, old, new, words):
+def test_a_slip_in_a_file_is_reported_with_its_line(mine, old, new, words):
     with pytest.raises(ParameterError, match=f"mine.toml.*{words}"):
         mine(FILE.replace(old, new, 1))
 

@@ -31,7 +31,7 @@ def test_it_follows_its_target_against_the_spring():
     assert np.min(run["truth_load_torque"]) == pytest.approx(-0.6)
 
 
-def test_the_flux_of_currents_and_voltages_tells_the_angle():
+def test_the_flux_of_currents_and_voltages_shows_the_angle():
     """Voltages are means over the period that ends with their sample: their sum less the resistance's is the flux."""
     run = swinging()
     current = run["motor_current_alpha"] + 1j * run["motor_current_beta"]

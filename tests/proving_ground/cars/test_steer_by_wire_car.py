@@ -28,7 +28,7 @@ def test_every_channel_has_one_name():
     assert len(channel_names(CAR)) == len(trace(CAR).output)
 
 
-def test_road_wheels_step_as_told():
+def test_road_wheels_step_as_asked():
     """Of 2 degrees by a false sensor of the steering wheel, which no hands turn."""
     car, offset = replace(CAR, feel=Feel(0.0, 0.0, 0.0)), np.radians(2.0) * 17.0
     run = Run(car, 3000, demand__speed=15.0, ports__steering_wheel_angle__offset=offset)

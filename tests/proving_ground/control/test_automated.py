@@ -39,7 +39,7 @@ def test_too_much_yaw_rate_is_steered_against():
     assert targets(sensed=CRUISING._replace(yaw_rate=0.1)).steering_wheel_angle == pytest.approx(-0.1 * 0.03 * 19.7)
 
 
-def test_the_target_turns_no_faster_than_told():
+def test_the_target_turns_no_faster_than_asked():
     slow = AutomatedDriver(target_rate=8.0)
     assert targets(slow, demand=STRAIGHT._replace(steering_wheel_angle=1.0)).steering_wheel_angle == pytest.approx(8e-3)
 
@@ -49,7 +49,7 @@ def test_speed_comes_from_the_sensors():
     assert late.force == pytest.approx(DRIVER.mass * DRIVER.speed_control.proportional)
 
 
-def test_motors_share_the_torque_and_wheels_help_if_told():
+def test_motors_share_the_torque_and_wheels_help_if_asked():
     helped = AutomatedDriver(split=Split(0.6, 0.1, 0.24), drive_steering=50.0)
     wanted = targets(helped, sensed=CRUISING._replace(steering_wheel_angle=-0.1))
     total = wanted.steering_torque_1 + wanted.steering_torque_2

@@ -125,7 +125,7 @@ def test_muscles_have_one_double_pole():
     assert rates == pytest.approx([-1.0 / 0.08] * 2, rel=1e-6)
 
 
-def test_a_person_told_an_angle_reaches_it_against_a_spring():
+def test_a_person_given_an_angle_reaches_it_against_a_spring():
     result = DEMAND._replace(attention=0.0, steering_wheel_angle=0.5)
     lane = Lane(DRIVER, 20.0)
     for _ in range(8000):
@@ -182,7 +182,7 @@ def test_a_stop_is_eased_unless_it_is_an_emergency():
 
 
 @pytest.mark.parametrize("downhill", [0.2, 0.5])
-def test_a_slope_that_nobody_expected_does_not_keep_a_car_from_stopping(downhill):
+def test_an_unexpected_slope_does_not_keep_a_car_from_stopping(downhill):
     late, hardness = stopped(2.0, downhill)
     assert late < 1.5
     assert hardness < 1.3

@@ -108,7 +108,7 @@ def test_mistakes_are_named(tmp_path, text, said):
     assert said in str(caught.value)
 
 
-def test_an_unknown_name_tells_the_nearest():
+def test_an_unknown_name_shows_the_nearest():
     with pytest.raises(ParameterError, match="did you mean 'slalom'"):
         load("slalon")
 

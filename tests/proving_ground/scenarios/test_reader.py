@@ -146,7 +146,7 @@ SLIPS = [
 
 
 @pytest.mark.parametrize(("old", "new", "line", "words"), SLIPS, ids=[f"{new[-25:]}" for _, new, _, _ in SLIPS])
-def test_a_slip_or_a_contradiction_is_told_with_its_line(write, old, new, line, words):
+def test_a_slip_or_a_contradiction_is_reported_with_its_line(write, old, new, line, words):
     with pytest.raises(ParameterError, match=f"mine.toml, line {line}: .*{words}"):
         load(write(FILE.replace(old, new, 1)))
 

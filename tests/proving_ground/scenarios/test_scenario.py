@@ -51,7 +51,7 @@ def test_it_can_be_sent_to_another_process(scenario):
         assert np.array_equal(series, values(scenario.run())[name])
 
 
-def test_the_recording_tells_all_that_it_takes_to_drive_it_again(scenario):
+def test_the_recording_shows_all_that_it_takes_to_drive_it_again(scenario):
     result = scenario.with_run(seconds=4.0, seed=9).run().recording.metadata
     again = from_document(Document.parse(result["scenario_text"]))
     assert again.digest == result["scenario_sha256"] == scenario.digest

@@ -9,7 +9,7 @@ from tierod.report.analysis import SUBJECTS
 from tierod.vehicles import load
 
 
-def test_it_tells_modes_and_ranks_over_understeer_and_speed():
+def test_it_shows_modes_and_ranks_over_understeer_and_speed():
     found = SUBJECTS["sideslip"].analyse(load("steer-by-wire"), None)
     modes, ranks = found.items
     assert "-19.82 ± 0.66i" in modes.rows[1][1]
@@ -19,6 +19,6 @@ def test_it_tells_modes_and_ranks_over_understeer_and_speed():
     assert found.document["rear_over_neutral"] == pytest.approx(140e3 * 1.31 / (100e3 * 1.33))
 
 
-def test_a_car_that_is_not_steered_by_wire_lacks_parameters_and_is_told_which():
+def test_a_car_that_is_not_steered_by_wire_lacks_parameters_and_is_reported_which():
     with pytest.raises(ParameterError, match="road_wheel_inertia"):
         SUBJECTS["sideslip"].analyse(load("midsize-eps"), None)

@@ -1,4 +1,4 @@
-"""Parameters of a vehicle from ordinary drives: what they teach, what stays as the file gives it, and what to drive."""
+"""Parameters of a vehicle from ordinary drives: what they identify, what the file keeps, and what to drive."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ WIDENED = 10.0
 """Factor on what is known before of a parameter where file and drives contradict each other."""
 NEAR_LIMIT, AT_LIMIT = 0.6, 0.1
 """Share of the greatest lateral acceleration, by the file's friction, from which tyres are near their limit; share of a
-drive there from which it teaches wrong values: race laps, a third of them there, made the error of the sideslip twice
+drive there from which it identifies wrong values: race laps, a third of them there, made the error of sideslip twice
 that of typical values."""
 LIKE_ROADS = ("roll_share",)
 """Parameters that roads imitate, and which contradict nothing: bends that are banked add to what a car rolls."""
@@ -369,5 +369,5 @@ def _doubt(
             "units and signs of the channel map are right, or give the parameter a wider standard_deviation"
         )
     if not learnt and not unexplained:
-        return "these drives teach nothing that the vehicle file does not say already; drive as the table says"
+        return "these drives identify nothing that the vehicle file does not say already; drive as the table says"
     return unexplained

@@ -101,12 +101,12 @@ class Decision:
         return tuple(side * self.rule.threshold for side in sides)
 
     @property
-    def rule_told(self) -> str:
+    def rule_in_words(self) -> str:
         """The rule in words, with its threshold."""
         return rule_in_words(self.rule)
 
     @property
-    def false_alarms_told(self) -> str:
+    def false_alarms_in_words(self) -> str:
         """In words: the designed rate, and the demonstrated one."""
         shown = self.demonstrated.stated(self.unit) if self.demonstrated else "nothing observed"
         if self.mean_time_between_false_alarms is None:

@@ -83,8 +83,8 @@ def decided(
         Decided(
             each.name,
             each.distance,
-            each.rule_told,
-            each.false_alarms_told,
+            each.rule_in_words,
+            each.false_alarms_in_words,
             each.source,
             each.statistic,
             each.levels_in(session),

@@ -18,7 +18,7 @@ from tierod.io.quality import (
     channel_quality,
     figure_remarks,
     follows_from_figures,
-    tells_of_implausible_values,
+    is_about_implausible_values,
     too_slow,
 )
 from tierod.io.signs import COMPARED, sign_warnings, turn_warnings
@@ -131,7 +131,7 @@ class QualityOverChunks:
             f"{name}: {remark}"
             for name, row in self._rows.items()
             for remark in row.remarks
-            if tells_of_implausible_values(remark)
+            if is_about_implausible_values(remark)
         )
 
     def refuse_slow(self, required: Iterable[str], minimum_rate: float) -> bool:

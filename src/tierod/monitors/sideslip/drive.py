@@ -65,7 +65,7 @@ class SideslipDrive:
 
         Args:
             running: where the estimator ran
-            signals: by name
+            signals: by name; without speed and yaw rate an estimator predicts alone, which counts as no estimate
             result: outputs of the estimator
             contradictions: whether to follow what shows that signals contradict each other or the vehicle's parameters
         """
@@ -74,6 +74,7 @@ class SideslipDrive:
         measured, wheel = signals["road_wheel_angle"], self._ratio * signals["steering_wheel_angle"]
         angle = np.where(np.isfinite(measured), measured, wheel)
         torque = np.where(np.isfinite(signals["motor_torque"]), signals["motor_torque"], signals["motor_current"])
+        running = running & np.isfinite(speed) & np.isfinite(yaw_rate)
         self.figures.add(running, result, truth_in(signals), speed, angle, torque)
         self.sensors.add(speed, yaw_rate, lateral, angle)
         self.motion.add(speed, yaw_rate, lateral, along, angle)

@@ -97,7 +97,7 @@ class Case:
             roads=setup.roads,
             conditions=setup.conditions,
         )
-        return _as_motor_tells(recording, setup) if setup.below_bar else recording
+        return _column_angle_of_motor(recording, setup) if setup.below_bar else recording
 
 
 def _with_motor(setup: Setup) -> SensorSet:
@@ -111,7 +111,7 @@ def _with_motor(setup: Setup) -> SensorSet:
     return setup.sensors.with_sensors(motor)
 
 
-def _as_motor_tells(recording: Recording, setup: Setup) -> Recording:
+def _column_angle_of_motor(recording: Recording, setup: Setup) -> Recording:
     """The recording with angle and rate of the column in the place of those of the steering wheel."""
     gear = setup.car.steering.motor.ratio  # type: ignore[attr-defined]
     angle, speed = recording["pinion_angle"], recording["motor_speed"]

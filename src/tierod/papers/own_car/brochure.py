@@ -49,7 +49,7 @@ def identified(car: Vehicle, found: VehicleIdentification) -> Vehicle:
 
     Args:
         car: the file before
-        found: what drives have taught
+        found: what drives have identified
     """
     if found.doubt:
         return car

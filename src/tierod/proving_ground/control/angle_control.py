@@ -17,7 +17,7 @@ class AngleMemory(NamedTuple):
     Args:
         angle, target: of the step before [rad]
         rate, target_rate: filtered [rad/s]
-        integral: torque that lasting resistance has taught [N*m]
+        integral: torque learnt from lasting resistance [N*m]
     """
 
     angle: Scalar

@@ -91,7 +91,7 @@ class Measured:
     @property
     def fits(self) -> bool:
         """Whether the recording shows the column's response, and the model is near it."""
-        return _tells(self.differences, self.responses) and not _apart(self.differences, self.responses)
+        return _informative(self.differences, self.responses) and not _apart(self.differences, self.responses)
 
     def table(self) -> Table:
         """Differences of measured and computed responses, by sensor."""
@@ -193,7 +193,7 @@ def _known(name: str, differences: Mapping[str, Difference], responses: Mapping[
     return differences[name].share * len(responses[name].frequency) > _FEWEST - 0.5
 
 
-def _tells(differences: Mapping[str, Difference], responses: Mapping[str, MeasuredResponse]) -> bool:
+def _informative(differences: Mapping[str, Difference], responses: Mapping[str, MeasuredResponse]) -> bool:
     """Whether any sensor follows the motor at a few frequencies."""
     return any(_known(name, differences, responses) for name in differences)
 
@@ -230,7 +230,7 @@ def _remarks(
             "Is it of this column, alone on its bench, with a free wheel that is not touched, and moved by "
             "several times its friction?"
         )
-    elif not _tells(differences, responses):
+    elif not _informative(differences, responses):
         remarks.append("The recording cannot be compared with the model: no sensor follows the motor's torque.")
     if given != "motor_torque":
         remarks.append("The torque that the motor was asked for stands for the one it gave.")

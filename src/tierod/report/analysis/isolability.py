@@ -105,9 +105,9 @@ def _summary(
             f"{len(pairs[name].isolable)} are."
         )
     best = gains[0]
-    if best.told_apart or best.detectable:
+    if best.isolated_pairs or best.detectable:
         lines.append(
-            f"The sensor that would help most: {best.sensor}; it separates {best.told_apart} more ordered pairs of "
+            f"The sensor that would help most: {best.sensor}; it separates {best.isolated_pairs} more ordered pairs of "
             "faults and double faults."
         )
     return tuple(lines)
@@ -178,7 +178,7 @@ def _gains(gains: Sequence[SensorGain], view: str) -> Table:
     rows = tuple(
         (
             words(gain.sensor),
-            f"{gain.told_apart}",
+            f"{gain.isolated_pairs}",
             listed(gain.detectable) if gain.detectable else "",
             "yes" if gain.own_isolable else "no",
         )
@@ -221,7 +221,7 @@ def _document(model: StructuralModel, single: Isolability, pairs: Isolability) -
         "redundancy": decompose(model).redundancy,
         "detectable": [fault for fault in single.faults if fault not in single.undetectable],
         "isolable": list(single.isolable),
-        "not_told_apart": [list(group) for group in single.groups if len(group) > 1],
+        "not_isolable": [list(group) for group in single.groups if len(group) > 1],
         "single_and_double_faults": len(pairs.faults),
         "single_and_double_faults_isolable": len(pairs.isolable),
     }
@@ -230,7 +230,7 @@ def _document(model: StructuralModel, single: Isolability, pairs: Isolability) -
 def _gain_document(gain: SensorGain) -> dict[str, Any]:
     return {
         "sensor": gain.sensor,
-        "more_told_apart": gain.told_apart,
+        "more_isolated": gain.isolated_pairs,
         "now_detectable": list(gain.detectable),
         "own_fault_isolable": gain.own_isolable,
     }

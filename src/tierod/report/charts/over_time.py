@@ -40,7 +40,7 @@ _CONSISTENT = (
     "claims to know more than it does, below it claims less."
 )
 STRIPS = {
-    "enabled": ("enabled share", "share of the time in which the drive taught something (enabled)"),
+    "enabled": ("enabled share", "share of the time in which the estimator was excited (enabled)"),
     "hands_on": ("hands on", "full where hands are on the wheel, half where that is uncertain, else off"),
 }
 """Traces from 0 to 1 that are drawn beneath an estimate: their name, and what they say."""

@@ -103,7 +103,7 @@ def test_the_parts_of_a_decomposition_are_all_equations_and_have_the_right_count
     assert not left or len(left) < len(set().union(*left))
 
 
-def test_drawn_structures_have_all_parts_and_tell_some_faults_apart_but_not_all():
+def test_drawn_structures_have_all_parts_and_isolate_some_faults_but_not_all():
     parts = [decompose(drawn(seed, equations=9)) for seed in SEEDS]
     assert all(any(getattr(each, part) for each in parts) for part in ("overdetermined", "just_determined"))
     assert any(each.underdetermined for each in parts)
@@ -117,7 +117,7 @@ def three_sensors_of_one_speed(count):
     return StructuralModel(tuple(Equation.of(f"sensor {k}", ["speed"], [f"y{k}"], f"fault {k}") for k in range(count)))
 
 
-def test_two_sensors_of_one_quantity_show_a_fault_and_three_tell_which():
+def test_two_sensors_of_one_quantity_detect_a_fault_and_three_isolate_it():
     two, three = (isolability(three_sensors_of_one_speed(count)) for count in (2, 3))
     assert two.undetectable == ()
     assert two.isolable == ()
@@ -129,7 +129,7 @@ def test_two_sensors_of_one_quantity_show_a_fault_and_three_tell_which():
     assert one.groups == ()
 
 
-def test_four_sensors_of_one_quantity_tell_two_faults_at_once():
+def test_four_sensors_of_one_quantity_show_two_faults_at_once():
     pairs = {count: isolability(three_sensors_of_one_speed(count), at_once=2) for count in (3, 4)}
     assert set(pairs[3].groups[-1]) == {"fault 0 + fault 1", "fault 0 + fault 2", "fault 1 + fault 2"}
     assert all(len(group) == 1 for group in pairs[4].groups[:4])

@@ -25,7 +25,7 @@ def taken(likelihoods, changed=0.0):
 
 
 @pytest.mark.parametrize("ahead", [1.0, -1.0])
-def test_of_two_sensors_that_disagree_each_lane_keeps_to_the_one_that_it_believes(ahead):
+def test_of_two_sensors_that_disagree_each_lane_keeps_to_the_one_that_it_trusts(ahead):
     healthy, left, right = taken((-50.0, -26.0, -26.0, -10.0 + ahead, -10.0))[:3]
     assert healthy == (3.0 if ahead > 0.0 else 4.0)
     assert (left, right) == (3.0, 4.0)

@@ -106,7 +106,7 @@ def test_a_lost_sensor_does_not_recover_while_it_should_read_zero(bank, drive):
     assert result[f"testable.{LEFT}"][-50:].max() == 0.0
 
 
-def test_nobody_is_accused_at_standstill(bank, drive):
+def test_no_fault_is_declared_at_standstill(bank, drive):
     drive[100:300, column("longitudinal_acceleration")] = -5.0
     drive[:, :2] += np.cumsum(drive[:, column("longitudinal_acceleration")])[:, None] / RATE
     drive[400:, column(LEFT)] += 1.0
@@ -121,7 +121,7 @@ def test_a_wheel_that_brakes_hard_may_lock(bank, drive):
 
 
 @pytest.mark.parametrize(("acceleration", "named"), [(8.0, False), (-8.0, False), (5.0, True), (np.nan, True)])
-def test_nobody_is_accused_where_the_tyres_slide(bank, drive, acceleration, named):
+def test_no_fault_is_declared_where_the_tyres_slide(bank, drive, acceleration, named):
     drive[300:700, column("lateral_acceleration")] = acceleration
     drive[350:650, column(LEFT)] += 1.0
     result = scan(bank, drive)
@@ -131,7 +131,7 @@ def test_nobody_is_accused_where_the_tyres_slide(bank, drive, acceleration, name
 
 @pytest.mark.parametrize("share", [1.0, 0.5])
 @pytest.mark.parametrize("name", [MOTOR_1, MOTOR_2])
-def test_a_motor_is_told_from_the_other_by_the_swing_of_their_split(bank, drive, name, share):
+def test_a_motor_is_distinguished_from_the_other_by_the_swing_of_their_split(bank, drive, name, share):
     drive[300:700, column(TORQUE)] -= share * drive[300:700, column(f"{name}_target_torque")]
     result = scan(bank, drive)
     names = [name for _, name in declared(result)]
@@ -163,7 +163,7 @@ def test_motors_that_share_alike_are_named_together(bank, drive):
     assert not result[f"faulty.{MOTOR_1}"].any()
 
 
-def test_missing_readings_accuse_nobody(bank, drive):
+def test_missing_readings_declare_no_fault(bank, drive):
     drive[300:500, 0] = np.nan
     drive[600:650] = np.nan
     result = scan(bank, drive)

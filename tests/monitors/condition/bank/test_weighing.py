@@ -47,7 +47,7 @@ def test_a_dear_suspect_still_has_to_pay():
     assert ranked(torque=0.5).exceeding == 0.0
 
 
-def test_a_sensor_that_gives_no_reading_rivals_nobody():
+def test_a_sensor_that_gives_no_reading_rivals_no_other():
     result = [0.0 if TORQUE in each.suspects else 1.0 for each in HYPOTHESES]
     assert ranked(result, motor=8.0, torque=0.0).lead == 8.0
     assert ranked(motor=8.0, torque=0.0).lead == 0.0

@@ -39,7 +39,7 @@ def test_a_short_drive_is_refused_with_what_would_do():
         calibrate([recording], CAR)
 
 
-def test_a_vehicle_of_which_nobody_says_how_well_it_is_known_is_refused():
+def test_a_vehicle_without_deviations_is_refused():
     known = {name: replace(each, standard_deviation=None) for name, each in CAR.parameters.items()}
     with pytest.raises(InputError, match="gives no standard deviation"):
         Search(replace(CAR, parameters=known), [], FREE)
@@ -67,7 +67,7 @@ def test_one_rear_wheel_alone_is_not_asked_what_the_other_reads():
 
 
 @pytest.mark.slow
-def test_five_minutes_tell_the_vehicle_and_its_sensors_from_the_nominal_ones():
+def test_five_minutes_distinguish_the_vehicle_and_its_sensors_from_the_nominal_ones():
     found = calibrate([recorded(calibration_drives(1)[0])], CAR)
     assert found.found.converged
     assert found.found.after > found.found.before

@@ -50,7 +50,7 @@ def test_driving_counts_by_time_at_any_rate(rate):
 
 
 @pytest.mark.parametrize("gone", WHEELS)
-def test_one_rear_wheel_tells_what_is_driven(gone):
+def test_one_rear_wheel_shows_what_is_driven(gone):
     whole = made_up(np.concatenate([driving(20.0), driving(30.0, 0.0), driving(40.0)]))
     recording = Recording({name: each for name, each in whole.channels.items() if name != gone})
     drives = healthy_drives({"a": recording})
@@ -88,7 +88,7 @@ def test_the_first_seconds_of_driving_are_taken_from_as_many_drives_as_it_needs(
         ({"a": with_targets(25.0)}, "a: the targets of the actuators come at 25 Hz"),
     ],
 )
-def test_what_tells_too_little_is_refused_before_the_search(recordings, message):
+def test_what_shows_too_little_is_refused_before_the_search(recordings, message):
     with pytest.raises(InputError, match=message):
         calibrate_condition(recordings, CAR)
 
@@ -128,7 +128,7 @@ def test_readings_that_do_not_fit_the_vehicle_are_doubted():
         assert "the readings of yaw_rate" in calibration(calibration=found).doubt
 
 
-def test_remarks_tell_what_the_limits_rest_on():
+def test_remarks_show_what_the_limits_rest_on():
     result = " ".join(calibration().remarks)
     assert "first 300 s" in result
     assert "1 000 h is to be expected" in result

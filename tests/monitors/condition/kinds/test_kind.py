@@ -137,7 +137,7 @@ def test_missing_readings_change_nothing():
     assert result["magnitude"][-301] == pytest.approx(2.0, abs=0.1)
 
 
-def test_a_delay_is_told_from_readings_some_of_which_are_missing():
+def test_a_delay_is_distinguished_from_readings_some_of_which_are_missing():
     given = samples("delay", 0.2)
     given[START:END:7, 0] = np.nan
     result = scan(BLOCK, given)
@@ -169,7 +169,7 @@ def grown(size, late, **changes):
     return scan(replace(BLOCK, **changes), given), START + late
 
 
-def test_what_a_late_declared_drift_grew_from_tells_it_from_an_offset_at_once():
+def test_what_a_late_declared_drift_grew_from_distinguishes_it_from_an_offset_at_once():
     result, at = grown(0.1, 350)
     assert KINDS[int(result["kind"][at + 2]) - 1] == "drift"
     assert result["magnitude"][at + 2] == pytest.approx(0.1, rel=0.1)

@@ -63,7 +63,7 @@ def test_one_wrong_yaw_rate_of_three_does_not_matter(wrong):
     assert found[5].moved[1] == pytest.approx(0.3 * 6.0, rel=0.06)
 
 
-def test_wheels_that_disagree_tell_nothing():
+def test_wheels_that_disagree_show_nothing():
     found = blocks(signals(circle(20.0, 6.0, wheel_speed_rear_left=0.0)))
     assert np.isnan(found[5].moved).all()
     assert np.isnan(found[5].speed)

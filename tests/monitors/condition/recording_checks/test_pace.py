@@ -29,7 +29,7 @@ def every(steps, columns):
 
 
 @pytest.mark.parametrize("piece", [10_000, 7, 1])
-def test_slow_targets_are_told_with_their_rate_however_the_recording_is_cut(piece):
+def test_slow_targets_are_reported_with_their_rate_however_the_recording_is_cut(piece):
     (problem,) = result(every(5, PLACES), piece)
     assert "come at 20 Hz" in problem.cause
     assert all(name in problem.action for name in TARGETS)

@@ -54,7 +54,7 @@ def test_nothing_is_wrong_with_what_is_right():
     assert problems(turning()) == ()
 
 
-def test_swapped_wheels_are_told():
+def test_swapped_wheels_are_reported():
     signals = turning()
     left, right = "wheel_speed_rear_left", "wheel_speed_rear_right"
     (problem,) = problems(signals | {left: signals[right], right: signals[left]})
@@ -65,7 +65,7 @@ def test_swapped_wheels_are_told():
 @pytest.mark.parametrize(
     "name", ["yaw_rate", "steering_wheel_angle", "steering_shaft_torque", "tie_rod_force", "lateral_acceleration"]
 )
-def test_a_wrong_sign_is_told(name):
+def test_a_wrong_sign_is_reported(name):
     (problem,) = problems(changed(**{name: -1.0}))
     assert problem.kind == "sign"
     assert problem.elements in ((name,), ())
@@ -81,7 +81,7 @@ def test_a_wrong_sign_is_told(name):
         ("lateral_acceleration", 1 / 9.81, "lateral acceleration has the wrong unit"),
     ],
 )
-def test_a_wrong_scale_is_told_with_its_size(name, factor, result):
+def test_a_wrong_scale_is_reported_with_its_size(name, factor, result):
     (problem,) = problems(changed(**{name: factor}))
     assert problem.kind == "scale"
     assert result in problem.cause
@@ -90,7 +90,7 @@ def test_a_wrong_scale_is_told_with_its_size(name, factor, result):
 
 @pytest.mark.parametrize(("factor", "result"), [(3.6, "3.6 times"), (1.0 / 3.6, "0.278 times"), (1.609, "1.61 times")])
 @pytest.mark.parametrize("close", [None, CloseLimits()], ids=["uncalibrated", "calibrated"])
-def test_wheel_speeds_in_another_unit_are_told_and_not_the_yaw_rate(factor, result, close):
+def test_wheel_speeds_in_another_unit_are_reported_and_not_the_yaw_rate(factor, result, close):
     signals = leading() if close else turning()
     wheels = ("wheel_speed_rear_left", "wheel_speed_rear_right")
     (problem,) = problems(signals | {name: factor * signals[name] for name in wheels}, close=close)
@@ -105,7 +105,7 @@ def test_what_tyres_and_radii_do_is_no_wrong_scale(factor):
 
 
 @pytest.mark.parametrize(("late", "result"), [(0.4, "late"), (-0.4, "early")])
-def test_a_bus_with_a_clock_of_its_own_is_told(late, result):
+def test_a_bus_with_a_clock_of_its_own_is_reported(late, result):
     signals = turning()
     shift = round(late * RATE)
     (problem,) = problems(signals | {"yaw_rate": np.roll(signals["yaw_rate"], shift)})
@@ -133,7 +133,7 @@ def test_a_calibrated_vehicle_has_tighter_limits():
 
 
 @pytest.mark.parametrize(("late", "result"), [(0.06, "0.06 s late"), (-0.07, "0.07 s early")])
-def test_a_small_shift_is_told_between_two_steps_for_a_calibrated_vehicle(late, result):
+def test_a_small_shift_is_reported_between_two_steps_for_a_calibrated_vehicle(late, result):
     signals = leading()
     shifted = signals | {"yaw_rate": np.roll(signals["yaw_rate"], round(late * RATE))}
     (problem,) = problems(shifted, close=CloseLimits())
@@ -185,7 +185,7 @@ def test_an_acceleration_that_is_off_for_a_while_hides_no_sensor_of_a_calibrated
     assert problem.elements == ("steering_wheel_angle",)
 
 
-def test_without_turning_nothing_is_told():
+def test_without_turning_nothing_is_reported():
     signals = turning()
     straight = {name: 0.01 * values for name, values in signals.items()} | {
         name: np.full(len(signals["yaw_rate"]), SPEED) for name in ("wheel_speed_rear_left", "wheel_speed_rear_right")
@@ -204,13 +204,13 @@ def test_a_missing_sensor_and_a_lost_one_are_no_wrong_wiring():
 
 
 @pytest.mark.parametrize("gone", ["wheel_speed_rear_left", "wheel_speed_rear_right"])
-def test_one_wheel_alone_tells_the_speed(gone):
+def test_one_wheel_alone_shows_the_speed(gone):
     signals = changed(yaw_rate=-1.0)
     (problem,) = problems(signals | {gone: np.full(len(signals[gone]), np.nan)})
     assert problem.elements == ("yaw_rate",)
 
 
-def test_the_closer_limits_of_a_calibrated_vehicle_are_those_that_its_rule_tells():
+def test_the_closer_limits_of_a_calibrated_vehicle_are_those_that_its_rule_shows():
     rules = [each.rule for each in CONDITION.variants["bank"].decisions if each.place == "_wiring"]
     assert rules[0].stated.endswith(f"{CloseLimits().scale:g} and {CloseLimits().late:g} s once calibrated")
 

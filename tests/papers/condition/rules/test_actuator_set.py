@@ -50,7 +50,7 @@ def test_targets_that_are_met_leave_no_residual():
         assert result[f"residuals.{name}"][-1] == pytest.approx(0.0, abs=size), name
 
 
-def test_a_motor_without_torque_is_told_by_its_own_target():
+def test_a_motor_without_torque_is_reported_by_its_own_target():
     samples = targeted()
     split = np.where(np.arange(len(samples)) % 24 < 12, 0.65, 0.35)
     samples[:, index("steering_motor_1_target_torque")] = 4.0 * split

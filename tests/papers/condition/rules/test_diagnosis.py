@@ -113,7 +113,7 @@ def test_the_score_is_the_weighted_share_of_what_is_as_asked():
 SAME = HEAD + '\n[[rule]]\nfault = "left"\nabnormal = ["r1"]\n\n[[rule]]\nfault = "right"\nabnormal = ["r1"]\n'
 
 
-def test_rules_that_coincide_are_told_beforehand_and_name_candidates_when_they_hold():
+def test_rules_that_coincide_are_reported_beforehand_and_name_candidates_when_they_hold():
     table = read(SAME)
     assert table.not_isolable() == (("left", "right"),)
     assert TABLE.not_isolable() == ()
@@ -124,7 +124,7 @@ def test_rules_that_coincide_are_told_beforehand_and_name_candidates_when_they_h
     assert names(alone.faulty) == {"left", "right"}
 
 
-def test_nothing_abnormal_names_nobody():
+def test_nothing_abnormal_names_nothing():
     output = Run().feed(50, r1=0.9, r2=-0.9, r3=0.9, r4=0.9)
     assert names(output.faulty) == names(output.candidates) == set()
     assert output.abnormal == 0.0
@@ -155,7 +155,7 @@ def test_nothing_abnormal_names_nobody():
         (('name = "two wheels"', 'name = "two wheels'), r"not valid TOML"),
     ],
 )
-def test_a_slip_in_a_rule_file_is_told_with_its_line(change, words):
+def test_a_slip_in_a_rule_file_is_reported_with_its_line(change, words):
     with pytest.raises(ParameterError, match=words):
         read(TEXT.replace(*change))
 

@@ -60,7 +60,7 @@ def test_a_residual_without_a_threshold_is_neither_normal_nor_abnormal():
     assert said(samples, "rules") == {"tie_rod_force"}
 
 
-def test_a_fault_free_circle_names_nobody():
+def test_a_fault_free_circle_names_nothing():
     assert all(said(circle(), variant) == set() for variant in FILES)
 
 
@@ -79,7 +79,7 @@ def test_a_reading_near_zero_that_is_expected_is_not_testable():
 
 
 @pytest.mark.parametrize("missing", OF_AUTOMATED)
-def test_a_signal_that_the_car_does_not_have_makes_nobody_faulty(missing):
+def test_a_signal_that_the_car_does_not_have_declares_no_fault(missing):
     samples = circle(seconds=4.0)
     samples[:, index(missing)] = np.nan
     result = scan(rule_monitor(CAR, KNOWN, "rules-discriminating"), samples)
@@ -88,7 +88,7 @@ def test_a_signal_that_the_car_does_not_have_makes_nobody_faulty(missing):
     assert result[f"testable.{missing}"][-1] == 0.0
 
 
-def test_gaps_and_a_start_in_mid_drive_make_nobody_faulty():
+def test_gaps_and_a_start_in_mid_drive_declare_no_fault():
     samples = circle(seconds=8.0)
     samples[300:330] = np.nan
     samples[500:700, 3:6] = np.nan

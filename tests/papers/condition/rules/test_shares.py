@@ -17,11 +17,11 @@ def shares(first_lost, second_lost, swing):
 
 
 @pytest.mark.parametrize("lost", [(1.0, 0.0), (0.0, 0.5), (0.3, 0.7)])
-def test_a_swinging_split_tells_both_shares(lost):
+def test_a_swinging_split_shows_both_shares(lost):
     assert shares(*lost, 0.15) == pytest.approx(lost, abs=0.03)
 
 
-def test_a_fixed_split_tells_their_sum_alone():
+def test_a_fixed_split_shows_their_sum_alone():
     assert shares(1.0, 0.0, 0.0) == pytest.approx((0.5, 0.5), abs=0.01)
 
 

@@ -39,13 +39,13 @@ def test_a_calibration_comes_back_as_it_was_written(tmp_path):
         (("base = 0.25", 'base = "wide"'), "base"),
     ],
 )
-def test_a_slip_is_told_with_its_line(tmp_path, change, words):
+def test_a_slip_is_reported_with_its_line(tmp_path, change, words):
     path = written(tmp_path, text_of(SAMPLE).replace(*change, 1))
     with pytest.raises(ParameterError, match=words):
         read_calibration(path)
 
 
-def test_a_missing_threshold_is_told(tmp_path):
+def test_a_missing_threshold_is_reported(tmp_path):
     text = text_of(SAMPLE)
     path = written(tmp_path, text[: text.index("[thresholds.drive_side]")])
     with pytest.raises(ParameterError, match="threshold of 'drive_side' is missing"):
@@ -59,7 +59,7 @@ def test_the_shipped_one_is_whole_and_widened_for_other_vehicles():
     assert widen(SAMPLE, 2.0).thresholds["r1"] == ResidualThreshold(0.5, per_speed=1.0, centre=-0.125)
 
 
-def test_a_judged_residual_tells_its_threshold_in_sigmas_and_its_condition():
+def test_a_judged_residual_shows_its_threshold_in_sigmas_and_its_condition():
     each = judged("r4", SAMPLE)
     assert each.sigmas == pytest.approx((0.25 + 0.5 * USUAL.speed) / 0.125)
     assert each.condition == "above walking speed, below 6 m/s2 across"

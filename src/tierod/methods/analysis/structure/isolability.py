@@ -53,7 +53,7 @@ class Isolability:
         return tuple(fault for fault, one in zip(self.faults, alone, strict=True) if one)
 
     @property
-    def told_apart(self) -> int:
+    def isolated_pairs(self) -> int:
         """Ordered pairs of faults of which the first, being there, is not mistaken for the second."""
         return int(np.sum(~self.mistaken & self.detectable[:, None]))
 
@@ -100,13 +100,13 @@ class SensorGain:
     Args:
         sensor: name of its equation
         detectable: faults that it makes detectable, its own left aside
-        told_apart: ordered pairs of the present faults that it isolates
+        isolated_pairs: ordered pairs of the present faults that it isolates
         own_isolable: whether a fault of its own is isolable from all others
     """
 
     sensor: str
     detectable: tuple[str, ...]
-    told_apart: int
+    isolated_pairs: int
     own_isolable: bool
 
 
@@ -126,5 +126,5 @@ def gain_of_sensors(model: StructuralModel, sensors: Sequence[Equation], at_once
         among_old = Isolability(now.faults, then.detectable[old], then.mistaken[np.ix_(old, old)])
         shown = tuple(fault for fault in now.undetectable if fault not in among_old.undetectable)
         own = bool(sensor.fault) and sensor.fault in then.isolable
-        gains.append(SensorGain(sensor.name, shown, among_old.told_apart - now.told_apart, own))
-    return tuple(sorted(gains, key=lambda each: (-len(each.detectable), -each.told_apart, not each.own_isolable)))
+        gains.append(SensorGain(sensor.name, shown, among_old.isolated_pairs - now.isolated_pairs, own))
+    return tuple(sorted(gains, key=lambda each: (-len(each.detectable), -each.isolated_pairs, not each.own_isolable)))
