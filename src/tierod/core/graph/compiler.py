@@ -37,8 +37,8 @@ LEAN = (
     *("-fno-tree-pre", "-fno-code-hoisting", "-fno-gcse", "-fno-gcse-after-reload"),
     *("-fno-tree-loop-distribution", "-fno-tree-loop-distribute-patterns", "-fno-loop-unroll-and-jam"),
 )
-"""A graph has no expression twice and no loop to split: GCC's search for them takes a third of the compilation and finds
-nothing. Loops over lanes, which they cut into several, run up to a fifth faster without."""
+"""A graph has no expression twice and no loop to split: the searches of GCC for them take a third of a compilation and
+find nothing. Loops over lanes, which they cut into several, run up to a fifth faster without."""
 
 X86 = platform.machine() in ("x86_64", "AMD64")
 
