@@ -54,6 +54,7 @@ def test_names_in_the_corpus_are_unique():
     assert len(set(names)) == len(names) > 50
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", TARGETS)
 def test_what_is_mutated_is_valid(pool, target):
     """A seed that is refused as it stands would be a test of one sentence alone."""

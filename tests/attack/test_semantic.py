@@ -61,7 +61,7 @@ def folder(tmp_path_factory) -> Path:
 
 @pytest.mark.parametrize("monitor", MONITORS)
 def test_a_sample_of_changes_has_no_wrong_word(folder, monitor):
-    count = sum(drive.monitor == monitor for drive in DRIVES)
+    count = min(2, sum(drive.monitor == monitor for drive in DRIVES))
     figures = run(count, 20261123, folder, [monitor], SEEDS[1:])[monitor]
     assert figures["cases"] == count
     assert figures["wrong_words"] == {}

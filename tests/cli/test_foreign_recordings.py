@@ -135,7 +135,12 @@ def judged(finding):
 
 CASES = [
     *((monitor, None, FORMATS[place % len(FORMATS)]) for place, monitor in enumerate(MONITORS)),
-    *((name, other, "parquet") for name, each in MONITORS.items() for other in each.variants if other != each.default),
+    *(
+        pytest.param(name, other, "parquet", marks=pytest.mark.slow)
+        for name, each in MONITORS.items()
+        for other in each.variants
+        if other != each.default
+    ),
 ]
 """Every monitor in one of the formats, each of which stands for two, and every other variant."""
 

@@ -270,6 +270,7 @@ def test_a_store_without_a_second_slot_is_found_by_the_comparison(tmp_path):
     assert not failed.stdout.strip().endswith(" 0 broken")
 
 
+@pytest.mark.slow
 def test_the_evidence_names_every_build_and_what_is_absent(tmp_path, monkeypatch):
     monkeypatch.setattr("tierod.export.evidence.memory_page.COMPILERS", ("gcc", "no-such-compiler"))
     monkeypatch.setattr("tierod.export.evidence.memory_page.LEVELS", (("-O0",),))

@@ -204,6 +204,7 @@ def kill_study(tmp_path, drives, kills, seed):
     assert not list((tmp_path / "results/findings").rglob(".*"))
 
 
+@pytest.mark.slow
 def test_no_kill_of_worker_scheduler_or_client_costs_or_doubles_a_result(tmp_path):
     kill_study(tmp_path, drives=3, kills=2, seed=5)
 

@@ -80,6 +80,7 @@ def small_checkout(tmp_path):
     return root
 
 
+@pytest.mark.slow
 def test_a_change_is_found_by_the_test_that_fails_with_it_alone(mutants, checkout, tmp_path):
     trying, changes = mutants("scripts.mutants.trying"), mutants("scripts.mutants.changes")
     copy = trying.Copy(checkout, tmp_path / "copy").make()

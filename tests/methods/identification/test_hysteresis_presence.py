@@ -25,7 +25,7 @@ def outcome(recording, gain=1.0):
     return HysteresisPresenceTest().test(aligned.time, **signals)
 
 
-@pytest.mark.parametrize("seed", [3, 4, 5])
+@pytest.mark.parametrize("seed", [3, *(pytest.param(each, marks=pytest.mark.slow) for each in (4, 5))])
 @pytest.mark.parametrize("friction", [2.0, 4.0, 8.0])
 def test_friction_is_noticed_in_two_minutes(seed, friction):
     found = outcome(drive(minutes=2.0, friction=friction, seed=seed), gain=250.0)

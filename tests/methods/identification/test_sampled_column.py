@@ -82,7 +82,13 @@ def test_the_rounded_column_has_no_jump_where_the_motor_reverses():
     assert jumps[1] < 0.1 * jumps[0]
 
 
-@pytest.mark.parametrize("name", ["motor_damping", "motor_friction", "motor_friction_stiffness", "motor_inertia"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "motor_friction_stiffness",
+        *(pytest.param(each, marks=pytest.mark.slow) for each in ("motor_damping", "motor_friction", "motor_inertia")),
+    ],
+)
 def test_sensitivities_agree_with_differences(name):
     torque = (0.35 * np.sin(2.0 * np.pi * 2.0 * np.arange(600) * 1e-3))[:, None]
 

@@ -32,7 +32,14 @@ def settled(samples, block=FILTER, rate=100.0):
     return estimates
 
 
-@pytest.mark.parametrize(("degrees", "level"), [(0.3, 4.0), (3.0, 4.0), (1.0, 8.0), (0.3, 12.5), (3.0, 12.5)])
+@pytest.mark.parametrize(
+    ("degrees", "level"),
+    [
+        (3.0, 4.0),
+        (0.3, 12.5),
+        *(pytest.param(*each, marks=pytest.mark.slow) for each in ((0.3, 4.0), (1.0, 8.0), (3.0, 12.5))),
+    ],
+)
 def test_dahl_friction_of_unknown_angle(degrees, level):
     estimates = settled(signals(Case(SEED, level, dahl_angle=math.radians(degrees))))
     assert abs(estimates.mean() - level) <= 0.1
@@ -51,7 +58,7 @@ def test_coulomb_friction(level):
     assert abs(estimates.mean() - level) <= 0.15
 
 
-@pytest.mark.parametrize("law", ["Dahl, exponent 0.5", "Dahl, exponent 2"])
+@pytest.mark.parametrize("law", ["Dahl, exponent 0.5", pytest.param("Dahl, exponent 2", marks=pytest.mark.slow)])
 def test_another_law_of_build_up_is_learnt(law):
     estimates = settled(signals(Case(SEED, 12.5, law=law)))
     assert abs(estimates.mean() - 12.5) <= 0.02 * 12.5

@@ -26,7 +26,7 @@ def settled(monitor, drive, after: float = 50.0) -> np.ndarray:
     return run["friction_torque"][enabled_seconds(run["enabled"]) > after]
 
 
-@pytest.mark.parametrize("friction", [4.0, 8.0, 12.5])
+@pytest.mark.parametrize("friction", [4.0, pytest.param(8.0, marks=pytest.mark.slow), 12.5])
 @pytest.mark.parametrize("preset", ["printed_open", "consistent", "unscented"])
 def test_coulomb_friction_is_found_without_bias(preset, friction):
     values = settled(PRESETS[preset](CAR), driven(friction, dahl_degrees=0.01, minutes=26.0), after=300.0)
@@ -50,6 +50,7 @@ def test_dahl_friction_of_one_degree_is_found_within_known_bounds(preset):
     assert np.max(healthy) < 7.5 < np.min(faulty)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", ["printed", "consistent"])
 def test_with_scatter_of_the_car_the_spread_stays_below_two(preset):
     monitor = PRESETS[preset](CAR)

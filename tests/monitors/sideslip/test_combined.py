@@ -62,7 +62,7 @@ def error(result, truth, start=20.0):
     return math.degrees(np.sqrt(np.mean((result["sideslip_angle"] - truth)[round(start / STEP) :] ** 2)))
 
 
-@pytest.mark.parametrize("steering", [True, False])
+@pytest.mark.parametrize("steering", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_wrong_stiffnesses_are_learnt(drive, steering):
     samples, truth = drive
     result = scan(estimator(steering, 1.2, 1.2), samples)

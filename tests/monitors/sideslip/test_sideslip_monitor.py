@@ -144,7 +144,14 @@ def slow(drive, rate):
 
 
 @pytest.mark.parametrize(
-    ("variant", "rate"), [("combined", 50.0), ("conventional-kalman", 20.0), ("two-stage-kalman", 50.0)]
+    ("variant", "rate"),
+    [
+        ("combined", 50.0),
+        *(
+            pytest.param(each, rate, marks=pytest.mark.slow)
+            for each, rate in (("conventional-kalman", 20.0), ("two-stage-kalman", 50.0))
+        ),
+    ],
 )
 def test_at_the_slowest_rate_it_is_as_accurate(drive, variant, rate):
     fast, found = finding(drive, variant), finding(slow(drive, rate), variant)

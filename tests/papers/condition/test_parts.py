@@ -94,6 +94,7 @@ def _useless(known: float, recording: Recording, name: str) -> Declared:
     return Declared(time, faulty, kind={name: np.full(len(time), "stuck") for name in faulty})
 
 
+@pytest.mark.slow
 def test_every_claim_that_a_useless_diagnosis_fails_has_a_cause(late_truth, monkeypatch):
     def scored(drive, recording):
         return score(drive, truth_of(drive, recording), _useless(LATE, recording, ""))
@@ -168,6 +169,7 @@ def test_every_variant_is_calibrated_on_every_vehicle(late_truth, monkeypatch):
     assert set(found) == {(module, number) for module in ("late_truth", "other_truth") for number in (1, 2)}
 
 
+@pytest.mark.slow
 def test_the_late_truth_disagrees_with_structure_on_the_motors_alone(late_truth):
     *_, disagreements = (each for each in theory.items(Effort(quick=True, processes=1)) if isinstance(each, Table))
     motors = [row for row in disagreements.rows if row[1] != "isolable"]

@@ -15,6 +15,7 @@ def test_the_modes_are_those_of_table_a1():
     assert found[2:].real == pytest.approx([-3966.0] * 2, abs=1.0)
 
 
+@pytest.mark.slow
 def test_explicit_sampling_shows_as_diverging_and_no_other():
     rows = {each.name: each for each in part.sampled(0.1)}
     assert {name for name, each in rows.items() if not np.isfinite(each.error)} == {

@@ -58,6 +58,7 @@ def test_the_vehicle_file_has_the_machines_parameters():
     assert made.parameters["motor_flux"].value == MACHINES["48 V, interior magnets"].flux
 
 
+@pytest.mark.slow
 def test_a_drive_of_motulator_obeys_the_voltage_equation():
     """u = R i + d(psi)/dt over the samples, with the machine's own parameters: the voltage is that of its sample."""
     pytest.importorskip("motulator")

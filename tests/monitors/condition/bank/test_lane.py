@@ -197,7 +197,9 @@ class Learnt:
         return after, self.Output(after.mean.wheel_speed_scale, after.mean.drive_excess)
 
 
-@pytest.mark.parametrize(("what", "factor"), [("radius", 1.1), ("mass", 1.1), ("mass", 0.9)])
+@pytest.mark.parametrize(
+    ("what", "factor"), [("radius", 1.1), ("mass", 1.1), pytest.param("mass", 0.9, marks=pytest.mark.slow)]
+)
 def test_a_load_and_tyres_that_have_changed_are_learnt(what, factor):
     """What the whole filter finds, against what was changed: push per mass, and readings per speed."""
     samples = aligned(recorded(Drive("short-round", 40.0, 0, 5, later=(what, factor))))
