@@ -11,7 +11,7 @@ from tierod.export.clocks import Clock
 from tierod.export.cut_printer import CutPrinter
 from tierod.export.interface import PARAMETER, Interface
 from tierod.export.rolled_printer import RolledPrinter, Rolling
-from tierod.export.statements import Gathered, Group, Reach
+from tierod.export.statements import Body, Gathered, Group, Reach
 
 
 def source(face: Interface) -> str:
@@ -140,8 +140,8 @@ def printed(
     rolling: Rolling | None = None,
 ) -> str:
     """The functions of a program."""
-    given = (face.graph, operations, face.spelling, reach, clocks)
-    printer = CutPrinter(*given, gathered=gathered) if rolling is None else RolledPrinter(*given, rolling, gathered)
+    body = Body(face.graph, operations, face.spelling, reach, gathered)
+    printer = CutPrinter(body, clocks) if rolling is None else RolledPrinter(body, clocks, rolling)
     return printer.functions(f"{face.prefix}_{name}", arguments, static)
 
 

@@ -7,15 +7,12 @@ from collections import Counter
 from collections.abc import Mapping
 
 from tierod.core.graph.branches import branches
-from tierod.core.graph.operations import Program
-from tierod.core.graph.trace import Graph
 from tierod.export.clocks import Clock
 from tierod.export.nested import Nested, nested
 from tierod.export.order import soon_taken
 from tierod.export.outputs import OutputPrinter
 from tierod.export.segments import LONGEST, Layout, Segment, layout
-from tierod.export.spelling import Spelling
-from tierod.export.statements import Gathered, Reach
+from tierod.export.statements import Body
 
 _PLAIN = re.compile(r"[\w.>\[\]-]+")
 """C of an input that is a member as it stands."""
@@ -25,27 +22,13 @@ class CutPrinter(OutputPrinter):
     """One program as several functions; the operations are those of the kernels, in the same order.
 
     Args:
-        graph: of the block
-        operations: its program
-        spelling: of names and numbers
-        reach: C of inputs and outputs
+        body: to be printed
         clocks: states that are kept as whole numbers of steps
         longest: operations of one function
-        gathered, truths: see `BranchingPrinter`
     """
 
-    def __init__(
-        self,
-        graph: Graph,
-        operations: Program,
-        spelling: Spelling,
-        reach: Reach,
-        clocks: Mapping[int, Clock],
-        longest: int = LONGEST,
-        gathered: Gathered | None = None,
-        truths: frozenset[int] | None = None,
-    ):
-        super().__init__(graph, operations, spelling, reach, clocks, gathered, truths)
+    def __init__(self, body: Body, clocks: Mapping[int, Clock], longest: int = LONGEST):
+        super().__init__(body, clocks)
         self._needs = {target: self._needed(target) for target in self.program.outputs if not self._stays(target)}
         self._longest = longest
         self.layout = self._laid_out()

@@ -4,32 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tierod.core.graph.operations import NEXT_STATE, OUTPUT, Program
-from tierod.core.graph.trace import Graph
+from tierod.core.graph.operations import NEXT_STATE, OUTPUT
 from tierod.export.clocks import Clock, added, is_own
-from tierod.export.spelling import Spelling
-from tierod.export.statements import Gathered, Group, Reach, StatementPrinter
+from tierod.export.statements import Body, Group, StatementPrinter
 
 
 class OutputPrinter(StatementPrinter):
     """Statements and stores of one program.
 
     Args:
-        graph, operations, spelling, reach, gathered, truths: see `StatementPrinter`
+        body: to be printed
         clocks: states that are kept as whole numbers of steps
     """
 
-    def __init__(
-        self,
-        graph: Graph,
-        operations: Program,
-        spelling: Spelling,
-        reach: Reach,
-        clocks: Mapping[int, Clock],
-        gathered: Gathered | None = None,
-        truths: frozenset[int] | None = None,
-    ):
-        super().__init__(graph, operations, spelling, reach, gathered, truths)
+    def __init__(self, body: Body, clocks: Mapping[int, Clock]):
+        super().__init__(body)
         self.clocks = clocks
         # What a clock counts by is read from the step as it was given, which loops may write otherwise.
         self.meant = self.program

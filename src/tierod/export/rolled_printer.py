@@ -6,13 +6,12 @@ import math
 import re
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from tierod.core.graph.branches import with_picks
 from tierod.core.graph.branching_printer import truths_of
 from tierod.core.graph.membership import MEMBER, with_members
 from tierod.core.graph.operations import Operation, Program
-from tierod.core.graph.trace import Graph
 from tierod.export.addresses import Tables
 from tierod.export.clocks import Clock
 from tierod.export.cut_printer import CutPrinter
@@ -21,8 +20,7 @@ from tierod.export.packs import Pack, families
 from tierod.export.rolled import is_kept_at_the_end, outside, places, rolled, worked
 from tierod.export.schedule import Loop
 from tierod.export.segments import LONGEST, Layout, Segment
-from tierod.export.spelling import Spelling
-from tierod.export.statements import Gathered, Reach, StatementPrinter, halves, hexadecimal
+from tierod.export.statements import Body, Reach, StatementPrinter, halves, hexadecimal
 
 _VALUE = re.compile(r"(?<![\w>.])v(\d+)\b")
 
@@ -67,24 +65,14 @@ class RolledPrinter(CutPrinter):
     """One program as loops and functions; its numbers equal those of `CutPrinter` to the last bit.
 
     Args:
-        graph, operations, spelling, reach, clocks, longest, gathered: see `CutPrinter`
+        body, clocks, longest: see `CutPrinter`
         rolling: names by which loops are found
     """
 
-    def __init__(
-        self,
-        graph: Graph,
-        operations: Program,
-        spelling: Spelling,
-        reach: Reach,
-        clocks: Mapping[int, Clock],
-        rolling: Rolling,
-        gathered: Gathered | None = None,
-        longest: int = LONGEST,
-    ):
+    def __init__(self, body: Body, clocks: Mapping[int, Clock], rolling: Rolling, longest: int = LONGEST):
         self._rolling = rolling
-        joined = with_members(with_picks(operations))
-        super().__init__(graph, joined, spelling, reach, clocks, longest, gathered, truths_of(joined))
+        joined = with_members(with_picks(body.operations))
+        super().__init__(replace(body, operations=joined, truths=truths_of(joined)), clocks, longest)
 
     def _laid_out(self) -> Layout:
         clocks = {target for target in self._needs if self._is_clock(target)}
@@ -187,7 +175,7 @@ class RolledPrinter(CutPrinter):
             operations.append(first._replace(arguments=tuple(numbers[column] for column in pack.columns)))
         program = Program(tuple(operations), {}, frozenset())
         reach = Reach(lambda source: texts[source[1]], self.reach.given, self.reach.carried, {}, {})
-        printer = StatementPrinter(self.graph, program, self.spelling, reach, None, frozenset(truths))
+        printer = StatementPrinter(Body(self.graph, program, self.spelling, reach, truths=frozenset(truths)))
         return Turn(printer, texts, numbers)
 
     def _from(self, column: Sequence[int], tables: Tables) -> str:

@@ -39,8 +39,9 @@ class Reach:
     types: Mapping[Group, str]
 
 
-class StatementPrinter(BranchingPrinter):
-    """The statements of one program.
+@dataclass(frozen=True)
+class Body:
+    """What is printed, and how it is written.
 
     Args:
         graph: of the block
@@ -50,17 +51,24 @@ class StatementPrinter(BranchingPrinter):
         gathered, truths: see `BranchingPrinter`
     """
 
-    def __init__(
-        self,
-        graph: Graph,
-        operations: Program,
-        spelling: Spelling,
-        reach: Reach,
-        gathered: Gathered | None = None,
-        truths: frozenset[int] | None = None,
-    ):
-        super().__init__(graph, operations, gathered, truths)
-        self.spelling, self.reach = spelling, reach
+    graph: Graph
+    operations: Program
+    spelling: Spelling
+    reach: Reach
+    gathered: Gathered | None = None
+    truths: frozenset[int] | None = None
+
+
+class StatementPrinter(BranchingPrinter):
+    """The statements of one program.
+
+    Args:
+        body: to be printed
+    """
+
+    def __init__(self, body: Body):
+        super().__init__(body.graph, body.operations, body.gathered, body.truths)
+        self.spelling, self.reach = body.spelling, body.reach
 
     def _places(self) -> Places:
         def refused(_: int) -> str:
