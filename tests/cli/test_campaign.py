@@ -175,7 +175,7 @@ def test_shipped_campaigns_are_listed_and_printed(capsys):
     assert capsys.readouterr().out.startswith("name = ")
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("sent", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_a_campaign_that_is_stopped_says_how_to_go_on_and_leaves_no_process(place, sent):
     Path("c.toml").write_text(FILE.replace("[1, 2]", "{ first = 1, count = 500 }"))
     command = [sys.executable, "-m", "tierod", "campaign", "c.toml", "-o", "runs", "--workers", "1"]

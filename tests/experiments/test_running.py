@@ -188,7 +188,7 @@ def test_reference_drives_come_first_and_later_ones_know_that_they_gave_nothing(
     assert verdicts["step_0_0"]["reason"].endswith("set no baseline: it was judged 'not ready'")
 
 
-def test_pupils_are_judged_once_their_teacher_could_be(store, monkeypatch):
+def test_drives_are_judged_once_their_reference_could_be(store, monkeypatch):
     scenarios = [ToyScenario(course="killed"), replace(MIXED[1], seed=2)]
     ran(store, plan(*scenarios, learns=True))
     (verdict,) = (json.loads(path.read_text()) for path in (store.folder / "verdicts").iterdir())

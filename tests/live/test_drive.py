@@ -216,7 +216,7 @@ def multicast():
         pytest.skip(f"no multicast on this computer: {error}")
 
 
-@pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize("ending", [pytest.param(signal.SIGKILL, marks=pytest.mark.slow), signal.SIGTERM])
 def test_a_session_over_multicast_that_is_ended(tmp_path, multicast, ending):
     database_file(tmp_path)
     process = _live(tmp_path, "--checkpoint", str(tmp_path / "state.json"))

@@ -82,7 +82,9 @@ def poles(rig, torque, speed):
     return np.linalg.eigvals(step[np.ix_(moving, moving)])
 
 
-@pytest.mark.parametrize("hands", [(0.0, 0.0), (5.0, 0.3), (40.0, 2.0)], ids=["off", "light", "on"])
+@pytest.mark.parametrize(
+    "hands", [(0.0, 0.0), pytest.param((5.0, 0.3), marks=pytest.mark.slow), (40.0, 2.0)], ids=["off", "light", "on"]
+)
 @pytest.mark.parametrize("name", STEERINGS)
 def test_loop_of_bar_and_motor_is_stable_on_the_whole_map(name, hands):
     require_stability(Rig(STEERINGS[name], AssistUnit(), 0.0, 9400.0, *hands))
