@@ -12,6 +12,7 @@ from tierod.methods.identification.vehicle import VehicleIdentification, identif
 from tierod.methods.identification.vehicle_judgement import CONTRADICTION, LEARNT, NARROWED, NOT_SEEN, Judged
 from tierod.methods.identification.vehicle_priors import spread_of
 from tierod.monitors.friction.motor_ratio import NAME, DriveRatio, ratio_of_drives
+from tierod.monitors.harness.input_defects import REPAIR, InputDefects
 from tierod.vehicles import Vehicle
 from tierod.vehicles.vehicle import Parameter
 
@@ -19,6 +20,7 @@ CURE = (
     "drive ten minutes of bends at 30 to 120 km/h with driver_torque and motor_torque recorded; better: take it from "
     "the data sheet of the steering gear"
 )
+TORQUES = ("driver_torque", "motor_torque")
 _MOTION = 0.8
 """Share of the work for the motion."""
 
@@ -45,6 +47,9 @@ def identify_own_car(
     found = identify_vehicle(recordings, vehicle, free, lambda share: progress(_MOTION * share))
     if free or found.doubt or NAME not in vehicle or not spread_of(NAME, vehicle)[0]:
         return found
+    if defects := _defects_of_torques(recordings):
+        kept = _judged(vehicle, None)._replace(text=f"not identified: {'; '.join(defects)}; {REPAIR}")
+        return dataclasses.replace(found, judged=(*found.judged, kept), remarks=(*found.remarks, *defects))
     seen = ratio_of_drives(recordings, _with(vehicle, found), lambda share: progress(_MOTION + (1 - _MOTION) * share))
     each = _judged(vehicle, seen)
     if each.kind != LEARNT:
@@ -52,6 +57,18 @@ def identify_own_car(
     before = vehicle.parameters[NAME]
     learnt = Found.normal(NAME, (before.value, before.standard_deviation), each.value, each.deviation, "drives")
     return dataclasses.replace(found, found=(*found.found, learnt), judged=(*found.judged, each))
+
+
+def _defects_of_torques(recordings: Mapping[str, Recording]) -> list[str]:
+    """Sentences on torques that are late or clipped: the balance of torques would give a wrong ratio."""
+    found = []
+    for name, recording in recordings.items():
+        if any(torque not in recording for torque in TORQUES):
+            continue
+        checks = InputDefects(TORQUES)
+        checks.add(recording, *recording.span)
+        found += [f"{name}: {each.sentence}" for each in checks.found()]
+    return found
 
 
 def _with(vehicle: Vehicle, found: VehicleIdentification) -> Vehicle:
