@@ -75,7 +75,6 @@ def live(
             stack.callback(_sender(drive, address, results_dbc, int(results_id, 0)).close)
         if websocket is not None:
             stack.callback(_socket(hub, websocket).close)
-        _end_cleanly(drive)
         stack.enter_context(quiet())
         return _followed(drive, drives, seconds, as_json or not sys.stdout.isatty())
 
@@ -120,6 +119,7 @@ def _end_cleanly(drive: Drive) -> None:
 def _followed(drive: Drive, drives: int, seconds: float, lines: bool) -> int:
     import time
 
+    _end_cleanly(drive)
     until = time.monotonic() + seconds if seconds > 0.0 else float("inf")
 
     def look(now: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,8 +35,6 @@ def simulate(
     workers: Annotated[int | None, typer.Option(min=1, help="Of a fleet: processes; one per core.")] = None,
 ) -> int:
     """Run a scenario once; measured channels and the truth (channels named truth_...) go into one recording."""
-    import time
-
     from tierod.fleet.virtual import describes_fleet
 
     if describes_fleet(scenario):
