@@ -4,11 +4,10 @@ python scripts/sensitivity.py friction
 python scripts/sensitivity.py motor-angle
 python scripts/sensitivity.py sideslip
 python scripts/sensitivity.py driver-torque
-python scripts/sensitivity.py condition
 
 The drives are none that a study reports: their seeds are below those that the monitors draw. A number that changes no
-verdict rests on no choice; every other one is listed with what it changes. Those of condition are a part of its
-thorough study, with drives that its monitor draws; this prints that part alone.
+verdict rests on no choice; every other one is listed with what it changes. `tierod study condition --thorough` has
+those of condition, with drives that its monitor draws.
 """
 
 from __future__ import annotations
@@ -183,41 +182,10 @@ def rows(block: Any, cases: Sequence[Case]) -> Iterator[tuple[str, ...]]:
         yield f"`{'.'.join(path)}`", f"{value:g}", *cells, "; ".join(changes[:3])
 
 
-def condition() -> str:
-    """The page of the condition monitor, from the part of its study that works it out."""
-    from tierod.core.claims import Claim
-    from tierod.core.content import Heading, Table
-    from tierod.experiments.effort import Effort
-    from tierod.papers.condition.sensitivity import items
-
-    parts, claims = [], []
-    for each in items(Effort(thorough=True)):
-        if isinstance(each, Claim):
-            holds = "yes" if each.met else "**no**"
-            remark = each.note if each.met else each.cause
-            claims.append((each.claim, f"{each.figure:.4g}", str(each.goal), holds, remark))
-        elif isinstance(each, Heading):
-            parts += each.text
-        elif isinstance(each, Table):
-            parts += [table(each.header, each.rows), each.note]
-    listed = table(("claim", "ours", "goal", "holds", "note, or cause"), claims)
-    return "\n\n".join((*_head("condition"), *parts[:2], listed, *parts[2:]))
-
-
-def _head(name: str) -> tuple[str, str]:
-    return (
-        f"# Sensitivity of the {name} monitor",
-        f"<!-- Written by `python scripts/sensitivity.py {name}`; do not edit. -->",
-    )
-
-
 def main(name: str = "") -> int:
     """Print the table of a monitor."""
-    if name == "condition":
-        print(condition())
-        return 0
     if name not in MONITORS:
-        print(f"there is no table of '{name}'; known: {', '.join((*MONITORS, 'condition'))}", file=sys.stderr)
+        print(f"there is no table of '{name}'; known: {', '.join(MONITORS)}", file=sys.stderr)
         return 1
     block, cases = MONITORS[name]()
     every = list(rows(block, cases))
@@ -230,7 +198,8 @@ def page(name: str, every: Sequence[tuple[str, ...]], cases: Sequence[str]) -> s
     changed = [list(row) for row in every if row[2:4] != ("0", "0")]
     return "\n\n".join(
         (
-            *_head(name),
+            f"# Sensitivity of the {name} monitor",
+            f"<!-- Written by `python scripts/sensitivity.py {name}`; do not edit. -->",
             "Verdicts that change where one number of the tuning is a fifth smaller or larger, all others as they are. "
             "A number that changes none rests on no fine choice. The drives are none that a study reports.",
             f"{len(every) - len(changed)} of {len(every)} numbers change no verdict of {len(cases)} drives."

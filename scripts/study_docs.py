@@ -73,6 +73,7 @@ TOPICS = {
         Topic("beyond", "Substitutes, kinds of fault, two faults at once", "Errors of the substitutes"),
         Topic("structure", "Structure and measurement", "Single faults by structure"),
         Topic("healthy", "Fault-free drives, odd recordings, real cars", "False alarms"),
+        Topic("sensitivity", "Numbers of the tuning a fifth smaller or larger", "Verdicts under numbers"),
     ),
     "own-car": (Topic("cars", "Virtual and real cars", ""),),
     "foreign": (Topic("plants", "Motors, column, car", ""),),
