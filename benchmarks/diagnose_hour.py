@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -22,6 +21,14 @@ from tierod.vehicles import load
 
 RATE = 100.0
 REPEATS = 5
+
+WATCH = """
+import os, subprocess, sys, time
+start = time.perf_counter()
+process = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+_, status, usage = os.wait4(process.pid, 0)
+print(time.perf_counter() - start, usage.ru_maxrss, os.waitstatus_to_exitcode(status))
+"""
 
 
 def run() -> list[dict]:
@@ -70,11 +77,9 @@ def _timed(recording: Path, folder: str, report: str = "--report") -> tuple[floa
     # With its byte code kept, as an installed package has it: to compile the sources takes .1 to .3 s.
     environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(Path(folder, "byte-code"))}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    quiet = subprocess.DEVNULL
-    start = time.perf_counter()
-    with subprocess.Popen(command, cwd=folder, env=environment, stdout=quiet, stderr=quiet) as process:
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode not in (0, 1):
-        raise RuntimeError(f"'{' '.join(command)}' ended with {process.returncode}")
-    return time.perf_counter() - start, usage.ru_maxrss / 1024.0
+    # From a small process: a child's peak memory counts from what its parent had when it was started.
+    ran = subprocess.run([sys.executable, "-c", WATCH, *command], cwd=folder, env=environment, capture_output=True)
+    seconds, kilobytes, code = map(float, ran.stdout.split())
+    if code not in (0, 1):
+        raise RuntimeError(f"'{' '.join(command)}' ended with {code:.0f}")
+    return seconds, kilobytes / 1024.0
