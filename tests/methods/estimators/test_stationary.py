@@ -4,7 +4,7 @@ import itertools
 import control
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from example_models import Cart, CartParameters, ContinuousCart, assert_floats_equal_scan, random_linear, with_gaps
@@ -23,6 +23,8 @@ SYSTEM = linearise(Cart, CartParameters(), (0.0, 0.0), (0.0,))
 def test_the_gain_is_the_limit_of_the_riccati_recursion(seed, n, outputs):
     rng = np.random.default_rng(seed)
     system, _, _ = random_linear(rng, n, 1, outputs)
+    # A system with a gain of a thousand loses six digits in either form.
+    assume(np.max(np.abs(system.A)) < 30.0)
     Q, R = np.diag(0.1 + rng.random(n)), np.diag(0.1 + rng.random(outputs))
     found = stationary_gain(system, Q, R)
     before = np.eye(n)
