@@ -55,6 +55,7 @@ def test_a_draw_is_that_of_its_seed_and_leaves_no_broken_source(mutants):
         compile(change.applied((ROOT / "src" / change.path).read_bytes()), "changed", "exec")
 
 
+@pytest.mark.slow
 def test_the_nearest_tests_come_first(mutants):
     tests = mutants("scripts.mutants.chosen_tests").ChosenTests(ROOT)
     chosen = [str(test) for test in tests.of(Path("tierod/physics/gravity.py"))]

@@ -39,7 +39,9 @@ def test_the_literal_process_noise_reads_high_on_coulomb_friction():
     assert 4.3 < np.mean(values) < 5.0
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize(
+    "preset", [each if each == "consistent" else pytest.param(each, marks=pytest.mark.slow) for each in PRESETS]
+)
 def test_dahl_friction_of_one_degree_is_found_within_known_bounds(preset):
     monitor = PRESETS[preset](CAR)
     healthy = np.concatenate([settled(monitor, driven(4.0, seed)) for seed in (1, 2, 3)])

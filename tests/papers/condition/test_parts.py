@@ -73,6 +73,7 @@ def test_the_tests_of_the_sensors_are_as_good_as_the_diagnosis(late_truth):
     assert not [claim for claim in claims.values() if claim.goal and not claim.met]
 
 
+@pytest.mark.slow
 def test_the_tests_of_the_actuators_are_as_good_as_the_diagnosis(late_truth):
     claims = _claims(actuators)
     assert claims["actuators.lost-accuracy"].measured == pytest.approx(1.0 - LATE / 200.0)
