@@ -76,6 +76,11 @@ def index() -> str:
                     "a third slower, with the same numbers",
                 ),
                 ("`TIEROD_ENGINE`", "`auto`, `compiled` or `virtual machine`: how blocks run"),
+                (
+                    "`TIEROD_GRAPHS`",
+                    "`known`, as on the command line: graphs that an earlier process traced are taken from the cache; "
+                    "`traced`: they are not",
+                ),
                 ("`TIEROD_CACHE`", "folder of compiled kernels; `~/.cache/tierod` where it is not set"),
                 ("`TIEROD_LARGEST`", "largest unpacked recording, such as `8GB`; 1.1 GB where it is not set"),
                 (

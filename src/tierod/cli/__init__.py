@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -13,6 +14,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: without the name of the program; those of the process where not given
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
+    if arguments is None:
+        # In a process of the command line, and in its workers, no script has changed a constant that a graph holds.
+        os.environ.setdefault("TIEROD_GRAPHS", "known")
     if given in (["--version"], ["-V"]):
         from tierod import __version__
 

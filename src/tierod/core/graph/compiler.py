@@ -93,7 +93,17 @@ def load(source: str, name: str) -> ctypes.PyDLL:
             "no C compiler was found (looked for cc, gcc, clang and the wheel ziglang); install one, "
             "or pip install 'tierod[compiler]', or run with engine='virtual machine'"
         )
-    kernel, caches = kernel_name(command, source, name), _caches()
+    kernel = kernel_name(command, source, name)
+    return load_kept(kernel) or _built(command, source, kernel, _caches())
+
+
+def load_kept(kernel: str) -> ctypes.PyDLL | None:
+    """The library of a kernel that a cache holds; None where none does.
+
+    Args:
+        kernel: its name
+    """
+    caches = _caches()
     for place in caches:
         code = place.kept(kernel)
         if code is not None:
@@ -104,7 +114,24 @@ def load(source: str, name: str) -> ctypes.PyDLL:
             else:
                 _warn_once([caches[0].trouble()], place.where)
                 return library
-    return _built(command, source, kernel, caches)
+    return None
+
+
+def kept(name: str) -> bytes | None:
+    """What the caches hold under a name, verified; None where they hold nothing."""
+    return next((found for place in _caches() if (found := place.kept(name)) is not None), None)
+
+
+def keep(name: str, content: bytes) -> None:
+    """Keep something in the first cache that takes it.
+
+    Raises:
+        OutputError: none does
+    """
+    place = next(iter(_caches()))
+    if place.trouble():
+        raise OutputError(place.trouble())
+    place.keep(name, content)
 
 
 def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
@@ -115,7 +142,7 @@ def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
         source: printed C
         name: of the block, the first part of the name
     """
-    parts = [*command, _identity(command[0]), _machine(), *FLAGS, *NATIVE, *TUNED, *LEAN, *GATHERED, *_more(), source]
+    parts = [*command, identity(command[0]), _machine(), *FLAGS, *NATIVE, *TUNED, *LEAN, *GATHERED, *_more(), source]
     key = hashlib.sha256("\0".join(parts).encode())
     return f"{name}-{key.hexdigest()[:24]}"
 
@@ -232,7 +259,8 @@ def _first_error(text: str) -> str:
     return next((line for line in lines if "error" in line), lines[0] if lines else "it said nothing")
 
 
-def _identity(executable: str) -> str:
+def identity(executable: str) -> str:
+    """Place, size and time of change of a program or module."""
     path = Path(shutil.which(executable) or executable).resolve()
     try:
         status = path.stat()

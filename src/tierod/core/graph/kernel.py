@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import warnings
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, Literal, Protocol
 
@@ -14,7 +15,8 @@ from tierod.core.block import Block, tuning
 from tierod.core.errors import CompileError, KernelWarning, ParameterError
 from tierod.core.graph.bank_graph import BankGraph
 from tierod.core.graph.bank_printer import print_bank
-from tierod.core.graph.compiler import compiler, load
+from tierod.core.graph.compiler import compiler, kept, kernel_name, load, load_kept
+from tierod.core.graph.known_graphs import keep_entry, kernel_entry
 from tierod.core.graph.printer import LANES, TILE_STEPS, prefix, print_lanes, print_scalar
 from tierod.core.graph.trace import Graph, Interface, trace
 from tierod.core.graph.virtual_machine import BankMachine, VirtualMachine
@@ -195,9 +197,10 @@ def _attempted(graph: Any, own_tuning: bool | None) -> ctypes.PyDLL | CompileErr
     name = prefix(graph)
     try:
         if own_tuning is None:
-            library = load(print_c(graph), name)
+            library = _loaded(graph, "alone", lambda: print_c(graph), name)
         else:
-            library = load(print_lanes(graph, own_tuning), f"{name}_lanes")
+            kind = "own_tuning" if own_tuning else "lanes"
+            library = _loaded(graph, kind, lambda: print_lanes(graph, bool(own_tuning)), f"{name}_lanes")
     except CompileError as error:
         return error
     if not hasattr(library, f"{name}_carried"):
@@ -205,6 +208,20 @@ def _attempted(graph: Any, own_tuning: bool | None) -> ctypes.PyDLL | CompileErr
             "the C compiler made something else of generated code; choose another one with the environment variable "
             "TIEROD_CC (empty for none)"
         )
+    return library
+
+
+def _loaded(graph: Any, kind: str, source: Callable[[], str], name: str) -> ctypes.PyDLL:
+    """The library of a graph; printed only where no earlier process has."""
+    entry = kernel_entry(graph.entry, kind) if isinstance(graph, Graph) and graph.entry else None
+    known = kept(entry) if entry else None
+    library = load_kept(known.decode()) if known else None
+    if library is None:
+        text = source()
+        library = load(text, name)
+        command = compiler()
+        if entry and command:
+            keep_entry(entry, kernel_name(command, text, name).encode())
     return library
 
 

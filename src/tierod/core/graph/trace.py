@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -24,12 +24,16 @@ from tierod.core.block import (
     with_tuning,
 )
 from tierod.core.errors import TraceError
+from tierod.core.graph.known_graphs import entry_of, interface_of, keep_interface
 from tierod.core.graph.memory_layout import flat_memory
 
 if TYPE_CHECKING:
     import casadi
 
 TRUTH_VALUE = "truth value"
+
+INTERFACE = ("name", "tuning", "state", "rings", "sample", "output", "sample_tree", "output_tree")
+"""Fields of a graph that drivers need of one whose kernel is known."""
 
 
 class Interface(Protocol):
@@ -74,14 +78,14 @@ class Graph:
 
     Args:
         name: of the block's class, as a C identifier
-        function: (tuning, state, ring heads, sample) -> (next state, ring pushes, output), a CasADi function of SX
         tuning, state, sample, output: dotted names of the leaves, in order
         rings: (name, size) of every delay line
         sample_tree, output_tree: trees of zeros in their shapes
+        make: traces the step
+        entry: under which later processes find names and kernels; None where they trace the step themselves
     """
 
     name: str
-    function: Any
     tuning: tuple[str, ...]
     state: tuple[str, ...]
     rings: tuple[tuple[str, int], ...]
@@ -89,6 +93,13 @@ class Graph:
     output: tuple[str, ...]
     sample_tree: Tree
     output_tree: Tree
+    make: Callable[[], Any]
+    entry: str | None = None
+
+    @cached_property
+    def function(self) -> Any:
+        """(tuning, state, ring heads, sample) -> (next state, ring pushes, output), a CasADi function of SX."""
+        return self.make()
 
     @property
     def memory(self) -> int:
@@ -133,7 +144,29 @@ def _trace(structure_: _Structure) -> Graph:
     if hasattr(block, "traced"):
         bank: Graph = block.traced()
         return bank
-    return straight_line(block, skeleton(block.Sample), lambda tuned, state, sample: tuned.step(state, sample))
+
+    def traced() -> Graph:
+        return straight_line(block, skeleton(block.Sample), lambda tuned, state, sample: tuned.step(state, sample))
+
+    entry = entry_of(structure_.key, type(block).__name__)
+    if entry is None:
+        return traced()
+    declared = {"sample_tree": skeleton(block.Sample), "output_tree": skeleton(getattr(block, "Output", None))}
+    known = interface_of(entry)
+    if known is not None and {*declared, *known} == set(INTERFACE):
+        return Graph(**{**declared, **known}, make=lambda: traced().function, entry=entry)
+    graph = traced()
+    # What the block declares is not kept: its class may have no address, as one that was made for the signals of a car.
+    needed = {name: getattr(graph, name) for name in INTERFACE}
+    keep_interface(entry, {name: each for name, each in needed.items() if not _same(each, declared.get(name))})
+    return replace(graph, entry=entry)
+
+
+def _same(tree: Tree, other: Tree) -> bool:
+    """Whether two trees of zeros have the same classes throughout."""
+    if type(tree) is not type(other):
+        return False
+    return not isinstance(tree, tuple) or (len(tree) == len(other) and all(map(_same, tree, other)))
 
 
 def straight_line(block: Any, sample_tree: Tree, step: Callable[[Any, Tree, Tree], tuple[Tree, Tree]]) -> Graph:
@@ -162,7 +195,6 @@ def straight_line(block: Any, sample_tree: Tree, step: Callable[[Any, Tree, Tree
     _refuse_nan(function, name)
     return Graph(
         name=name,
-        function=function,
         tuning=names,
         state=tuple(path for path, leaf in leaves(initial) if not isinstance(leaf, Ring)),
         rings=tuple((path, leaf.size) for path, leaf in leaves(initial) if isinstance(leaf, Ring)),
@@ -170,6 +202,7 @@ def straight_line(block: Any, sample_tree: Tree, step: Callable[[Any, Tree, Tree
         output=tuple(path for path, _ in output_leaves),
         sample_tree=map_leaves(lambda _: 0.0, sample_tree),
         output_tree=map_leaves(lambda _: 0.0, output),
+        make=lambda: function,
     )
 
 

@@ -1,0 +1,136 @@
+"""Graphs that an earlier process traced: whoever finds one here neither traces nor prints it.
+
+An entry lies beside the compiled kernels, in the same verified files. Its name is a digest of the block's structure, of
+every source file that a block may call, of the tracer and of the compiler; it holds the names and shapes of the graph,
+or the name of the kernel that was compiled from it. A block with a part that is not tierod's own has no entry: the
+sources of a plug-in are not known here. Nor is what a script changes in a running process, such as a constant of a
+module; so only the command line asks for entries, by the environment variable TIEROD_GRAPHS.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pickle
+import sys
+from collections.abc import Mapping
+from enum import Enum
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+from tierod.core.errors import OutputError
+from tierod.core.graph import compiler
+
+PACKAGE = Path(__file__).resolve().parents[2]
+BLOCKS = ("core", "physics", "models", "methods", "monitors", "diagnosis")
+"""Packages whose blocks have entries."""
+
+SOURCES = (*BLOCKS, "io", "vehicles")
+"""Packages that they import."""
+
+
+class _Foreign(Exception):
+    """A part of a structure that has no text which stands for it alone."""
+
+
+def entry_of(structure: object, name: str) -> str | None:
+    """Name of the entry of a graph; None for a block that has none, where nothing is compiled, or entries are not used.
+
+    Args:
+        structure: of the block, see `tierod.core.block.structure`
+        name: of its class
+    """
+    command = compiler.compiler()
+    if command is None or os.environ.get("TIEROD_GRAPHS") != "known":
+        return None
+    try:
+        return compiler.kernel_name(command, f"{_digest_of_sources()} {_text(structure)}", f"{name.lower()}_graph")
+    except _Foreign:
+        return None
+
+
+def interface_of(entry: str) -> Mapping[str, Any] | None:
+    """Names and shapes of a graph; None where no cache has them."""
+    kept = compiler.kept(entry)
+    if kept is None:
+        return None
+    try:
+        found: Mapping[str, Any] = pickle.loads(kept)
+    except Exception:  # a class that was moved: the graph is traced anew
+        return None
+    return found
+
+
+def keep_interface(entry: str, interface: Mapping[str, Any]) -> None:
+    """Keep names and shapes of a graph where that can be done."""
+    try:
+        content = pickle.dumps(dict(interface))
+    except Exception:  # a class that was made on the way has no address
+        return
+    keep_entry(entry, content)
+
+
+def kernel_entry(entry: str, kind: str) -> str:
+    """Name of the entry that holds the name of a kernel.
+
+    Args:
+        entry: of the graph
+        kind: of kernel, as a part of a name
+    """
+    name, _, digest = entry.rpartition("-")
+    return f"{name}_{kind}-{digest}"
+
+
+def keep_entry(entry: str, content: bytes) -> None:
+    """Keep an entry; without room it is made anew by the next process."""
+    try:
+        compiler.keep(entry, content)
+    except OutputError:
+        return
+
+
+def _text(part: object) -> str:
+    """A text that stands for a part of a structure alone."""
+    if part is float:
+        return "float"
+    if not isinstance(part, tuple) or len(part) != 2 or not isinstance(part[0], type):
+        raise _Foreign
+    kind, value = part
+    if kind in (int, bool, str, type(None)):
+        return f"{kind.__name__} {value!r}"
+    if isinstance(value, Enum):
+        return f"{_address(kind)}.{value.name}"
+    if isinstance(value, FunctionType | type):
+        return f"{kind.__name__} {_address(value)}"
+    if kind is tuple or type(value) is tuple:
+        return f"{'tuple' if kind is tuple else _address(kind)}({', '.join(map(_text, value))})"
+    raise _Foreign
+
+
+def _address(what: Any) -> str:
+    """Module and name under which a class or function of tierod is found."""
+    package, _, rest = what.__module__.partition(".")
+    found: Any = sys.modules.get(what.__module__)
+    for name in what.__qualname__.split("."):
+        found = getattr(found, name, None)
+    if package != PACKAGE.name or rest.partition(".")[0] not in BLOCKS or found is not what:
+        raise _Foreign
+    return f"{what.__module__}.{what.__qualname__}"
+
+
+@cache
+def _digest_of_sources() -> str:
+    """Digest of all that decides what a traced step is."""
+    digest = hashlib.sha256(sys.version.encode())
+    for name in ("casadi", "numpy"):
+        spec = find_spec(name)
+        digest.update(compiler.identity(str(spec.origin if spec else "")).encode())
+    for package in SOURCES:
+        for path in sorted((PACKAGE / package).rglob("*")):
+            if path.suffix in (".py", ".toml"):
+                digest.update(f"\0{path.relative_to(PACKAGE)}\0".encode())
+                digest.update(path.read_bytes())
+    return digest.hexdigest()
