@@ -41,7 +41,7 @@ def interface_of_program(made: Made, name: str, **options) -> ProgramInterface:
     counts = {"tuning": len(made.tuning), "state": made.states, "sample": made.inputs, "output": made.outputs}
     groups = {word: tuple(f"{word}{k}" for k in range(count)) for word, count in counts.items()}
     rings = tuple((f"line{k}", size) for k, size in enumerate(made.rings))
-    graph = Graph(name, None, groups["tuning"], groups["state"], rings, groups["sample"], groups["output"], (), ())
+    graph = Graph(**{"name": name, "rings": rings, "sample_tree": (), "output_tree": (), "make": lambda: None} | groups)
     known = {word: tuple(map(Described, paths)) for word, paths in groups.items()}
     subject = Subject(name, name, name, "", "", 100.0, None, graph, **known, values=made.tuning, memory=np.zeros(0))
     face = ProgramInterface(subject, Options(**options))
