@@ -59,9 +59,10 @@ def folder(tmp_path_factory) -> Path:
     return tmp_path_factory.mktemp("semantic")
 
 
+@pytest.mark.parametrize("most", [2, pytest.param(len(DRIVES), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("monitor", MONITORS)
-def test_a_sample_of_changes_has_no_wrong_word(folder, monitor):
-    count = min(2, sum(drive.monitor == monitor for drive in DRIVES))
+def test_a_sample_of_changes_has_no_wrong_word(folder, monitor, most):
+    count = min(most, sum(drive.monitor == monitor for drive in DRIVES))
     figures = run(count, 20261123, folder, [monitor], SEEDS[1:])[monitor]
     assert figures["cases"] == count
     assert figures["wrong_words"] == {}

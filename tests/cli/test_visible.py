@@ -89,7 +89,10 @@ def test_an_error_message_has_a_length_that_can_be_read(tmp_path, capsys):
     assert len(capsys.readouterr().err) < 2100
 
 
-@pytest.mark.parametrize(("encoding", "options"), [("ascii", []), ("cp437", ["--json"])])
+@pytest.mark.parametrize(
+    ("encoding", "options"),
+    [("ascii", []), pytest.param("ascii", ["--json"], marks=pytest.mark.slow), ("cp437", ["--json"])],
+)
 def test_any_encoding_of_the_output_will_do(drive, encoding, options):
     environment = os.environ | {"PYTHONIOENCODING": encoding}
     command = [sys.executable, "-m", "tierod", "inspect", "--all", str(drive), *options]

@@ -138,12 +138,8 @@ def test_a_broken_monitor_is_named_with_its_package_and_all_else_goes_on(tmp_pat
     assert sentence in said
     assert "pip uninstall broken-package" in said
     assert said.count("\n") == 1
-
-
-def test_a_broken_monitor_is_refused_and_another_one_is_not(tmp_path):
-    site = package(tmp_path / "site", "broken-package", "tierod.monitors", "broken", "broken:MONITOR", "")
     said = tierod(tmp_path, "monitors", "broken", site=site, code=3)[1]
-    assert "cannot be imported (AttributeError" in said
+    assert sentence in said
     assert said.count("\n") == 1
     assert tierod(tmp_path, "monitors", "friction", site=site)[1] == ""
 

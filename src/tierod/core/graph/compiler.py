@@ -123,15 +123,11 @@ def kept(name: str) -> bytes | None:
 
 
 def keep(name: str, content: bytes) -> None:
-    """Keep something in the first cache that takes it.
-
-    Raises:
-        OutputError: none does
-    """
-    place = next(iter(_caches()))
-    if place.trouble():
-        raise OutputError(place.trouble())
-    place.keep(name, content)
+    """Keep something in the first cache that takes it; without room it is made anew by the next process."""
+    for place in _caches():
+        with contextlib.suppress(OutputError), place.building(name):
+            place.keep(name, content)
+            return
 
 
 def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:

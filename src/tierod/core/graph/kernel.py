@@ -15,8 +15,8 @@ from tierod.core.block import Block, tuning
 from tierod.core.errors import CompileError, KernelWarning, ParameterError
 from tierod.core.graph.bank_graph import BankGraph
 from tierod.core.graph.bank_printer import print_bank
-from tierod.core.graph.compiler import compiler, kept, kernel_name, load, load_kept
-from tierod.core.graph.known_graphs import keep_entry, kernel_entry
+from tierod.core.graph.compiler import compiler, keep, kept, kernel_name, load, load_kept
+from tierod.core.graph.known_graphs import kernel_entry
 from tierod.core.graph.printer import LANES, TILE_STEPS, prefix, print_lanes, print_scalar
 from tierod.core.graph.trace import Graph, Interface, trace
 from tierod.core.graph.virtual_machine import BankMachine, VirtualMachine
@@ -221,7 +221,7 @@ def _loaded(graph: Any, kind: str, source: Callable[[], str], name: str) -> ctyp
         library = load(text, name)
         command = compiler()
         if entry and command:
-            keep_entry(entry, kernel_name(command, text, name).encode())
+            keep(entry, kernel_name(command, text, name).encode())
     return library
 
 

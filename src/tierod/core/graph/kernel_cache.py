@@ -109,8 +109,6 @@ class KernelCache:
         Raises:
             OutputError: it cannot be written
         """
-        with contextlib.suppress(OSError):
-            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         target = self.folder / f"{name}.kernel"
         if target.is_dir() and not target.is_symlink():
             raise OutputError(f"there is a folder {target} where a compiled kernel belongs; remove it")

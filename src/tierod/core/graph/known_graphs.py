@@ -21,7 +21,6 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any
 
-from tierod.core.errors import OutputError
 from tierod.core.graph import compiler
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -70,7 +69,7 @@ def keep_interface(entry: str, interface: Mapping[str, Any]) -> None:
         content = pickle.dumps(dict(interface))
     except Exception:  # a class that was made on the way has no address
         return
-    keep_entry(entry, content)
+    compiler.keep(entry, content)
 
 
 def kernel_entry(entry: str, kind: str) -> str:
@@ -82,14 +81,6 @@ def kernel_entry(entry: str, kind: str) -> str:
     """
     name, _, digest = entry.rpartition("-")
     return f"{name}_{kind}-{digest}"
-
-
-def keep_entry(entry: str, content: bytes) -> None:
-    """Keep an entry; without room it is made anew by the next process."""
-    try:
-        compiler.keep(entry, content)
-    except OutputError:
-        return
 
 
 def _text(part: object) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     import casadi
 
 TRUTH_VALUE = "truth value"
-
-INTERFACE = ("name", "tuning", "state", "rings", "sample", "output", "sample_tree", "output_tree")
-"""Fields of a graph that drivers need of one whose kernel is known."""
 
 
 class Interface(Protocol):
@@ -105,6 +102,10 @@ class Graph:
     def memory(self) -> int:
         """Numbers of state, delay lines included."""
         return len(self.state) + sum(size for _, size in self.rings)
+
+
+INTERFACE = tuple(each.name for each in fields(Graph) if each.name not in ("make", "entry"))
+"""Fields of a graph that drivers need of one whose kernel is known."""
 
 
 def trace(block: Block) -> Graph:
