@@ -11,7 +11,7 @@ from dataclasses import replace
 from tierod.core.graph import Bank
 from tierod.diagnosis.trouble_codes import TroubleCodes
 from tierod.models.rolling_car import Wander
-from tierod.monitors.condition.bank.decision import Decision
+from tierod.monitors.condition.bank.decision import Decision, SmallLeads
 from tierod.monitors.condition.bank.judge import ConditionJudge
 from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.low_grip import sliding
@@ -126,4 +126,4 @@ def rolling_decision(base: RollingFilter, limits: Limits, sample_time: float = 0
     weighing = Weighing(hypotheses_of_cars(), limits, sample_time, prices=costs)
     # What is never there must not widen the limits that were found without it.
     testability = Testability(poorer=1.0, remaining=3.0, judged=OF_CARS)
-    return Decision(weighing, low_grip=OF_SKIDDING, testability=testability)
+    return Decision(weighing, low_grip=OF_SKIDDING, testability=testability, small_leads=SmallLeads())

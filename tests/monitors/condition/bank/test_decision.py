@@ -1,5 +1,6 @@
 """The judge over made-up lanes that know every sensor's truth: who is named, when, and what happens to the lanes."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -17,13 +18,23 @@ from monitors.condition.made_up_lanes import (
     healthy_drive,
     lane,
 )
+from tierod.core.block import skeleton
 from tierod.core.errors import ParameterError
-from tierod.core.graph import Bank, scan
-from tierod.monitors.condition.bank.decision import Decision
+from tierod.core.graph import Bank, JudgeSample, scan
+from tierod.monitors.condition.bank.decision import Decision, SmallLeads
+from tierod.monitors.condition.bank.lane import LeaveOutFilter
 from tierod.monitors.condition.bank.weighing import Limits, Weighing
 from tierod.monitors.condition.calibration.limits import GAP
-from tierod.monitors.condition.hypotheses import Hypothesis
-from tierod.monitors.condition.signals import OF_AUTOMATED
+from tierod.monitors.condition.hypotheses import Hypothesis, hypotheses_of_cars
+from tierod.monitors.condition.signals import (
+    FRONT_WHEELS,
+    OF_AUTOMATED,
+    OF_CARS,
+    SENSORS,
+    WHEELS,
+    ConditionSample,
+    Readings,
+)
 
 
 @pytest.fixture(scope="module")
@@ -190,3 +201,45 @@ def test_a_motor_is_not_blamed_for_a_gain_of_the_torque_sensor(bank, drive):
     weighing = bank.judge.weighing
     shipped = replace(bank.judge, weighing=replace(weighing, limits=replace(weighing.limits, gap=GAP)))
     assert declared(scan(replace(bank, judge=shipped), drive)) == [(0.0, "healthy")]
+
+
+def led_by(lead, small_leads, readings, sliding=-10.0):
+    """Samples until a wheel is declared that leads the other wheel of its axle by so much; None where it never is."""
+    explanations = hypotheses_of_cars()
+    limits = Limits((3.0,) * (len(explanations) - 1), (1.0,) * (len(explanations) - 1), gap=2.0, margin=1.0)
+    decision = Decision(Weighing(explanations, limits), small_leads=small_leads)
+    decision = replace(decision, testability=replace(decision.testability, judged=OF_CARS))
+    likely = {WHEELS[0]: 0.0, WHEELS[1]: -0.5 * lead}
+    usual = skeleton(LeaveOutFilter.Output)._replace(
+        moving=1.0, driven=1.0, prediction=Readings(*(10.0,) * len(SENSORS)), deviation=Readings(*(1.0,) * len(SENSORS))
+    )
+    lanes = [usual._replace(log_likelihood=likely.get(each.name, -10.0)) for each in explanations]
+    lanes.append(usual._replace(log_likelihood=sliding))
+    state, sample = decision.init(), skeleton(ConditionSample)._replace(**readings)
+    for k in range(400):
+        state, verdict = decision.step(state, JudgeSample(sample, tuple(lanes)))
+        if verdict.output.hypothesis:
+            return k, explanations[int(verdict.output.hypothesis)].name
+    return None
+
+
+ALL_READ = dict.fromkeys(OF_CARS, 10.0)
+
+
+def test_leads_of_a_wheel_below_the_gap_add_up():
+    assert led_by(0.8, None, ALL_READ) is None
+    least, most = led_by(1.6, SmallLeads(), ALL_READ), led_by(0.8, SmallLeads(), ALL_READ)
+    assert (least[1], most[1]) == (WHEELS[0], WHEELS[0])
+    # 50 nat from when both means have settled and are beyond their limits.
+    assert 50.0 / 1.6 < least[0] < 50.0 / 1.6 + 60.0
+    assert 50.0 / 0.8 < most[0] < 50.0 / 0.8 + 60.0
+    assert led_by(0.2, SmallLeads(), ALL_READ) is None
+
+
+@pytest.mark.parametrize("missing", [*FRONT_WHEELS, "yaw_rate", "steering_wheel_angle"])
+def test_they_count_for_nothing_where_a_sensor_is_missing(missing):
+    assert led_by(0.8, SmallLeads(), {**ALL_READ, missing: math.nan}) is None
+
+
+def test_they_count_for_nothing_where_sliding_tyres_explain_the_readings_too():
+    assert led_by(0.8, SmallLeads(), ALL_READ, sliding=-2.0) is None

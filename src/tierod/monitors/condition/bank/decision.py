@@ -19,6 +19,7 @@ from tierod.monitors.condition.bank.testability import Open, Testability
 from tierod.monitors.condition.bank.weighing import Ranking, Weighing, Weights, chosen
 from tierod.monitors.condition.hypotheses import SLIDING
 from tierod.monitors.condition.signals import (
+    ALL_WHEELS,
     DRIVES,
     ELEMENTS,
     MOTORS,
@@ -36,7 +37,7 @@ class DecisionState(NamedTuple):
         weights: of all hypotheses against the active one
         active: number of the active hypothesis
         leading: number of the hypothesis that led at the sample before, 0 for none
-        led: for how many samples in a row
+        led: for how many samples in a row; see `SmallLeads` for parts of one
         exceeded: for how many samples in a row any hypothesis was beyond its limit
         good: for how many samples each suspect has been as it should
         unread: for how many samples each sensor has had no reading
@@ -71,6 +72,24 @@ class Grip(NamedTuple):
 
 
 @dataclass(frozen=True)
+class SmallLeads:
+    """Leads of one wheel speed below the gap, which add up while every sensor is read and nothing is declared.
+
+    A slow error bends the slip of its axle in the filter of the other wheel, so that it costs little per sample. The
+    other axle, yaw rate and steering angle show it all the same; with fewer of them a small lead says nothing.
+
+    Args:
+        least: lead from which a sample counts
+        enough: sum of leads in a row that declares as leads by the gap do
+        grips: lead over the filters of sliding tyres from which a sample counts: wheels that slide turn unevenly
+    """
+
+    least: Annotated[float, ""] = 0.3
+    enough: Annotated[float, ""] = 50.0
+    grips: Annotated[float, ""] = 3.0
+
+
+@dataclass(frozen=True)
 class Decision:
     """Declare faulty elements from the likelihoods of all hypotheses, and take back those that have recovered.
 
@@ -93,6 +112,7 @@ class Decision:
         low_grip: decides whether the tyres slide, by the lane of sliding tyres where there is one, after all others
         testability: decides what may be declared now
         returning: decides what has recovered
+        small_leads: count as well; leads by the gap alone where None
 
     Source: Li, Frey, Gauterin, sections 3 and 4, replaced: their rules name no sensor for most faults.
     """
@@ -106,6 +126,7 @@ class Decision:
     low_grip: LowGrip = field(default_factory=LowGrip)
     testability: Testability = field(default_factory=Testability)
     returning: Returning = field(default_factory=Returning)
+    small_leads: SmallLeads | None = None
 
     def feedback(self) -> Tree:
         """Lanes get no feedback; they take over the states of others."""
@@ -139,7 +160,8 @@ class Decision:
         good = self.returning.good(state.good, suspected, readings, seen, effects)
         kept = self.returning.after(self.weighing, state.active, suspected, good)
 
-        led, exceeded = (where(grip.slides, 0.0, count) for count in self._counted(state, ranking))
+        counted = self._counted(state, ranking, unread, grip)
+        led, exceeded = (where(grip.slides, 0.0, count) for count in counted)
         active = where(self._declares(ranking, led), ranking.best, kept)
         changed = negated(active == state.active)
         faulty = self._elements_of(active)
@@ -225,11 +247,27 @@ class Decision:
         weights = self.weighing.smoothed(state.weights, weighed, state.active, counting)
         return weights, self.weighing.ranking(weights, state.active, open_.widening, open_.hypotheses)
 
-    def _counted(self, state: DecisionState, ranking: Ranking) -> tuple[Scalar, Scalar]:
-        """For how many samples in a row the best hypothesis has led by the gap, and any has been beyond its limit."""
-        led = where(ranking.best == state.leading, state.led, 0.0) + 1.0
-        led = where(both(ranking.exceeding, ranking.lead > self.weighing.limits.gap), led, 0.0)
+    def _counted(
+        self, state: DecisionState, ranking: Ranking, unread: Sequence[Scalar], grip: Grip
+    ) -> tuple[Scalar, Scalar]:
+        """For how many samples in a row the best hypothesis has led, and any has been beyond its limit."""
+        leads = ranking.lead > self.weighing.limits.gap
+        counts: Scalar = 1.0
+        if (small := self.small_leads) is not None:
+            counts = where(leads, 1.0, ranking.lead * self.samples / small.enough)
+            rolls = grip.slipping.lead < -small.grips
+            alone = both(state.active == 0.0, self._of_a_wheel(ranking, unread))
+            leads = either(leads, all_of(ranking.lead > small.least, rolls, alone))
+        led = where(ranking.best == state.leading, state.led, 0.0) + counts
+        led = where(both(ranking.exceeding, leads), led, 0.0)
         return led, where(ranking.exceeding, state.exceeded + 1.0, 0.0)
+
+    def _of_a_wheel(self, ranking: Ranking, unread: Sequence[Scalar]) -> Scalar:
+        """Whether the best hypothesis suspects one wheel, while every sensor is read."""
+        most = self.testability.missing / self.weighing.sample_time
+        wheels = [number for name in ALL_WHEELS if (number := self.weighing.number(name)) is not None]
+        read = [unread[SENSORS.index(name)] <= most for name in self.testability.judged]
+        return both(any_of(0.0, *(ranking.best == number for number in wheels)), all_of(*read))
 
     def _declares(self, ranking: Ranking, led: Scalar) -> Scalar:
         """Whether the best hypothesis has led for long enough."""
