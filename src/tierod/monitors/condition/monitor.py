@@ -39,6 +39,8 @@ the long time -1.7.
 """
 GAP, MARGIN = 2.0, 1.0
 """As those of the bank of the whole vehicle."""
+UNSURE = 30.0
+"""Nats from which a fault that looks like a drift, though predictions may be as wrong, is of no kind."""
 ALIKE = 2.0 * Wander().steering
 """Errors of predictions count once in so long a time [s]: those of the steering's ratio fade so slowly."""
 
@@ -96,7 +98,13 @@ def rolling_monitor(
     """
     base, explanations = RollingFilter.of_vehicle(vehicle, sample_time), hypotheses_of_cars()
     kinds = tuple(
-        replace(KindOfFault.of_sensor(each.name, sample_time), unknown=each.error_on_cars, alike=ALIKE, lasting=ALIKE)
+        replace(
+            KindOfFault.of_sensor(each.name, sample_time),
+            unknown=each.error_on_cars,
+            alike=ALIKE,
+            lasting=ALIKE,
+            unsure=UNSURE,
+        )
         for each in (SENSOR_TABLE[SENSORS.index(name)] for name in OF_CARS)
     )
     own = limits_of(vehicle, explanations) if has_own_limits(vehicle) else rolling_limits()

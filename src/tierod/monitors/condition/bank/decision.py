@@ -251,7 +251,7 @@ class Decision:
         self, state: DecisionState, ranking: Ranking, unread: Sequence[Scalar], grip: Grip
     ) -> tuple[Scalar, Scalar]:
         """For how many samples in a row the best hypothesis has led, and any has been beyond its limit."""
-        leads = ranking.lead > self.weighing.limits.gap
+        leads: Scalar = ranking.lead > self.weighing.limits.gap
         counts: Scalar = 1.0
         if (small := self.small_leads) is not None:
             counts = where(leads, 1.0, ranking.lead * self.samples / small.enough)

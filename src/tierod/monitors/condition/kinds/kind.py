@@ -66,6 +66,8 @@ class KindOfFault:
             was not calibrated: it widens magnitudes, and passes for no drift [unit of the signal]
         sample_time: [s]
         delays: that are compared, in samples
+        unsure: nats by which a drift whose slope is not sure is likelier than every kind where none is named; one is
+            named all the same where None
     """
 
     offset: Annotated[float, ""]
@@ -89,6 +91,7 @@ class KindOfFault:
     unknown: Annotated[float, ""] = 0.0
     sample_time: Annotated[float, "s"] = 0.01
     delays: tuple[int, ...] = delays_of(False, 0.01)
+    unsure: float | None = None
 
     class Sample(NamedTuple):
         """One reading.
@@ -253,11 +256,15 @@ class KindOfFault:
         slope_off = sqrt(longer * state.drift.slope_variance + wrong * wrong)
         noisy = state.quick > self.quick * state.power
         factor = where(young, OUTLIER, GAIN)
-        options = (
+        drift: tuple[Scalar, ...] = (DRIFT, moves, state.drift.score, state.drift.slope, slope_off, drifted)
+        if self.unsure is not None:
+            kind, slope, off = (where(moves, each, 0.0) for each in (DRIFT, state.drift.slope, slope_off))
+            drift = (kind, 1.0, state.drift.score - where(moves, 0.0, self.unsure), slope, off, drifted)
+        options: tuple[tuple[Scalar, ...], ...] = (
             (STUCK, 1.0, state.constant.score, 0.0, 0.0, state.constant.value - prediction),
             (OFFSET, 1.0, offset.score, offset.value, constant_off, offset.value),
             (factor, 1.0, gain.score, gain.value, factor_off, (gain.value - 1.0) * prediction),
-            (DRIFT, moves, state.drift.score, state.drift.slope, slope_off, drifted),
+            drift,
             (NOISE, noisy, state.noise, noise, rough, noise),
             (DELAY, late > self.sure * unsure, likely, late, unsure, behind),
         )
