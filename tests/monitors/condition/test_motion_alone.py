@@ -4,6 +4,7 @@ import pytest
 
 from monitors.condition.motion_alone import (
     FRONT_WHEELS,
+    LASTING,
     MOTION,
     SETS,
     declared,
@@ -19,7 +20,7 @@ from tierod.papers.condition.faults import DRIFT, OFFSET, STUCK
 from tierod.vehicles import load
 
 SEED = 3
-LATE = {STUCK: 3.5, DRIFT: 6.0, OFFSET: 0.1}
+LATE = {STUCK: 1.5, DRIFT: 4.5, OFFSET: 0.1}
 """Longest time from the deviation that shows to the declaration [s]."""
 
 
@@ -42,6 +43,12 @@ def test_a_wheel_is_named_while_its_fault_lasts_and_nothing_else(bank, parts, se
     assert all(each.kind == kind and each.declared - each.onset < LATE[kind] for each in shown)
     assert not any(each.wrong for each in found)
     assert all(not each.error > 0.15 for each in shown)
+
+
+def test_a_drift_of_the_steering_angle_that_a_bend_might_be_has_no_other_kind(bank, parts):
+    found = [outcome(bank, part, "steering_wheel_angle", DRIFT) for part in parts]
+    assert any(each.declared < LASTING for each in found)
+    assert {each.kind for each in found} <= {"", DRIFT}
 
 
 @pytest.mark.parametrize("only", SETS)

@@ -33,7 +33,7 @@ class Stretch:
         start, end: [s]
         count: of samples
         others: at how many of them each element was a candidate
-        kinds: at how many of them each kind was identified, with its last magnitude and standard deviation
+        kinds: at how many of them each kind was identified, 0 for none, with its last magnitude and standard deviation
     """
 
     start: float
@@ -48,7 +48,7 @@ class Stretch:
 
         The first samples are too few to identify one, the last ones belong to the return of the sensor.
         """
-        kind = max(self.kinds, key=lambda each: self.kinds[each][0], default=0.0)
+        kind = max(self.kinds, key=lambda each: (self.kinds[each][0], each > 0.5), default=0.0)
         return (kind, *self.kinds[kind][1:]) if self.kinds else (0.0, np.nan, np.nan)
 
     def add(self, kind: float, count: int, magnitude: float, deviation: float) -> None:
@@ -117,7 +117,7 @@ class ElementCourse:
                 (stated.status[start:stop] == SUSPECT).sum(axis=0),
             )
             kinds = stated.kind[start:stop, place]
-            for kind in np.unique(kinds[kinds > 0.5]).tolist():
+            for kind in np.unique(kinds).tolist():
                 at = start + np.flatnonzero(kinds == kind)
                 new.add(kind, len(at), float(stated.magnitude[at[-1], place]), float(stated.deviation[at[-1], place]))
             if stretches and new.start - stretches[-1].end < TOGETHER:

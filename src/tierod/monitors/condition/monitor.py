@@ -39,8 +39,6 @@ the long time -1.7.
 """
 GAP, MARGIN = 2.0, 1.0
 """As those of the bank of the whole vehicle."""
-UNSURE = 30.0
-"""Nats from which a fault that looks like a drift, though predictions may be as wrong, is of no kind."""
 ALIKE = 2.0 * Wander().steering
 """Errors of predictions count once in so long a time [s]: those of the steering's ratio fade so slowly."""
 
@@ -103,7 +101,7 @@ def rolling_monitor(
             unknown=each.error_on_cars,
             alike=ALIKE,
             lasting=ALIKE,
-            unsure=UNSURE,
+            withholds=True,
         )
         for each in (SENSOR_TABLE[SENSORS.index(name)] for name in OF_CARS)
     )

@@ -66,8 +66,7 @@ class KindOfFault:
             was not calibrated: it widens magnitudes, and passes for no drift [unit of the signal]
         sample_time: [s]
         delays: that are compared, in samples
-        unsure: nats by which a drift whose slope is not sure is likelier than every kind where none is named; one is
-            named all the same where None
+        withholds: whether no kind is named where a drift whose slope is not sure is likelier than all others by `doubt`
     """
 
     offset: Annotated[float, ""]
@@ -91,7 +90,7 @@ class KindOfFault:
     unknown: Annotated[float, ""] = 0.0
     sample_time: Annotated[float, "s"] = 0.01
     delays: tuple[int, ...] = delays_of(False, 0.01)
-    unsure: float | None = None
+    withholds: bool = False
 
     class Sample(NamedTuple):
         """One reading.
@@ -257,9 +256,9 @@ class KindOfFault:
         noisy = state.quick > self.quick * state.power
         factor = where(young, OUTLIER, GAIN)
         drift: tuple[Scalar, ...] = (DRIFT, moves, state.drift.score, state.drift.slope, slope_off, drifted)
-        if self.unsure is not None:
+        if self.withholds:
             kind, slope, off = (where(moves, each, 0.0) for each in (DRIFT, state.drift.slope, slope_off))
-            drift = (kind, 1.0, state.drift.score - where(moves, 0.0, self.unsure), slope, off, drifted)
+            drift = (kind, 1.0, state.drift.score - where(moves, 0.0, self.doubt), slope, off, drifted)
         options: tuple[tuple[Scalar, ...], ...] = (
             (STUCK, 1.0, state.constant.score, 0.0, 0.0, state.constant.value - prediction),
             (OFFSET, 1.0, offset.score, offset.value, constant_off, offset.value),
