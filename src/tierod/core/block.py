@@ -8,6 +8,7 @@ States, samples and outputs are trees of NamedTuples and tuples whose leaves are
 from __future__ import annotations
 
 import dataclasses
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, lru_cache
 from numbers import Real
@@ -150,8 +151,10 @@ def units(annotation: object) -> list[str]:
 
 
 def named_tuple(name: str, fields: Iterable[tuple[str, object]]) -> type:
-    """A NamedTuple class made at run time, from (field, annotation) pairs."""
-    return NamedTuple(name, fields)  # type: ignore[return-value]  # a call of NamedTuple gives a class
+    """A NamedTuple class made at run time, from (field, annotation) pairs; it belongs to the module that calls."""
+    made: Any = NamedTuple(name, fields)  # type: ignore[misc]  # a name that is known at run time only
+    made.__module__ = sys._getframe(1).f_globals["__name__"]
+    return made
 
 
 def derived(annotation: object, name: str, unit: str) -> Any:

@@ -69,7 +69,7 @@ class FrictionCourse:
 
     def behaviour(self) -> LevelCourse:
         """The course as the behaviour of a fault that acts from the beginning on; a step takes no sample's time."""
-        times = np.array(self.times)
+        times = np.array(self.times, dtype=float)
         step = np.flatnonzero(np.diff(times) == 0.0)
         times[step] -= 1e-9
         return LevelCourse(tuple(times.tolist()), self.levels)

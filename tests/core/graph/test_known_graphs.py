@@ -18,19 +18,30 @@ from tierod.methods.detectors import Cusum
 
 pytestmark = pytest.mark.skipif(compiler.compiler() is None, reason="no C compiler: nothing is compiled or kept")
 
+BLOCKS = {
+    "block": """
+from tierod.methods.detectors import Cusum
+block, count = Cusum(0.5, 4.0, 20.0), 1
+""",
+    "bank": """
+from tierod.monitors.condition.monitor import condition_monitor
+from tierod.vehicles import load
+block = condition_monitor(load("rav4"))
+count = len(block.Sample._fields)
+""",
+}
 SCRIPT = """
 import sys
 import numpy as np
 from tierod.core.graph import scan
-from tierod.methods.detectors import Cusum
 called = []
-for module, name in (("kernel", "print_c"), ("trace", "straight_line")):
+for module, name in (("kernel", "print_c"), ("trace", "straight_line"), ("bank_graph", "straight_line")):
     module = sys.modules["tierod.core.graph." + module]
     def counted(*given, usual=getattr(module, name), name=name):
         called.append(name)
         return usual(*given)
     setattr(module, name, counted)
-result = scan(Cusum(0.5, 4.0, 20.0), np.sin(np.arange(50.0))[:, None])
+result = scan(block, np.sin(np.arange(50.0))[:, None] * np.ones(count))
 print(result.values.tobytes().hex(), "+".join(called) or "nothing")
 """
 
@@ -53,14 +64,15 @@ def entry(block):
     return known_graphs.entry_of(structure(block), type(block).__name__)
 
 
-def test_a_second_process_neither_traces_nor_prints_and_gives_the_same_bits(cache):
-    environment = os.environ | {"TIEROD_CACHE": str(cache)}
+@pytest.mark.parametrize(("kind", "parts"), [("block", 1), ("bank", 2)])
+def test_a_second_process_neither_traces_nor_prints_and_gives_the_same_bits(cache, kind, parts):
+    environment, script = os.environ | {"TIEROD_CACHE": str(cache)}, BLOCKS[kind] + SCRIPT
     runs = [
-        subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, check=True)
+        subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
         for _ in range(2)
     ]
     (first, made), (second, again) = (run.stdout.split() for run in runs)
-    assert (made, again) == ("straight_line+print_c", "nothing")
+    assert (made, again) == ("straight_line+" * parts + "print_c", "nothing")
     assert first == second
 
 

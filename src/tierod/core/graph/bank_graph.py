@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, fields, replace
+from functools import cache, cached_property
 from typing import Any
 
 from tierod.core.block import Ring, Tree, leaves, map_leaves, skeleton, structure, values_of
 from tierod.core.errors import TraceError
+from tierod.core.graph.known_graphs import entry_of, interface_of, keep_interface
 from tierod.core.graph.memory_layout import GROUP
-from tierod.core.graph.trace import Graph, straight_line
+from tierod.core.graph.trace import INTERFACE, Graph, straight_line
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +24,7 @@ class BankGraph:
         count: of lanes
         feedback: dotted names of the judge's feedback to the lanes
         sample_tree, output_tree: trees of zeros in the shapes of the bank's
+        entry: under which later processes find names and kernel; None where they trace the bank themselves
     """
 
     name: str
@@ -32,6 +34,7 @@ class BankGraph:
     feedback: tuple[str, ...]
     sample_tree: Tree
     output_tree: Tree
+    entry: str | None = None
 
     @property
     def groups(self) -> int:
@@ -82,8 +85,12 @@ class BankGraph:
         return len(self.state) + sum(size for _, size in self.rings)
 
 
+PARTS = ("lane", "judge")
+"""Fields of the graph of a bank that are graphs."""
+
+
 def trace_bank(bank: Any, judged: type) -> BankGraph:
-    """The graph of a bank.
+    """The graph of a bank, without its operations where an earlier process has compiled them.
 
     Args:
         bank: with `lanes` and `judge`
@@ -93,6 +100,24 @@ def trace_bank(bank: Any, judged: type) -> BankGraph:
         TraceError: the lanes differ in structure or hold delay lines, the judge does not answer for every lane, or one
             of them cannot be traced
     """
+    entry = entry_of(structure(bank), type(bank).__name__)
+    if entry is None:
+        return _traced(bank, judged)
+    names = {each.name for each in fields(BankGraph)} - {"entry"}
+    known = interface_of(entry)
+    if known is not None and {*known} == names and all({*known[part]} == {*INTERFACE} for part in PARTS):
+        traced = cache(lambda: _traced(bank, judged))
+        lane = Graph(**known["lane"], make=lambda: traced().lane.function)
+        judge = Graph(**known["judge"], make=lambda: traced().judge.function)
+        return BankGraph(**{**known, "lane": lane, "judge": judge}, entry=entry)
+    graph = _traced(bank, judged)
+    parts = {part: {name: getattr(getattr(graph, part), name) for name in INTERFACE} for part in PARTS}
+    keep_interface(entry, {**{name: getattr(graph, name) for name in names}, **parts})
+    return replace(graph, entry=entry)
+
+
+def _traced(bank: Any, judged: type) -> BankGraph:
+    """As `trace_bank`, whatever is known."""
     if not bank.lanes:
         raise TraceError("a bank has no lanes; give it one block at least")
     first, judge, count = bank.lanes[0], bank.judge, len(bank.lanes)

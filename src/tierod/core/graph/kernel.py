@@ -213,7 +213,7 @@ def _attempted(graph: Any, own_tuning: bool | None) -> ctypes.PyDLL | CompileErr
 
 def _loaded(graph: Any, kind: str, source: Callable[[], str], name: str) -> ctypes.PyDLL:
     """The library of a graph; printed only where no earlier process has."""
-    entry = kernel_entry(graph.entry, kind) if isinstance(graph, Graph) and graph.entry else None
+    entry = kernel_entry(graph.entry, kind) if graph.entry else None
     known = kept(entry) if entry else None
     library = load_kept(known.decode()) if known else None
     if library is None:

@@ -16,7 +16,8 @@ LOST = 1.0
 UNASKED = 0.06
 """Without a target for so long, what moves the vehicle is not known: 0.1 s later its sensors would be at fault [s]."""
 ALL = 4
-"""Sensors from which on their reading exactly zero in one sample, all of them, is the loss of what they share."""
+"""Sensors without which no fault is declared. From so many on their reading exactly zero in one sample, all of them, is
+the loss of what they share."""
 HELD = 0.06
 """All of them read what they read before for so long: a logger repeats what was last on a bus that is gone [s].
 
@@ -35,7 +36,7 @@ class Covered(NamedTuple):
 
     Args:
         available: whether every sensor is read, and every actuator is asked for a torque that is known, (n, elements)
-        judged: whether anything can be judged, (n,)
+        judged: whether anything can be judged: not before `ALL` sensors have been read, (n,)
         zero: whether all sensors read exactly zero, (n,)
         held: whether all sensors repeat what they read before, (n,)
         parked: whether the vehicle stands, or was about to when its wheel speeds ended, (n,)
@@ -63,7 +64,7 @@ class Coverage:
         self._limits = np.where(np.arange(len(_NEEDED)) < _COUNT, round(LOST * rate), round(UNASKED * rate))
         self._held_limit = round(HELD * rate)
         self._age = np.full(len(_NEEDED), np.inf)
-        self._judged = False
+        self._judged, self._ever = False, np.zeros(_COUNT, bool)
         self._before, self._repeated = np.full(_COUNT, np.nan), 0
         self._parked: bool | None = None
 
@@ -90,9 +91,11 @@ class Coverage:
         age = place - np.maximum.accumulate(np.where(there, place, -1.0 - self._age), axis=0)
         fresh = np.asarray(age <= self._limits)
         judged = np.asarray(fresh[:, :_COUNT].any(axis=1) & (fresh[:, _COUNT:].all(axis=1) | (not self._asked)))
+        ever = np.logical_or.accumulate(there[:, :_COUNT], axis=0) | self._ever
+        judged &= ever.sum(axis=1) >= ALL
         before = np.concatenate([[self._judged], judged[:-1]])
         self.interruptions += int(np.count_nonzero(before & ~judged))
-        self._age, self._judged = age[-1], bool(judged[-1])
+        self._age, self._judged, self._ever = age[-1], bool(judged[-1]), ever[-1]
         return values, Covered(fresh, judged, zero, held, parked)
 
     def _repeats(self, readings: np.ndarray) -> np.ndarray:
