@@ -20,12 +20,18 @@ def simulator():
     return pytest.importorskip("vehiclemodels.utils.tire_model")
 
 
-@pytest.mark.parametrize("load", [1500.0, 3000.0, 6000.0])
-@pytest.mark.parametrize("slip", [-0.3, -0.05, 0.01, 0.1, 0.4])
-def test_the_side_force_is_that_of_the_published_set(simulator, load, slip):
+@pytest.fixture(scope="module")
+def published(simulator):
+    """The published set of a tyre."""
     from vehiclemodels.parameters_vehicle2 import parameters_vehicle2
 
-    tyre, published = commonroad_tyre(), parameters_vehicle2().tire
+    return parameters_vehicle2().tire
+
+
+@pytest.mark.parametrize("load", [1500.0, 3000.0, 6000.0])
+@pytest.mark.parametrize("slip", [-0.3, -0.05, 0.01, 0.1, 0.4])
+def test_the_side_force_is_that_of_the_published_set(simulator, published, load, slip):
+    tyre = commonroad_tyre()
     theirs, _ = simulator.formula_lateral(-slip, 0.0, load, published)
     stiffness = stiffness_per_load(load, tyre.nominal_load, tyre.cornering_stiffness, tyre.load_of_greatest)
     ours = combined_forces(

@@ -111,9 +111,9 @@ def _drives(folder: Path) -> None:
     from tierod.io.writers import write
     from tierod.proving_ground import drive
 
-    first = Recording(drive(minutes=8.0, seed=3).channels)
+    first = Recording(drive(minutes=4.0, seed=3).channels)
     write(first, folder / "first.parquet")
-    write(first.slice(0.0, 450.0), folder / "second.parquet")
+    write(first.slice(0.0, 225.0), folder / "second.parquet")
 
 
 def _campaign(folder: Path) -> None:
@@ -132,7 +132,7 @@ def _motor(folder: Path) -> None:
 
 def _judged(recording: str) -> tuple[str, ...]:
     kept = ("--baseline", "car.json", "--memory", "memory.json", "--signals", "signals.parquet", "-o", "page.html")
-    return ("diagnose", f"../inputs/{recording}.parquet", "--vehicle", "midsize-eps", *kept)
+    return ("diagnose", f"../inputs/{recording}.parquet", "--vehicle", "midsize-eps", "--no-spread", *kept)
 
 
 COMMANDS = (

@@ -11,10 +11,10 @@ from attack.pool import Pool
 from attack.seeds import seeds, user_files
 from attack.targets import BESIDE, FILE, FITTING, READERS, TARGETS, Case, case
 
-COUNT = 5
+COUNT = 3
 """Cases of each target in the suite: a few seconds for all of them. `make attack` runs thousands."""
 
-FEW = 3
+FEW = 2
 """Cases of formats each of which takes a process of its own."""
 
 PROCESSES = ("mdf", "process")
@@ -83,22 +83,17 @@ def test_a_case_is_the_same_whenever_it_is_made(target):
     assert len(contents) > 15
 
 
-def test_a_death_is_seen(pool):
+def test_a_death_and_one_that_waits_for_ever_are_seen(pool, monkeypatch):
     assert pool.run(["--version"]).kind == ""
     pool.process.send_signal(signal.SIGSEGV)
     result = pool.run(["--version"])
     assert (result.kind, result.detail) == ("crash", "SIGSEGV")
     assert pool.run(["--version"]).kind == ""
-
-
-def test_one_that_waits_for_ever_is_seen():
-    with Pool() as impatient:
-        impatient.run(["--version"])
-        impatient.wait = 0.5
-        impatient.process.send_signal(signal.SIGSTOP)
-        began = time.monotonic()
-        assert impatient.run(["--version"]).kind == "hang"
-        assert time.monotonic() - began >= 0.5
+    monkeypatch.setattr(pool, "wait", 0.5)
+    pool.process.send_signal(signal.SIGSTOP)
+    began = time.monotonic()
+    assert pool.run(["--version"]).kind == "hang"
+    assert time.monotonic() - began >= 0.5
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,7 @@ def test_a_likelihood_ratio_is_measured_on_simulated_residuals_and_says_so(capsy
     assert not found["extrapolated"]
     # One window of n samples alone: 2 (1 - Phi(sqrt(2 h))) per sample, at 10 000 samples 7.6; six of them need more.
     assert 7.6 < found["threshold"] < 11.0
+    wish[wish.index("1 per 100 s")] = "1 per 10 s"
     assert main([*wish, "--rule", "likelihood-ratio"]) == 0
     assert "White residuals were simulated" in capsys.readouterr().out
 

@@ -14,7 +14,7 @@ from tierod.proving_ground import FrictionCourse
 
 @pytest.fixture(scope="module")
 def healthy() -> Recording:
-    return drive(minutes=8.0, seed=3)
+    return drive(minutes=4.0, seed=3)
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def test_a_healthy_drive_ends_with_zero_and_a_report_beside_the_user(place, heal
 
 
 def test_a_fault_ends_with_one(place, capsys):
-    write(drive(minutes=13.0, friction=FrictionCourse.step(4.0, 8.0, at=390.0), seed=1), "drive.parquet")
+    write(drive(minutes=6.0, friction=FrictionCourse.step(4.0, 10.0, at=180.0), seed=1), "drive.parquet")
     assert diagnose("drive.parquet", "--vehicle", "midsize-eps", "--no-report", "--json") == 1
     document = json.loads(capsys.readouterr().out)
     assert (document["status"], document["exit_code"]) == ("fault", 1)

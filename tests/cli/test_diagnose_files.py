@@ -17,7 +17,7 @@ from tierod.monitors.harness.run import Run
 def recordings(tmp_path_factory):
     """Drives by what they are."""
     folder = tmp_path_factory.mktemp("recordings")
-    drives = {"healthy": drive(minutes=8.0, seed=3), "faulty": drive(minutes=8.0, friction=12.0, seed=2)}
+    drives = {"healthy": drive(minutes=4.0, seed=3), "faulty": drive(minutes=4.0, friction=12.0, seed=2)}
     drives["short"] = Recording(drives["healthy"].channels).slice(0.0, 60.0)
     for name, recording in drives.items():
         write(recording, folder / f"{name}.parquet")
@@ -32,7 +32,7 @@ def place(tmp_path, monkeypatch):
 
 
 def diagnose(recording, *arguments):
-    return main(["diagnose", str(recording), "--vehicle", "midsize-eps", "--no-report", *arguments])
+    return main(["diagnose", str(recording), "--vehicle", "midsize-eps", "--no-report", "--no-spread", *arguments])
 
 
 def test_a_remark_says_whether_a_baseline_was_written_or_used(recordings, place, capsys):

@@ -44,8 +44,13 @@ def test_what_cannot_be_exported_is_refused_in_a_sentence(tmp_path, capsys, word
 
 
 @needs_fmpy
-@pytest.mark.parametrize("fmi", ["2", "3"])
-@pytest.mark.parametrize("what", ["plant", "driver", "assist"])
+@pytest.mark.parametrize(
+    ("what", "fmi"),
+    [
+        *(("plant", "3"), ("driver", "2"), ("assist", "3")),
+        *(pytest.param(*each, marks=pytest.mark.slow) for each in (("plant", "2"), ("driver", "3"), ("assist", "2"))),
+    ],
+)
 def test_what_a_scenario_drives_with_becomes_a_unit(tmp_path, capsys, what, fmi):
     words = ["export", "fmu", what, "--scenario", "weave-small-car", "--fmi", fmi, "-o", str(tmp_path / "a.fmu")]
     assert main(words) == 0

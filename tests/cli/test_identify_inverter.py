@@ -26,7 +26,7 @@ NAMES = (
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("inverter")
-    drive = to_and_fro(95, 9.0, inverter=Inverter(dead_time=1e-6, forward_drop=0.7, knee_current=2.5))
+    drive = to_and_fro(95, 5.0, inverter=Inverter(dead_time=1e-6, forward_drop=0.7, knee_current=2.5))
     channels = {
         name: Channel(name, drive.time, values, SIGNALS[name].unit)
         for name, values in zip(NAMES, drive.commanded.T, strict=True)

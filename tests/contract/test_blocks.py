@@ -17,10 +17,19 @@ from tierod.core.block import leaves, rebuild, skeleton, tuning, units, with_tun
 from tierod.core.graph import Stream, batch, scan, trace
 from tierod.core.graph.bank_graph import BankGraph
 from tierod.core.graph.compiler import compiler
-from tierod.core.graph.kernel import print_c
+from tierod.core.graph.kernel import _attempted, print_c
 from tierod.core.graph.printer import print_lanes
 
 COUNT = 600
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled_in_a_moment():
+    """What is printed counts here; kernels as shipped, which compile six times as long, run in core/graph."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TIEROD_CFLAGS", "-O0")
+        yield
+    _attempted.cache_clear()  # later tests of the same process run faster kernels
 
 
 def blocks() -> list[type]:
@@ -66,7 +75,7 @@ def test_it_is_frozen_and_its_signals_are_named(block):
     )
 
 
-def test_every_driver_gives_the_same_numbers(block, monkeypatch):
+def test_every_driver_gives_the_same_numbers(block):
     samples = samples_of(block)
     offline = scan(block, samples)
     live = Stream(block)
@@ -78,8 +87,6 @@ def test_every_driver_gives_the_same_numbers(block, monkeypatch):
     np.testing.assert_array_equal(pushed, offline.values)
     backwards = samples[::-1][:300]
     alone = (offline.values, scan(block, backwards).values)
-    # What is printed counts here; lanes as shipped, which compile six times as long, run in core/graph/test_drivers.py.
-    monkeypatch.setenv("TIEROD_CFLAGS", "-O0")
     for number, lane in enumerate(batch(block, [samples, backwards] * 8)):
         np.testing.assert_array_equal(lane.values, alone[number % 2])
 

@@ -87,18 +87,25 @@ def imports(path):
 
 
 def found_in(tree, path):
-    late = {id(inner) for node in ast.walk(tree) if is_late(node) for inner in ast.walk(node) if inner is not node}
     package = module_of(path).split(".")
     package = package if path.name == "__init__.py" else package[:-1]
-    for node in ast.walk(tree):
+    for node, at_once in statements(tree.body):
         if isinstance(node, ast.Import):
             for alias in node.names:
-                yield alias.name, id(node) not in late, node.lineno
+                yield alias.name, at_once, node.lineno
         elif isinstance(node, ast.ImportFrom):
             base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
             stem = ".".join(filter(None, (base, node.module)))
             for alias in node.names:
-                yield f"{stem}.{alias.name}", id(node) not in late, node.lineno
+                yield f"{stem}.{alias.name}", at_once, node.lineno
+
+
+def statements(nodes, at_once=True):
+    """Every statement with whether it runs on import; expressions, which hold none, are not searched."""
+    for node in nodes:
+        yield node, at_once
+        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+            yield from statements(getattr(node, part, ()), at_once and not is_late(node))
 
 
 def is_late(node):

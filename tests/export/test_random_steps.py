@@ -51,7 +51,7 @@ def test_random_steps_give_the_same_bits(tmp_path, precision):
 @needs_gcc
 @pytest.mark.parametrize(("precision", "validity"), [("double", True), ("single", False)])
 def test_random_steps_that_are_cut_often_give_the_same_bits(tmp_path, short, precision, validity):
-    seeds = range(TOGETHER, 3 * TOGETHER)
+    seeds = range(TOGETHER, 2 * TOGETHER)
     assert wrong_seeds(seeds, tmp_path, "gcc", ("-O1",), precision=precision, validity=validity) == []
 
 

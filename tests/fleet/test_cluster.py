@@ -129,9 +129,10 @@ def test_a_cluster_without_tierod_is_one_sentence(tmp_path):
 
 
 def test_a_scheduler_that_does_not_answer_or_has_no_workers_is_one_sentence(tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "PATIENCE", 2.0)
+    monkeypatch.setattr(cluster, "PATIENCE", 0.2)
     with pytest.raises(ParameterError, match=r"the Dask scheduler tcp://127.0.0.1:1 does not answer"):
         Cluster("tcp://127.0.0.1:1").__enter__()
+    monkeypatch.setattr(cluster, "PATIENCE", 2.0)
     lonely = Processes(tmp_path)
     try:
         with pytest.raises(ParameterError, match="has no workers; start some with: dask worker"):

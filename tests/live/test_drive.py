@@ -339,7 +339,7 @@ def test_a_report_of_the_drive_so_far_is_said_when_it_is_there_or_failed(tmp_pat
     assert "begin with --log" in events[-1]["text"]
     driven(drive, inbox, frames_of_drive(tmp_path, 8.0))
     dbc = tmp_path / ("car.dbc" if good else "none.dbc")
-    drive.interim.words = ["--vehicle", "midsize-eps", "--monitor", "all", "--dbc", str(dbc)]
+    drive.interim.words = ["--vehicle", "midsize-eps", "--monitor", "friction", "--dbc", str(dbc)]
     drive.interim.make()
     drive.interim.make()
     assert "is being made" in events[-1]["text"]

@@ -29,8 +29,11 @@ def driven(model, car, inputs, seconds, step=0.01, start=None, count=0):
     return x, model.output(x, inputs, p)
 
 
-@pytest.mark.parametrize("speed", [5.0, 25.0, 40.0])
-@pytest.mark.parametrize("step", [0.001, 0.01])
+@pytest.mark.parametrize(
+    ("step", "speed"),
+    [(0.01, 5.0), (0.01, 25.0), (0.01, 40.0), (0.001, 40.0)]
+    + [pytest.param(0.001, speed, marks=pytest.mark.slow) for speed in (5.0, 25.0)],
+)
 def test_it_turns_steadily_as_the_single_track(speed, step):
     steer = 0.002
     x, y = driven(lateral_motion(), CAR, Driven(speed, 0.0, steer), 6.0, step)
@@ -42,8 +45,10 @@ def test_it_turns_steadily_as_the_single_track(speed, step):
     assert y.lateral_acceleration == pytest.approx(speed * yaw_rate * (1.0 + CAR.roll_share), rel=2e-3)
 
 
-@pytest.mark.parametrize("step", [0.001, 0.01])
-@pytest.mark.parametrize("roll", [False, True])
+@pytest.mark.parametrize(
+    ("step", "roll"),
+    [(0.01, False), (0.01, True), (0.001, True), pytest.param(0.001, False, marks=pytest.mark.slow)],
+)
 def test_it_comes_to_the_motion_of_rolling_wheels_at_walking_pace(step, roll):
     x, y = driven(lateral_motion(roll=roll), CAR, Driven(0.6, 0.0, 0.4), 8.0, step)
     assert y.yaw_rate == pytest.approx(0.6 * math.tan(0.4) / 2.64, rel=0.02)

@@ -66,7 +66,7 @@ def test_friction_that_rises_half_way_is_a_fault_since_then(rising):
     assert finding.estimate.value == pytest.approx(8.0, abs=0.4)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(each, marks=pytest.mark.slow) for each in (2, 3))])
 def test_the_baseline_dates_a_fault_to_the_window_it_begins_in(seed):
     course = FrictionCourse.step(4.0, 12.5, at=390.0)
     finding = diagnose(
@@ -177,10 +177,10 @@ def test_work_follows_the_samples_not_their_stamps(healthy):
     run.session.absorb = lambda aligned: lengths.append(len(aligned.time)) or absorb(aligned)
     run.add(healthy.slice(stop=60.0))
     rest = healthy.slice(60.0, 62.0)
-    for hour in range(1, 100):
+    for hour in range(1, 25):
         run.add(later(rest, 0.0, 3600.0 * hour).slice(3600.0 * hour + 60.0, 3600.0 * hour + 60.02))
-    assert sum(lengths) < 100.0 * (60.0 + 3600.0 + 600.0 + 100 * 11.0)
-    assert run.finish().recording["duration_s"] == pytest.approx(99 * 3600.0 + 60.0, abs=1.0)
+    assert sum(lengths) < 100.0 * (60.0 + 3600.0 + 600.0 + 25 * 11.0)
+    assert run.finish().recording["duration_s"] == pytest.approx(24 * 3600.0 + 60.0, abs=1.0)
 
 
 def test_a_recording_that_is_too_slow_is_refused_though_every_piece_holds_one_sample(healthy):

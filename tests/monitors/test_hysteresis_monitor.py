@@ -17,7 +17,13 @@ from tierod.vehicles import load
 
 @pytest.mark.parametrize("support", MONITORS["hysteresis"].variants)
 @pytest.mark.parametrize(
-    ("added", "status"), [(0.0, Status.HEALTHY), (1.5, Status.RISING), (4.0, Status.FAULT), (8.5, Status.FAULT)]
+    ("added", "status"),
+    [
+        (0.0, Status.HEALTHY),
+        (1.5, Status.RISING),
+        (4.0, Status.FAULT),
+        pytest.param(8.5, Status.FAULT, marks=pytest.mark.slow),
+    ],
 )
 def test_the_increase_over_the_unfaulted_loop_is_found(tmp_path, support, added, status):
     level, hoist = tmp_path / "level.json", support == "hoist"

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tierod.io.readers import read
+
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "examples" / "tierod-wheel-imbalance"
 
@@ -49,6 +51,22 @@ def tierod(folder, *arguments, site, code=0):
     return run([sys.executable, "-m", "tierod", *arguments], folder, *sites, code=code)
 
 
+SEVERAL = """
+import contextlib, io, json, sys
+from tierod.cli import main
+for words in json.loads(sys.argv[1]):
+    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as err:
+        code = main(words)
+    print(json.dumps([code, out.getvalue(), err.getvalue()]))
+"""
+
+
+def several(folder, commands, *sites):
+    """(exit code, stdout, stderr) of each of some commands, which are run by one process after one another."""
+    lines = run([sys.executable, "-c", SEVERAL, json.dumps(commands)], folder, *sites)[0].splitlines()
+    return [json.loads(line) for line in lines]
+
+
 def python(folder, text, *sites, code=0):
     return run([sys.executable, "-c", text], folder, *sites, code=code)
 
@@ -66,11 +84,6 @@ def package(folder, name, group, point, value, text=""):
 def test_every_part_of_the_sample_is_used(installed, tmp_path):
     python(tmp_path, f"{DRIVE}\ntierod.write(drive, 'drive.wim')", installed)
     assert (tmp_path / "drive.wim").read_text(encoding="utf-8").startswith("WIM 1\n")
-    listed = json.loads(tierod(tmp_path, "monitors", "--json", site=installed)[0])["monitors"]
-    packages = {each["name"]: each["package"] for each in listed}
-    assert packages["wheel-imbalance"] == "tierod-wheel-imbalance 0.1.0"
-    assert packages["friction"] == "tierod"
-    assert "Package: tierod-wheel-imbalance 0.1.0" in tierod(tmp_path, "monitors", "wheel-imbalance", site=installed)[0]
     result = tierod(
         tmp_path, "diagnose", "drive.wim", "--vehicle", "balancing-car", "--json", "--memory", "m.json", site=installed,
         code=1,
@@ -80,23 +93,31 @@ def test_every_part_of_the_sample_is_used(installed, tmp_path):
     assert finding["status"] == "fault"
     assert finding["estimate"]["value"] == pytest.approx(0.3, abs=0.05)
     assert (tmp_path / "drive-wheel-imbalance.html").is_file()
-    run_again = ("diagnose", "drive.wim", "--vehicle", "balancing-car", "--monitor", "wheel-imbalance", "--no-report")
-    tierod(tmp_path, *run_again, site=installed, code=1)
-    inspected = json.loads(tierod(tmp_path, "inspect", "drive.wim", "--json", site=installed)[0])
+    commands = ["monitors --json", "monitors wheel-imbalance", "formats --json", "inspect drive.wim --json",
+                "diagnose drive.wim --vehicle balancing-car --monitor wheel-imbalance --no-report"]  # fmt: skip
+    done = several(tmp_path, [each.split() for each in commands], installed)
+    assert [code for code, *_ in done] == [0, 0, 0, 0, 1], done
+    listed, shown, formats, inspected = [out for _, out, _ in done[:4]]
+    packages = {each["name"]: each["package"] for each in json.loads(listed)["monitors"]}
+    assert packages["wheel-imbalance"] == "tierod-wheel-imbalance 0.1.0"
+    assert packages["friction"] == "tierod"
+    assert "Package: tierod-wheel-imbalance 0.1.0" in shown
+    inspected = json.loads(inspected)
     assert inspected["metadata"]["format"] == "WIM"
     assert {each["name"]: each["can_run"] for each in inspected["monitors"]}["wheel-imbalance"]
-    formats = json.loads(tierod(tmp_path, "formats", "--json", site=installed)[0])
+    formats = json.loads(formats)
     assert ["wim", "WIM (.wim)", "tierod-wheel-imbalance 0.1.0"] in [[*each.values()] for each in formats["read"]]
     assert formats["written"][-1]["ending"] == ".wim"
 
 
 def test_vehicle_fault_and_scenario_stand_in_the_lists(installed, tmp_path):
-    for command, name in (("vehicles", "balancing-car"), ("faults", "shaken-torque"), ("scenarios", "motorway-shaken")):
-        assert name in tierod(tmp_path, command, site=installed)[0]
-        assert name in tierod(tmp_path, command, name, site=installed)[0]
-    tierod(tmp_path, "simulate", "motorway-shaken", "-o", "drive.parquet", site=installed)
-    report = json.loads(tierod(tmp_path, "inspect", "drive.parquet", "--json", site=installed)[0])
-    assert "driver_torque" in {each["name"] for each in report["channels"]}
+    kinds = (("vehicles", "balancing-car"), ("faults", "shaken-torque"), ("scenarios", "motorway-shaken"))
+    commands = [words for kind, name in kinds for words in ([kind], [kind, name])]
+    simulation = ["simulate", "motorway-shaken", "-o", "drive.parquet"]
+    for words, (code, out, _) in zip(commands, several(tmp_path, [*commands, simulation], installed), strict=False):
+        assert code == 0
+        assert dict(kinds)[words[0]] in out
+    assert "driver_torque" in read(tmp_path / "drive.parquet").names
 
 
 def test_a_monitor_is_run_as_an_object(installed, tmp_path):
@@ -110,38 +131,44 @@ assert found[0].findings[0].status is tierod.Status.FAULT
     python(tmp_path, text, installed)
 
 
-@pytest.mark.parametrize(
-    ("value", "text", "sentence"),
-    [
-        ("broken:MONITOR", "import no_such_library", "cannot be imported (ModuleNotFoundError: No module"),
-        ("broken:MONITOR", "", "cannot be imported (AttributeError"),
-        ("broken:MONITOR", "raise SystemExit('stop')", "cannot be imported (SystemExit: stop)"),
-        ("broken:MONITOR", "MONITOR = object()", "is of the type 'object'; expected a tierod.Monitor"),
-        (
-            "broken:MONITOR",
-            "from tierod import Monitor\nMONITOR = Monitor('broken', '', '', '', (), (), 1.0, 1.0, 1.0, {}, None)",
-            "has no variant",
-        ),
-        (
-            "broken:MONITOR",
-            "from tierod import Monitor, Variant\n"
-            "MONITOR = Monitor('other', '', '', '', (), (), 1.0, 1.0, 1.0, {'a': Variant('a', '', '', print)}, 'a')",
-            "calls itself 'other'",
-        ),
-    ],
-)  # fmt: skip
-def test_a_broken_monitor_is_named_with_its_package_and_all_else_goes_on(tmp_path, value, text, sentence):
-    site = package(tmp_path / "site", "broken-package", "tierod.monitors", "broken", value, text)
-    out, said = tierod(tmp_path, "monitors", "--json", site=site)
-    assert "friction" in {each["name"] for each in json.loads(out)["monitors"]}
-    assert said.startswith("tierod: the monitor 'broken' of the package broken-package 1.0 ")
-    assert sentence in said
-    assert "pip uninstall broken-package" in said
-    assert said.count("\n") == 1
-    said = tierod(tmp_path, "monitors", "broken", site=site, code=3)[1]
-    assert sentence in said
-    assert said.count("\n") == 1
-    assert tierod(tmp_path, "monitors", "friction", site=site)[1] == ""
+BROKEN = (
+    ("import no_such_library", "cannot be imported (ModuleNotFoundError: No module"),
+    ("", "cannot be imported (AttributeError"),
+    ("raise SystemExit('stop')", "cannot be imported (SystemExit: stop)"),
+    ("MONITOR = object()", "is of the type 'object'; expected a tierod.Monitor"),
+    (
+        "from tierod import Monitor\nMONITOR = Monitor('broken-4', '', '', '', (), (), 1.0, 1.0, 1.0, {}, None)",
+        "has no variant",
+    ),
+    (
+        "from tierod import Monitor, Variant\n"
+        "MONITOR = Monitor('other', '', '', '', (), (), 1.0, 1.0, 1.0, {'a': Variant('a', '', '', print)}, 'a')",
+        "calls itself 'other'",
+    ),
+)
+"""Texts of modules that should hold a monitor, and what is said of each."""
+
+
+def test_broken_monitors_are_named_with_their_package_and_all_else_goes_on(tmp_path):
+    site = tmp_path / "site"
+    for number, (text, _) in enumerate(BROKEN):
+        value = f"broken{number}:MONITOR"
+        package(site, f"broken-package-{number}", "tierod.monitors", f"broken-{number}", value, text)
+    names = ["monitors --json", *(f"monitors broken-{number}" for number in range(len(BROKEN))), "monitors friction"]
+    listed, *each, friction = several(tmp_path, [name.split() for name in names], site)
+    assert "friction" in {monitor["name"] for monitor in json.loads(listed[1])["monitors"]}
+    assert sorted(listed[2].splitlines()) == listed[2].splitlines()
+    for number, (line, (code, _, said)) in enumerate(zip(listed[2].splitlines(), each, strict=True)):
+        sentence = BROKEN[number][1]
+        begin = f"tierod: the monitor 'broken-{number}' of the package broken-package-{number} 1.0 "
+        assert line.startswith(begin)
+        assert sentence in line
+        assert f"pip uninstall broken-package-{number}" in line
+        assert code == 3
+        assert sentence in said
+        assert said.count("\n") == 1
+    assert friction[0] == 0
+    assert friction[2] == ""
 
 
 def test_a_session_that_lacks_a_part_is_named(tmp_path):
@@ -191,7 +218,7 @@ def test_a_reader_that_fails_is_named(tmp_path, open_, recognises, code, sentenc
     site = package(tmp_path / "site", "odd-reader", "tierod.readers", "odd", "odd:READER", text)
     rows = "".join(f"{step / 10.0},{step % 3}\n" for step in range(20))
     (tmp_path / "drive.odd").write_text(
-        ("ODD\n" if code else "") + "time [s],yaw_rate [rad/s]\n" + rows, encoding="utf-8"
+        ("ODD\n" if code else "") + "time [s],driver_torque [N*m]\n" + rows, encoding="utf-8"
     )
     said = tierod(tmp_path, "inspect", "drive.odd", site=site, code=code)[1]
     assert sentence in said

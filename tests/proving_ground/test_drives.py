@@ -22,6 +22,7 @@ def test_constant_step_and_ramp():
     time = (0.0, 9.999, 10.0, 15.0, 20.0, 30.0)
     np.testing.assert_array_equal(level(FrictionCourse.constant(4.0), *time), 4.0)
     np.testing.assert_array_equal(level(FrictionCourse.step(4.0, 8.0, 10.0), *time), [4, 4, 8, 8, 8, 8])
+    np.testing.assert_array_equal(level(FrictionCourse.step(4, 8, 10), *time), [4, 4, 8, 8, 8, 8])
     np.testing.assert_allclose(level(FrictionCourse.ramp(4.0, 8.0, 10.0, 20.0), *time), [4, 4, 4, 6, 8, 8])
 
 
@@ -71,7 +72,7 @@ def test_canonical_channels_at_100_hz_in_their_units(healthy):
         channel = healthy[name]
         assert channel.unit == SIGNALS[name].unit
         assert len(channel.values) == len(channel.time) == 78_000
-        assert np.diff(channel.time) == pytest.approx(0.01)
+        np.testing.assert_allclose(np.diff(channel.time), 0.01, rtol=1e-6, equal_nan=False)
         assert np.all(np.isfinite(channel.values))
         low, high = SIGNALS[name].plausible
         assert low < channel.values.min() < channel.values.max() < high
@@ -79,13 +80,20 @@ def test_canonical_channels_at_100_hz_in_their_units(healthy):
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(("level", "dahl_angle"), [(4.0, 0.3), (8.0, 1.0), (12.5, 3.0)])
-def test_gate_of_the_paper_is_open_about_a_third_of_the_time_and_more_with_much_friction(seed, level, dahl_angle):
+@pytest.mark.parametrize(
+    ("level", "dahl_angle"),
+    [*(pytest.param(*each, marks=pytest.mark.slow) for each in ((4.0, 0.3), (8.0, 1.0))), (12.5, 3.0)],
+)
+def test_gate_of_the_paper_is_open_about_a_third_of_the_time_and_more_with_much_friction(
+    healthy, seed, level, dahl_angle
+):
     car = EpsCar()
     friction = DryFriction(law=Dahl(math.radians(dahl_angle)))
     car = replace(car, steering=replace(car.steering, friction=friction))
-    enabled = gate(drive(car, friction=level, seed=seed))
-    assert 0.28 <= np.mean(enabled) <= 0.52
+    recording = drive(car, friction=level, seed=seed)
+    assert 0.28 <= np.mean(gate(healthy)) <= 0.52
+    assert 0.28 <= np.mean(gate(recording)) <= 0.52
+    require_on_road(recording)
 
 
 def test_turning_is_balanced(healthy):
@@ -115,10 +123,13 @@ def test_city_country_and_motorway_are_driven(healthy):
 
 
 def test_car_stays_near_the_road_and_below_the_limit_of_adhesion(healthy):
-    faulty = drive(friction=12.5, seed=1)
-    for recording in (healthy, faulty):
-        assert np.max(np.abs(recording["truth_lateral_offset"].values)) < 3.0
-        assert np.max(np.abs(recording["lateral_acceleration"].values)) < 6.0
+    """With little friction; with more, the test of the gate asks for it."""
+    require_on_road(healthy)
+
+
+def require_on_road(recording):
+    assert np.max(np.abs(recording["truth_lateral_offset"].values)) < 3.0
+    assert np.max(np.abs(recording["lateral_acceleration"].values)) < 6.0
 
 
 def test_same_seed_same_bits_and_another_seed_another_drive():
@@ -141,7 +152,7 @@ def test_a_drive_in_pieces_is_one_drive():
     recording = drive(minutes=1.2, seed=3, sensors=IDEAL)
     angle = recording["steering_wheel_angle"].values
     rate = recording["steering_wheel_rate"].values
-    assert np.diff(angle) == pytest.approx(0.005 * (rate[1:] + rate[:-1]), abs=2e-4)
+    np.testing.assert_allclose(np.diff(angle), 0.005 * (rate[1:] + rate[:-1]), rtol=0.0, atol=2e-4, equal_nan=False)
 
 
 def test_friction_step_comes_at_its_time():

@@ -121,14 +121,14 @@ def test_settled_it_is_the_stationary_smoother():
 
 def test_a_pendulum_is_known_better_afterwards():
     p = PendulumParameters()
-    long = remember(Pendulum, 10, Pendulum.State._fields[0])
+    long = remember(Pendulum, 4, Pendulum.State._fields[0])
     assert units(long.State)[2] == units(Pendulum.State)[0]
     for kind in (KalmanFilter, UnscentedFilter):
-        block = kind(long, p, (0.5, *[0.0] * 11), (0.2,) * 12, (1e-4, 1e-4, *[None] * 10), (0.01, 0.02))
+        block = kind(long, p, (0.5, *[0.0] * 5), (0.2,) * 6, (1e-4, 1e-4, *[None] * 4), (0.01, 0.02))
         found = scan(block, np.random.default_rng(2).normal(size=(80, 3)) * 0.1)
         angle = Pendulum.State._fields[0]
-        assert found[f"variance.{angle}_10_ago"][70] < found[f"variance.{angle}"][60]
-        assert np.isfinite(found[f"mean.{angle}_10_ago"]).all()
+        assert found[f"variance.{angle}_4_ago"][64] < found[f"variance.{angle}"][60]
+        assert np.isfinite(found[f"mean.{angle}_4_ago"]).all()
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
+from driven import lock_to_lock as virtual_turn
 from methods.identification.lock_to_lock import DAMPING, GEAR, INERTIA, lock_to_lock
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Channel, Recording
 from tierod.methods.identification.hysteresis import HysteresisIdentification, friction_increase
 from tierod.methods.identification.lock_to_lock import Loop, Motion, work_balance
-from tierod.proving_ground import lock_to_lock as virtual_turn
 from tierod.vehicles import load
 
 IDENTIFICATION = HysteresisIdentification(GEAR, INERTIA, DAMPING, damping_deviation=0.2)

@@ -26,14 +26,14 @@ def outcome(recording, gain=1.0):
 
 
 @pytest.mark.parametrize("seed", [3, *(pytest.param(each, marks=pytest.mark.slow) for each in (4, 5))])
-@pytest.mark.parametrize("friction", [2.0, 4.0, 8.0])
+@pytest.mark.parametrize("friction", [2.0, *(pytest.param(each, marks=pytest.mark.slow) for each in (4.0, 8.0))])
 def test_friction_is_noticed_in_two_minutes(seed, friction):
     found = outcome(drive(minutes=2.0, friction=friction, seed=seed), gain=250.0)
     assert found.present, found
     assert found.share > 0.5
 
 
-@pytest.mark.parametrize("seed", [3, 4, 5, 6])
+@pytest.mark.parametrize("seed", [3, 4, *(pytest.param(each, marks=pytest.mark.slow) for each in (5, 6))])
 def test_without_friction_nothing_is_noticed(seed):
     found = outcome(drive(minutes=2.0, friction=1e-3, seed=seed))
     assert not found.present, found

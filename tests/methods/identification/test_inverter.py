@@ -1,7 +1,7 @@
 """Loss and knee of the bench's inverter, 1 us of dead time and 0.7 V of drop, from its commands."""
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ MOTOR = (0.05, 1e-4, 0.0085)
 NAMES = ("motor_current_alpha", "motor_current_beta", "motor_target_voltage_alpha", "motor_target_voltage_beta")
 
 
-@lru_cache(maxsize=4)
+@cache
 def recorded(seed, knee=1.0, drop=0.7, dead_time=1e-6, seconds=6.0):
     drive = to_and_fro(seed, seconds, inverter=Inverter(dead_time=dead_time, forward_drop=drop, knee_current=knee))
     columns = dict(zip((*NAMES, "motor_angle_mechanical"), drive.commanded.T, strict=True))

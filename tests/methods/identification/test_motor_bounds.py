@@ -35,7 +35,7 @@ def seen(errors=1.0, resistance=R, seed=1):
     )
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_the_truth_lies_within_and_the_box_is_narrow(seed):
     box = guaranteed_motor([seen(seed=seed)], PAIRS, BOUNDS)
     true = np.array([R, L, PSI])

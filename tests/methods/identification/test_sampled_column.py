@@ -90,28 +90,25 @@ def test_the_rounded_column_has_no_jump_where_the_motor_reverses():
     ],
 )
 def test_sensitivities_agree_with_differences(name):
+    """Of the parameter, and of the first state: of the torsion bar, away from the kink of the friction at rest."""
     torque = (0.35 * np.sin(2.0 * np.pi * 2.0 * np.arange(600) * 1e-3))[:, None]
+    turning = (0.5, 9.0, 0.5, 0.0, 0.0, 0.0, 0.2)
 
-    def block(factor):
+    def block(factor=1.0, step=0.0):
         changed = replace(BENCH, **{name: getattr(BENCH, name) * factor})
-        return Simulation(SampledColumn, changed, (0.0,) * 7, (name,), (4,))
+        return Simulation(SampledColumn, changed, (*turning[:4], step, *turning[5:]), (name,), (4,))
 
-    exact = scan(block(1.0), torque)
-    ahead, behind = (scan(block(factor), torque).values[:, :3] for factor in (1.0 + 1e-5, 1.0 - 1e-5))
-    differences = (ahead - behind) / (2e-5 * getattr(BENCH, name))
-    found = exact.values[:, 3:].reshape(-1, 3, 2)[:, :, 0]
-    for output in range(3):
-        size = np.max(np.abs(differences[:, output]))
-        np.testing.assert_allclose(found[:, output], differences[:, output], atol=2e-3 * size)
+    def difference(**changes):
+        ahead, behind = (
+            scan(block(**{what: start + side * size}), torque).values[:, :3]
+            for what, (start, size) in changes.items()
+            for side in (1.0, -1.0)
+        )
+        return ahead - behind
 
-
-def test_sensitivity_to_the_first_state_agrees_with_differences():
-    torque = (0.35 * np.sin(2.0 * np.pi * 2.0 * np.arange(400) * 1e-3))[:, None]
-    turning = (0.5, 9.0, 0.5, 0.0, 0.0, 0.0, 0.2)  # away from the kink of the friction at rest
-    exact = scan(Simulation(SampledColumn, BENCH, turning, (), (4,)), torque).values[:, 3:]
-    ahead, behind = (
-        scan(Simulation(SampledColumn, BENCH, (*turning[:4], step, *turning[5:])), torque).values[:, :3]
-        for step in (1e-6, -1e-6)
-    )
-    differences = (ahead - behind) / 2e-6
-    np.testing.assert_allclose(exact, differences, atol=2e-3 * np.max(np.abs(differences)))
+    found = scan(block(), torque).values[:, 3:].reshape(-1, 3, 2)
+    expected = difference(factor=(1.0, 1e-5)) / (2e-5 * getattr(BENCH, name)), difference(step=(0.0, 1e-6)) / 2e-6
+    for place, differences in enumerate(expected):
+        for output in range(3):
+            size = np.max(np.abs(differences[:, output]))
+            np.testing.assert_allclose(found[:, output, place], differences[:, output], atol=2e-3 * size)

@@ -23,13 +23,19 @@ FREE = ("steering_ratio", "front_cornering_stiffness")
 SENSORS = SensorSet.production().only((*CHANNELS, "longitudinal_acceleration"))
 
 
-def driven(name="midsize-eps", seed=11):
-    return drive(load_car(name).block, 3.0, seed=seed, sensors=SENSORS, roads=(City(), Country()))
+def driven(name="midsize-eps", seed=11, minutes=2.0):
+    return drive(load_car(name).block, minutes, seed=seed, sensors=SENSORS, roads=(City(), Country()))
 
 
 @pytest.fixture(scope="module")
 def recording():
     return driven()
+
+
+@pytest.fixture(scope="module")
+def short(recording):
+    """Its first 75 s."""
+    return recording.slice(stop=recording.span[0] + 75.0)
 
 
 def known_but(vehicle, *names):
@@ -84,9 +90,9 @@ def test_noises_of_the_sensors_and_the_zeros_of_the_drive(found):
         assert abs(value - truth) < 3.0 * deviation
 
 
-def test_what_a_drive_does_not_show_stays_and_says_what_to_drive(recording, guess):
+def test_what_a_drive_does_not_show_stays_and_says_what_to_drive(short):
     open_ = known_but(load("midsize-eps"), *FREE, "tyre_friction", "mass")
-    result = identify_vehicle({"drive": recording}, open_)
+    result = identify_vehicle({"drive": short}, open_)
     kinds = {each.name: each for each in result.judged}
     assert kinds["steering_ratio"].kind == LEARNT
     assert kinds["tyre_friction"].kind == NOT_SEEN
@@ -96,11 +102,11 @@ def test_what_a_drive_does_not_show_stays_and_says_what_to_drive(recording, gues
     assert "weigh the car" in kinds["mass"].text
 
 
-def test_a_drive_at_the_limit_of_grip_is_refused(recording, guess):
+def test_a_drive_at_the_limit_of_grip_is_refused(short, guess):
     """The same drive on tyres of a fifth of the friction would be one."""
     tyres = Parameter("tyre_friction", 0.2, "", 0.0, "assumed")
     icy = dataclasses.replace(guess, parameters={**guess.parameters, "tyre_friction": tyres})
-    result = identify_vehicle({"drive": recording}, icy)
+    result = identify_vehicle({"drive": short}, icy)
     assert result.doubt.startswith("drive is driven at the limit of grip")
     assert "identify from ordinary drives" in result.doubt
 
@@ -117,14 +123,14 @@ def test_with_a_wheelbase_both_distances_are_found_together(recording):
     assert abs(found["rear_distance"].value - 1.69) < 0.7 * abs(1.55 - 1.69)
 
 
-def test_a_drive_that_identifies_nothing_is_said(recording, guess):
-    result = identify_vehicle({"drive": recording}, guess, ("relaxation_length",))
+def test_a_drive_that_identifies_nothing_is_said(short, guess):
+    result = identify_vehicle({"drive": short}, guess, ("relaxation_length",))
     assert "identify nothing" in result.doubt
 
 
-def test_a_file_that_contradicts_the_drives_is_said_with_both_values(recording, guess):
+def test_a_file_that_contradicts_the_drives_is_said_with_both_values(short, guess):
     wrong = changed(guess, steering_ratio=(0.045, 0.0005))
-    result = identify_vehicle({"drive": recording}, wrong)
+    result = identify_vehicle({"drive": short}, wrong)
     assert "steering_ratio is 0.045 ± 0.0005 before, 0.06" in result.doubt
     assert "channel map" in result.doubt
 
@@ -161,9 +167,8 @@ def test_parameters_that_drives_show_only_together_contradict_together():
     assert found[0].together == pytest.approx(5.3, abs=0.1)
 
 
-def test_drives_of_two_cars_are_found_and_the_odd_one_is_named(recording, guess):
-    whole = {"first": recording, "other": driven("small-eps", 12), "second": driven(seed=13)}
-    drives = {name: each.slice(stop=each.span[0] + 75.0) for name, each in whole.items()}
+def test_drives_of_two_cars_are_found_and_the_odd_one_is_named(short, guess):
+    drives = {"first": short, "other": driven("small-eps", 12, 1.0), "second": driven(seed=13, minutes=1.0)}
     result = identify_vehicle(drives, guess)
     assert result.doubt.startswith("other is of another car")
     assert result.odd is not None

@@ -41,9 +41,9 @@ def declared(diagnosis):
     return [each.name for each in diagnosis.elements if each.status in (Status.FAULT, Status.SUSPECT)]
 
 
-def spiked(values, size):
+def spiked(values):
     values = values.copy()
-    values[np.random.default_rng(3).choice(len(values), 8, replace=False)] = size
+    values[np.random.default_rng(3).choice(len(values), 9, replace=False)] = 3 * [1e300, -1e12, np.inf]
     return values
 
 
@@ -125,18 +125,23 @@ def test_the_result_does_not_depend_on_the_cuts(off, cuts):
     }
 
 
-@pytest.mark.parametrize("size", [1e300, -1e12, np.inf])
 @pytest.mark.parametrize("name", [ACROSS, ALONG, "yaw_rate", TARGETS[0]])
-def test_an_impossible_value_is_removed_before_it_decides_and_is_named(drive, name, size):
-    diagnosis, _ = diagnosed(changed(drive, **{name: spiked(drive[name].values, size)}))
+def test_an_impossible_value_is_removed_before_it_decides_and_is_named(drive, name):
+    diagnosis, _ = diagnosed(changed(drive, **{name: spiked(drive[name].values)}))
     finding = diagnosis.findings[0]
     assert declared(diagnosis) == []
     assert finding.status is Status.HEALTHY
-    assert any(f"impossible values of {name.replace('_', ' ')}" in each for each in finding.warnings)
+    assert any(f"9 impossible values of {name.replace('_', ' ')}" in each for each in finding.warnings)
 
 
-@pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("factor", [-1.0, 0.0, 2.0])
+@pytest.mark.parametrize(
+    ("target", "factor"),
+    [
+        *((target, -1.0) for target in TARGETS),
+        *((target, factor) for target in TARGETS[::2] for factor in (0.0, 2.0)),
+        *(pytest.param(target, factor, marks=pytest.mark.slow) for target in TARGETS[1::2] for factor in (0.0, 2.0)),
+    ],
+)
 def test_a_wrong_target_is_named_as_a_cause(drive, target, factor):
     diagnosis, _ = diagnosed(changed(drive, SINCE, **{target: factor * drive[target].values}))
     finding = diagnosis.findings[0]

@@ -11,6 +11,9 @@ from tierod.monitors.friction.signals import SteeringSample
 from tierod.papers.friction import cases
 from tierod.proving_ground import FrictionCourse
 
+MINUTES = 9.0
+"""Duration of a drive [min]."""
+
 
 @dataclass(frozen=True)
 class Case:
@@ -34,7 +37,7 @@ class Case:
     law: str = "Dahl"
     rate_noise: float = 0.01
     scatter: str = "none"
-    minutes: float = 13.0
+    minutes: float = MINUTES
 
     def recording(self) -> Recording:
         """The drive as sensors see it."""

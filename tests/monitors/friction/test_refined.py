@@ -26,7 +26,7 @@ def settled(monitor, drive, after: float = 50.0) -> np.ndarray:
     return run["friction_torque"][enabled_seconds(run["enabled"]) > after]
 
 
-@pytest.mark.parametrize("friction", [4.0, pytest.param(8.0, marks=pytest.mark.slow), 12.5])
+@pytest.mark.parametrize("friction", [4.0, *(pytest.param(each, marks=pytest.mark.slow) for each in (8.0, 12.5))])
 @pytest.mark.parametrize("preset", ["printed_open", "consistent", "unscented"])
 def test_coulomb_friction_is_found_without_bias(preset, friction):
     values = settled(PRESETS[preset](CAR), driven(friction, dahl_degrees=0.01, minutes=26.0), after=300.0)
@@ -40,12 +40,13 @@ def test_the_literal_process_noise_reads_high_on_coulomb_friction():
 
 
 @pytest.mark.parametrize(
-    "preset", [each if each == "consistent" else pytest.param(each, marks=pytest.mark.slow) for each in PRESETS]
+    ("preset", "seeds"),
+    [("consistent", (1,)), *(pytest.param(each, (1, 2, 3), marks=pytest.mark.slow) for each in PRESETS)],
 )
-def test_dahl_friction_of_one_degree_is_found_within_known_bounds(preset):
+def test_dahl_friction_of_one_degree_is_found_within_known_bounds(preset, seeds):
     monitor = PRESETS[preset](CAR)
-    healthy = np.concatenate([settled(monitor, driven(4.0, seed)) for seed in (1, 2, 3)])
-    faulty = np.concatenate([settled(monitor, driven(12.5, seed)) for seed in (1, 2, 3)])
+    healthy = np.concatenate([settled(monitor, driven(4.0, seed)) for seed in seeds])
+    faulty = np.concatenate([settled(monitor, driven(12.5, seed)) for seed in seeds])
     assert 3.2 < np.mean(healthy) < 4.6
     assert 10.0 < np.mean(faulty) < 13.0
     assert max(np.std(healthy), np.std(faulty)) <= 1.0
@@ -112,7 +113,7 @@ def test_consistent_covariance_sees_a_step_sooner():
 
 
 def test_innovations_are_consistent_with_their_variance_where_noise_is_right():
-    run = scan(printed_open(CAR), driven(4.0, dahl_degrees=0.01))
+    run = scan(printed_open(CAR), driven(4.0, dahl_degrees=0.01, minutes=26.0))
     assert 1.0 < np.mean(run["nis"][5000:]) < 6.0
     assert np.all(run["present"] == 3.0)
 
@@ -181,7 +182,7 @@ def test_the_gate_with_a_speed_asks_for_the_speed():
     drive = driven(4.0)
     run, always = scan(slow, drive), scan(consistent(CAR), drive)
     speed = drive.values[:, drive.names.index("vehicle_speed")]
-    assert run["enabled"] == pytest.approx(always["enabled"] * (speed > 3.0))
+    np.testing.assert_array_equal(run["enabled"], always["enabled"] * (speed > 3.0))
 
 
 def test_wrong_choices_are_refused_with_the_right_ones():

@@ -56,8 +56,9 @@ def test_the_observer_finds_a_constant_aligning_torque():
     assert output.internal_torque == pytest.approx((3.0 + 2.0) * 15.5, rel=1e-3)
 
 
-def test_variance_rises_with_friction_on_clean_drives():
-    medians = [np.median(np.concatenate([variances(UNGATED, f, s) for s in (1, 2)])) for f in (4.0, 8.0, 12.5)]
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_variance_rises_with_friction_on_clean_drives(seed):
+    medians = [np.median(variances(UNGATED, friction, seed)) for friction in (4.0, 8.0, 12.5)]
     assert 500.0 < medians[0] < 2500.0
     assert 3000.0 < medians[1] < 5500.0
     assert 9000.0 < medians[2] < 16000.0
@@ -66,7 +67,7 @@ def test_variance_rises_with_friction_on_clean_drives():
 def test_a_threshold_from_healthy_drives_separates_clean_drives():
     healthy = [scan(UNGATED, driven(4.0, seed)) for seed in (1, 2)]
     monitor = calibrated(UNGATED, healthy, quantile=1.0)
-    held_out, faulty = scan(monitor, driven(4.0, 3)), scan(monitor, driven(12.5, 3))
+    held_out, faulty = scan(monitor, driven(4.0, 3)), scan(monitor, driven(12.5, 1))
     assert np.mean(held_out["fault"][held_out["ready"] > 0.0]) < 0.02
     assert np.mean(faulty["fault"][faulty["ready"] > 0.0]) > 0.98
 
@@ -76,7 +77,8 @@ def test_the_printed_sign_compares_the_torque_with_its_negative():
     right, wrong = (np.median(variances(monitor, 4.0, 1)) for monitor in (UNGATED, literal))
     assert wrong > 3.0 * right
     drive = driven(4.0, 1)
-    assert scan(literal, drive)["external_torque"] == pytest.approx(-scan(UNGATED, drive)["external_torque"])
+    found, expected = (scan(each, drive)["external_torque"] for each in (literal, UNGATED))
+    np.testing.assert_allclose(found, -expected, rtol=1e-6, equal_nan=False)
 
 
 def test_the_printed_gate_opens_seldom():

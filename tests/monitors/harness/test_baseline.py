@@ -21,14 +21,14 @@ def test_a_healthy_recording_stores_it_and_a_later_one_is_judged_against_it(tmp_
     stored = load_baseline(path)
     assert stored.value == pytest.approx(2.0, abs=0.1)
     assert stored.learnt == first.created
-    later = diagnose(drive(minutes=8.0, friction=3.8, seed=3), "midsize-eps", baseline=path).findings[0]
+    later = diagnose(drive(minutes=5.0, friction=3.8, seed=3), "midsize-eps", baseline=path).findings[0]
     assert later.status is Status.FAULT, "3.8 N·m is below every limit of the vehicle file"
     assert load_baseline(path) == stored
 
 
 def test_a_faulty_recording_stores_nothing(tmp_path):
     path = tmp_path / "level.json"
-    diagnosis = diagnose(drive(minutes=8.0, friction=12.0, seed=2), "midsize-eps", baseline=path)
+    diagnosis = diagnose(drive(minutes=5.0, friction=12.0, seed=2), "midsize-eps", baseline=path)
     assert diagnosis.findings[0].status is Status.FAULT
     assert not path.exists()
 

@@ -21,7 +21,7 @@ from tierod.papers.motor_angle.salient_drives import (
     stepping_load,
 )
 
-RATIOS = (1.1, 2.0, 3.0)
+RATIOS = (1.1, pytest.param(2.0, marks=pytest.mark.slow), 3.0)
 
 
 def watched(ratio, assumed=RIGHT, seed=5, seconds=12.0):

@@ -44,7 +44,7 @@ def test_both_filters_find_the_same_angle_and_a_copy_halves_the_variance():
     assert 0.5 < ratio < 0.7
 
 
-@pytest.mark.parametrize("copied", [False, True])
+@pytest.mark.parametrize("copied", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_the_residuals_take_the_filter_of_two_bodies(copied):
     lost = circle(steering_wheel_angle=0.2)
     lost[300:, 3] = 0.0

@@ -86,22 +86,22 @@ def poles(rig, torque, speed):
     "hands", [(0.0, 0.0), pytest.param((5.0, 0.3), marks=pytest.mark.slow), (40.0, 2.0)], ids=["off", "light", "on"]
 )
 @pytest.mark.parametrize("name", STEERINGS)
-def test_loop_of_bar_and_motor_is_stable_on_the_whole_map(name, hands):
-    require_stability(Rig(STEERINGS[name], AssistUnit(), 0.0, 9400.0, *hands))
+@pytest.mark.parametrize("kingpin", [200.0, pytest.param(5000.0, marks=pytest.mark.slow), 100e3])
+def test_loop_of_bar_and_motor_is_stable_on_the_whole_map(name, hands, kingpin):
+    require_stability(Rig(STEERINGS[name], AssistUnit(), kingpin, 9400.0, *hands))
 
 
-def test_loop_below_a_superposition_that_stands_still_is_stable_without_hands():
-    require_stability(Rig(replace(ActiveFront().column, friction=SMOOTH), ActiveFrontCar().assist))
+@pytest.mark.parametrize("kingpin", [200.0, 5000.0, 100e3])
+def test_loop_below_a_superposition_that_stands_still_is_stable_without_hands(kingpin):
+    require_stability(Rig(replace(ActiveFront().column, friction=SMOOTH), ActiveFrontCar().assist, kingpin))
 
 
-def require_stability(at):
+def require_stability(rig):
     """Gains of the map grow to 19 just below the limit of the motor, at rest; sticking friction is a stiff spring."""
-    for kingpin in (200.0, 5000.0, 100e3):
-        rig = replace(at, kingpin_stiffness=kingpin)
-        for speed in (0.0, 6.0, 60.0):
-            for torque in (0.01, 3.0, 5.6):
-                worst = np.max(np.abs(poles(rig, torque, speed)))
-                assert worst < 1.0, (kingpin, speed, torque, worst)
+    for speed in (0.0, 6.0, 60.0):
+        for torque in (0.01, 3.0, 5.6):
+            worst = np.max(np.abs(poles(rig, torque, speed)))
+            assert worst < 1.0, (speed, torque, worst)
 
 
 def test_without_the_lead_the_loop_would_be_unstable():

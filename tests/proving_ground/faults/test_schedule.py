@@ -122,21 +122,42 @@ def test_several_faults_of_one_element_are_applied_in_order():
     np.testing.assert_allclose(recorded, expected[::10], atol=1e-12)
 
 
-@pytest.mark.parametrize("piece", [1, 50, 2500])
+HELD = {
+    "offset stuck": (
+        Fault("driver_torque", Offset(1.0), AtTime(2.0)),
+        Fault("driver_torque", Stuck(), AtTime(3.0), 3.0),
+    ),
+    "offset of what is stuck": (
+        Fault("driver_torque", Offset(1.0), AtTime(4.0), 3.0),
+        Fault("driver_torque", Stuck(), AtTime(3.0), 3.0),
+    ),
+    "stuck offset": (
+        Fault("driver_torque", Stuck(), AtTime(3.0), 3.0),
+        Fault("driver_torque", Offset(1.0), AtTime(4.0), 3.0),
+    ),
+    "drift stuck": (Fault("driver_torque", Drift(1.0), AtTime(1.0)), Fault("driver_torque", Stuck(), AtTime(2.5), 2.5)),
+    "gain drop-out": (
+        Fault("driver_torque", Gain(3.0), AtTime(2.0), 2.0),
+        Fault("driver_torque", DropOut(0.5, repeat=True)),
+    ),
+    "stuck stuck": (
+        Fault("driver_torque", Stuck(), AtTime(1.0), 4.0),
+        Fault("driver_torque", Stuck(), AtTime(3.0), 4.0),
+    ),
+}
+ALONE = ("offset of what is stuck", "gain drop-out")
+"""Where every sample is a piece of its own, each kind of what is held once; the others in the study."""
+
+
 @pytest.mark.parametrize(
-    "faults",
+    ("name", "piece"),
     [
-        (Fault("driver_torque", Offset(1.0), AtTime(2.0)), Fault("driver_torque", Stuck(), AtTime(3.0), 3.0)),
-        (Fault("driver_torque", Offset(1.0), AtTime(4.0), 3.0), Fault("driver_torque", Stuck(), AtTime(3.0), 3.0)),
-        (Fault("driver_torque", Stuck(), AtTime(3.0), 3.0), Fault("driver_torque", Offset(1.0), AtTime(4.0), 3.0)),
-        (Fault("driver_torque", Drift(1.0), AtTime(1.0)), Fault("driver_torque", Stuck(), AtTime(2.5), 2.5)),
-        (Fault("driver_torque", Gain(3.0), AtTime(2.0), 2.0), Fault("driver_torque", DropOut(0.5, repeat=True))),
-        (Fault("driver_torque", Stuck(), AtTime(1.0), 4.0), Fault("driver_torque", Stuck(), AtTime(3.0), 4.0)),
+        *((name, piece) for name in HELD for piece in (50, 2500)),
+        *(pytest.param(name, 1, marks=() if name in ALONE else pytest.mark.slow) for name in HELD),
     ],
-    ids=["offset stuck", "offset of what is stuck", "stuck offset", "drift stuck", "gain drop-out", "stuck stuck"],
 )
-def test_what_is_held_of_a_faulty_signal_is_the_same_in_the_loop(faults, piece):
-    schedule = make(*faults)
+def test_what_is_held_of_a_faulty_signal_is_the_same_in_the_loop(name, piece):
+    schedule = make(*HELD[name])
     _, outputs = drive(schedule, piece=piece)
     stamps = np.arange(1000) / 100.0
     _, recorded = schedule.on_channel("driver_torque", stamps, torque(stamps))

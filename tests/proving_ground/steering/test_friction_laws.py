@@ -128,7 +128,7 @@ def published(law, time, angle, rate):
     return share * stribeck_level(rate, 1.0 + law.excess, 1.0, law.rate) if isinstance(law, Stribeck) else share
 
 
-@pytest.mark.parametrize("peak", [0.2, 1.0, 5.0])
+@pytest.mark.parametrize("peak", [0.2, pytest.param(1.0, marks=pytest.mark.slow), 5.0])
 @pytest.mark.parametrize("law", LAWS, ids=IDS)
 def test_law_is_its_differential_equation_and_its_loop_the_friction_work(law, peak):
     time, angle, rate = sine(peak)

@@ -215,7 +215,7 @@ def test_what_wanders_slowly_is_no_noise():
 
 def test_noise_is_no_delay_of_next_to_nothing():
     block = KindOfFault.of_sensor("steering_shaft_torque")
-    results = batch(block, [samples("noise", 0.5, seed) for seed in range(40)])
+    results = [scan(block, samples("noise", 0.5, seed)) for seed in range(40)]
     assert all(result["kind"][START + 205] == 7.0 for result in results)
 
 
