@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 
 from tierod.core.graph.branches import Branch, branches, with_picks
 from tierod.core.graph.line_printer import COMPARE, LinePrinter, Places
@@ -72,13 +73,7 @@ class BranchingPrinter(LinePrinter):
             needed = [index for index in part.operations if index not in self._left_out]
             return "".join(self.statement(index, named, places, notes, indent) for index in needed)
         inside = set(part.operations)
-        taken = {
-            argument
-            for index, operation in enumerate(self.program.operations)
-            if index not in inside
-            for argument in operation.arguments
-            if argument in inside
-        }
+        taken = {index for index in inside if not self._takers.get(index, inside) <= inside}
         lines = [f"{indent}{self._kind(index)} v{index} = 0;\n" for index in part.operations if index in taken]
         asked = self._truth(part.condition.value, named)
         lines.append(f"{indent}if ({asked if part.condition.holds else f'!{asked}'}) {{\n")
@@ -88,6 +83,15 @@ class BranchingPrinter(LinePrinter):
                 line.replace(f"const {self._kind(index)} v{index} =", f"v{index} =") if index in taken else line
             )
         return "".join([*lines, f"{indent}}}\n"])
+
+    @cached_property
+    def _takers(self) -> dict[int, set[int]]:
+        """Operations that take each value."""
+        takers: dict[int, set[int]] = {}
+        for index, operation in enumerate(self.program.operations):
+            for argument in operation.arguments:
+                takers.setdefault(argument, set()).add(index)
+        return takers
 
     def _kind(self, index: int) -> str:
         return "int" if index in self._whole else "real"
