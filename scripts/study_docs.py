@@ -29,7 +29,16 @@ PRINTED_BY = re.compile(r"^Printed by `(?P<command>.+)` of tierod (?P<version>\S
 CLAIMS, DESCRIBED, WHY = "Claims", "Figures of description", "What does not hold, and why"
 PROGRESS = "measuring: "
 """Begins a line that the study writes for who waits; it is there where both outputs went into one file."""
-COUNTED = re.compile(r"^\d+ claims: .+$", re.MULTILINE)
+COUNTED = re.compile(
+    r"^(\d+) claims: (\d+) hold, (\d+) do not(?:, (\d+) of the source do not come out)?(?:, (\d+) not measured)?.*$",
+    re.MULTILINE,
+)
+OVERVIEW = (
+    "# Claims of all studies",
+    "<!-- Written by scripts/study_docs.py from the pages of the studies; do not edit. -->",
+    "What the five papers and tierod claim, measured on virtual drives and real recordings. Every page states why each "
+    "claim does not hold or come out, and what would mend it.",
+)
 
 
 @dataclass(frozen=True)
@@ -184,6 +193,21 @@ def _groups(name: str, listed: str, sentences: Mapping[str, str]) -> list[str]:
     ]
 
 
+def overview() -> str:
+    """How many claims of every study hold, from their pages."""
+    rows, total = [], [0] * 5
+    for name in TOPICS:
+        counted = COUNTED.search((STUDY_PAGES / f"{name}.md").read_text(encoding="utf-8"))
+        if counted is None:
+            continue
+        numbers = [int(each or 0) for each in counted.groups()]
+        total = [before + each for before, each in zip(total, numbers, strict=True)]
+        rows.append([f"[{STUDIES[name].title}]({name}.md)", *map(str, numbers)])
+    rows.append(["**all**", *map(str, total)])
+    header = ("study", "claims", "hold", "do not hold", "of the source, do not come out", "not measured here")
+    return "\n\n".join((*OVERVIEW, table(header, rows))) + "\n"
+
+
 def main(name: str, folder: str = "") -> int:
     """Write the pages; nothing happens without a list of claims."""
     if name not in TOPICS:
@@ -199,6 +223,7 @@ def main(name: str, folder: str = "") -> int:
     for file, text in pages(name, printed, sentences).items():
         (STUDY_PAGES / file).write_text(text.rstrip() + "\n", encoding="utf-8")
         print(f"wrote docs/reference/studies/{file}")
+    (STUDY_PAGES / "index.md").write_text(overview(), encoding="utf-8")
     return 0
 
 

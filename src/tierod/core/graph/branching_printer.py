@@ -73,7 +73,7 @@ class BranchingPrinter(LinePrinter):
             needed = [index for index in part.operations if index not in self._left_out]
             return "".join(self.statement(index, named, places, notes, indent) for index in needed)
         inside = set(part.operations)
-        taken = {index for index in inside if not self._takers.get(index, inside) <= inside}
+        taken = {index for index in inside if not self._used_by.get(index, inside) <= inside}
         lines = [f"{indent}{self._kind(index)} v{index} = 0;\n" for index in part.operations if index in taken]
         asked = self._truth(part.condition.value, named)
         lines.append(f"{indent}if ({asked if part.condition.holds else f'!{asked}'}) {{\n")
@@ -85,13 +85,13 @@ class BranchingPrinter(LinePrinter):
         return "".join([*lines, f"{indent}}}\n"])
 
     @cached_property
-    def _takers(self) -> dict[int, set[int]]:
+    def _used_by(self) -> dict[int, set[int]]:
         """Operations that take each value."""
-        takers: dict[int, set[int]] = {}
+        used_by: dict[int, set[int]] = {}
         for index, operation in enumerate(self.program.operations):
             for argument in operation.arguments:
-                takers.setdefault(argument, set()).add(index)
-        return takers
+                used_by.setdefault(argument, set()).add(index)
+        return used_by
 
     def _kind(self, index: int) -> str:
         return "int" if index in self._whole else "real"
