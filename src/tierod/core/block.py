@@ -153,7 +153,7 @@ def units(annotation: object) -> list[str]:
 def named_tuple(name: str, fields: Iterable[tuple[str, object]]) -> type:
     """A NamedTuple class made at run time, from (field, annotation) pairs; it belongs to the module that calls."""
     made: Any = NamedTuple(name, fields)  # type: ignore[misc]  # a name that is known at run time only
-    made.__module__ = sys._getframe(1).f_globals["__name__"]
+    made.__module__ = sys._getframe(1).f_globals.get("__name__", "__main__")
     return made
 
 

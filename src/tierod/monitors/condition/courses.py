@@ -44,11 +44,11 @@ class Stretch:
 
     @property
     def kind(self) -> tuple[float, float, float]:
-        """The kind that was identified for longest, with magnitude and standard deviation; 0 where none was.
+        """The kind that was identified for longest, with magnitude and standard deviation; 0 where none was for longer.
 
         The first samples are too few to identify one, the last ones belong to the return of the sensor.
         """
-        kind = max(self.kinds, key=lambda each: (self.kinds[each][0], each > 0.5), default=0.0)
+        kind = max(self.kinds, key=lambda each: (self.kinds[each][0], each > 0.5, -each), default=0.0)
         return (kind, *self.kinds[kind][1:]) if self.kinds else (0.0, np.nan, np.nan)
 
     def add(self, kind: float, count: int, magnitude: float, deviation: float) -> None:

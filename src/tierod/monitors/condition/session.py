@@ -156,7 +156,9 @@ class ConditionSession:
         for check in (self._asked, self._zero):
             if check is not None:
                 check.add(aligned.time, columns)
-        changes = (np.flatnonzero(np.diff(covered.judged)) + 1).tolist()
+        # Too few sensors for any fault need no filters, which take seconds to compile.
+        watched = covered.judged & covered.enough
+        changes = (np.flatnonzero(np.diff(watched)) + 1).tolist()
         # One that fails with the last sample lets the monitor begin anew with the next piece.
         begins, self._anew = failures | ({0} if self._anew else set()), len(values) in failures
         starts = sorted({0, *changes, *(begins - {len(values)}), *range(0, len(values), SLICE)})
@@ -168,7 +170,7 @@ class ConditionSession:
                 part.start in begins,
             )
             for part, judged in (
-                (slice(start, stop), bool(covered.judged[start]))
+                (slice(start, stop), bool(watched[start]))
                 for start, stop in zip(starts, [*starts[1:], len(values)], strict=True)
             )
         ]

@@ -203,8 +203,11 @@ def test_a_motor_is_not_blamed_for_a_gain_of_the_torque_sensor(bank, drive):
     assert declared(scan(replace(bank, judge=shipped), drive)) == [(0.0, "healthy")]
 
 
-def led_by(lead, small_leads, readings, sliding=-10.0):
-    """Samples until a wheel is declared that leads the other wheel of its axle by so much; None where it never is."""
+def led_by(lead, small_leads, readings, sliding=-10.0, until=1000, **then):
+    """Samples until a wheel is declared that leads the other wheel of its axle by so much; None where it never is.
+
+    From the sample `until` on all filters explain the readings alike where nothing else is given, or say what is.
+    """
     explanations = hypotheses_of_cars()[: 1 + len(OF_CARS)]
     limits = Limits((3.0,) * (len(explanations) - 1), (1.0,) * (len(explanations) - 1), gap=2.0, margin=1.0)
     decision = Decision(Weighing(explanations, limits), small_leads=small_leads)
@@ -217,6 +220,8 @@ def led_by(lead, small_leads, readings, sliding=-10.0):
     lanes.append(usual._replace(log_likelihood=sliding))
     state, sample = decision.init(), skeleton(ConditionSample)._replace(**readings)
     for k in range(200):
+        if k == until:
+            lanes = [each._replace(**(then or {"log_likelihood": 0.0})) for each in lanes]
         state, verdict = decision.step(state, JudgeSample(sample, tuple(lanes)))
         if verdict.output.hypothesis:
             return k, explanations[int(verdict.output.hypothesis)].name
@@ -243,3 +248,11 @@ def test_they_count_for_nothing_where_a_sensor_is_missing(missing):
 
 def test_they_count_for_nothing_where_sliding_tyres_explain_the_readings_too():
     assert led_by(0.8, SmallLeads(), ALL_READ, sliding=-2.0) is None
+
+
+@pytest.mark.parametrize(
+    "then", [{"moving": 0.0}, {"driven": 0.0}, {}], ids=["stands", "brakes", "reads rightly again"]
+)
+def test_they_count_for_nothing_once_nothing_shows_any_more(then):
+    at, _ = led_by(1.9, SmallLeads(), ALL_READ)
+    assert led_by(1.9, SmallLeads(), ALL_READ, until=at - 10, **then) is None

@@ -16,8 +16,8 @@ LOST = 1.0
 UNASKED = 0.06
 """Without a target for so long, what moves the vehicle is not known: 0.1 s later its sensors would be at fault [s]."""
 ALL = 4
-"""Sensors without which no fault is declared. From so many on their reading exactly zero in one sample, all of them, is
-the loss of what they share."""
+"""Fewest sensors with which a fault is declared. From so many on their reading exactly zero in one sample, all of them,
+is the loss of what they share."""
 HELD = 0.06
 """All of them read what they read before for so long: a logger repeats what was last on a bus that is gone [s].
 
@@ -36,7 +36,8 @@ class Covered(NamedTuple):
 
     Args:
         available: whether every sensor is read, and every actuator is asked for a torque that is known, (n, elements)
-        judged: whether anything can be judged: not before `ALL` sensors have been read, (n,)
+        judged: whether anything can be judged, (n,)
+        enough: whether `ALL` sensors have been read by then, (n,)
         zero: whether all sensors read exactly zero, (n,)
         held: whether all sensors repeat what they read before, (n,)
         parked: whether the vehicle stands, or was about to when its wheel speeds ended, (n,)
@@ -44,6 +45,7 @@ class Covered(NamedTuple):
 
     available: np.ndarray
     judged: np.ndarray
+    enough: np.ndarray
     zero: np.ndarray
     held: np.ndarray
     parked: np.ndarray
@@ -79,7 +81,7 @@ class Coverage:
         """
         if not len(values):
             no = np.zeros(0, bool)
-            return values, Covered(np.zeros((0, len(self._limits)), bool), no, no, no, no)
+            return values, Covered(np.zeros((0, len(self._limits)), bool), no, no, no, no, no)
         readings = values[:, PLACES]
         zero, parked = all_zero(readings), self._stands(readings[:, _WHEELS])
         held = self._repeats(readings) & ~zero & ~parked
@@ -92,11 +94,10 @@ class Coverage:
         fresh = np.asarray(age <= self._limits)
         judged = np.asarray(fresh[:, :_COUNT].any(axis=1) & (fresh[:, _COUNT:].all(axis=1) | (not self._asked)))
         ever = np.logical_or.accumulate(there[:, :_COUNT], axis=0) | self._ever
-        judged &= ever.sum(axis=1) >= ALL
         before = np.concatenate([[self._judged], judged[:-1]])
         self.interruptions += int(np.count_nonzero(before & ~judged))
         self._age, self._judged, self._ever = age[-1], bool(judged[-1]), ever[-1]
-        return values, Covered(fresh, judged, zero, held, parked)
+        return values, Covered(fresh, judged, ever.sum(axis=1) >= ALL, zero, held, parked)
 
     def _repeats(self, readings: np.ndarray) -> np.ndarray:
         """Whether all sensors that there are have read the same for a while, (n,)."""
