@@ -28,6 +28,7 @@ def compiled_in_a_moment():
     """What is printed counts here; kernels as shipped, which compile six times as long, run in core/graph."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("TIEROD_CFLAGS", "-O0")
+        _attempted.cache_clear()
         yield
     _attempted.cache_clear()  # later tests of the same process run faster kernels
 
@@ -149,3 +150,13 @@ def test_its_c_is_clean_in_double_and_single_precision(block):
     for source, *extra in ((print_c(graph),), (print_c(graph), "-DTIEROD_FLOAT32"), *lanes):
         run = subprocess.run([*compiler(), *STRICT, *extra], input=source, capture_output=True, text=True, check=False)
         assert run.returncode == 0, run.stderr
+
+
+@pytest.mark.slow
+def test_compiled_as_shipped_it_gives_the_same_numbers(block, monkeypatch):
+    samples = samples_of(block)
+    at_once = scan(block, samples).values
+    _attempted.cache_clear()
+    monkeypatch.delenv("TIEROD_CFLAGS")
+    np.testing.assert_array_equal(scan(block, samples).values, at_once)
+    _attempted.cache_clear()

@@ -114,7 +114,9 @@ def test_vehicle_fault_and_scenario_stand_in_the_lists(installed, tmp_path):
     kinds = (("vehicles", "balancing-car"), ("faults", "shaken-torque"), ("scenarios", "motorway-shaken"))
     commands = [words for kind, name in kinds for words in ([kind], [kind, name])]
     simulation = ["simulate", "motorway-shaken", "-o", "drive.parquet"]
-    for words, (code, out, _) in zip(commands, several(tmp_path, [*commands, simulation], installed), strict=False):
+    *shown, (simulated, *_) = several(tmp_path, [*commands, simulation], installed)
+    assert simulated == 0
+    for words, (code, out, _) in zip(commands, shown, strict=True):
         assert code == 0
         assert dict(kinds)[words[0]] in out
     assert "driver_torque" in read(tmp_path / "drive.parquet").names

@@ -44,6 +44,23 @@ def test_an_episode_has_start_end_kind_and_size():
     assert episode.candidates == ()
 
 
+@pytest.mark.parametrize("cuts", [(), (400,)])
+def test_an_episode_has_no_kind_where_none_was_identified_for_longer_than_any(cuts):
+    time, stated = fault_free()
+    for start, stop, kind in ((2.0, 3.9, 0.0), (3.9, 5.5, GAIN), (5.5, 7.0, OFFSET)):
+        declare(stated, span(start, stop), (YAW,), kind, 0.2)
+    (episode,) = episodes_of(time, stated, cuts=cuts)
+    assert (episode.kind, episode.magnitude) == ("", None)
+
+
+@pytest.mark.parametrize("cuts", [(), (450,)])
+def test_of_two_kinds_reported_for_as_long_cuts_choose_none(cuts):
+    time, stated = fault_free()
+    for start, stop, kind in ((2.0, 4.0, NOISE), (4.0, 6.0, OFFSET)):
+        declare(stated, span(start, stop), (YAW,), kind, 0.2)
+    assert episodes_of(time, stated, cuts=cuts)[0].kind == "positive offset"
+
+
 def test_what_lasts_to_the_end_has_no_end():
     time, stated = fault_free()
     declare(stated, span(8.0, 10.0), (YAW,))

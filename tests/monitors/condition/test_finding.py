@@ -51,7 +51,7 @@ def concluded(
     no = np.zeros(len(time), bool)
     sensors, targets = ([place(name) for name in names] for names in (OF_AUTOMATED, ACTUATORS))
     judged = available[:, sensors].any(axis=1) & available[:, targets].all(axis=1)
-    drive.add(time, values, Covered(available, judged, no, no, no | parked))
+    drive.add(time, values, Covered(available, judged, no, no, no | parked, ~no))
     drive.add_low_grip(time, time < slid, values)
     drive.sources = {name: {substitution_graph().substitutes[name][0].name: 100} for name in OF_AUTOMATED}
     courses = {name: ElementCourse(name, PERIOD) for name in OWN}
@@ -305,7 +305,7 @@ def slid(seconds, causes=None):
     drive, no = Driven(PERIOD), np.zeros(len(time), bool)
     there = np.ones(stated.status.shape, bool)
     values = np.full((len(time), len(ConditionSample._fields)), 5.0)
-    drive.add(time, values, Covered(there, ~no, no, no, no))
+    drive.add(time, values, Covered(there, ~no, no, no, no, ~no))
     drive.add_low_grip(time, time < seconds, values)
     courses = {name: ElementCourse(name, PERIOD) for name in OWN}
     for column, course in enumerate(courses.values()):

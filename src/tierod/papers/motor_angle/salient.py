@@ -157,10 +157,11 @@ def _offsets(effort: Effort) -> Iterator[Item]:
     turning = float(np.quantile([each.turning for each in found], 0.95, method="higher"))
     yield _claim("offset", f"{text}: 95 % of the delay, of turning.", turning, at_most(50.0), "ms", note)
     clock = float(np.quantile([each.delay for each in found], 0.95, method="higher"))
-    waited = sum(each.delay > each.turning + 1.0 for each in found)
+    waited = sum(each.delay > 50.0 >= each.turning for each in found)
     cause = (
-        f"Of turning, 95 % take {turning:.0f} ms. In {waited} of {len(found)} the motor stands between two strokes "
-        "before the alarm, and the active flux shows no angle there. Saliency itself does, to a high-frequency voltage."
+        f"Of the time in which the angle is known, 95 % take {turning:.0f} ms at most. {waited} of {len(found)} are "
+        "late by the clock alone: the motor reverses or stands before the alarm, and the active flux shows no angle "
+        "there. On a salient motor a high-frequency voltage would."
     )
     yield _claim("offset-clock", f"{text}: 95 % of the delay, from the clock.", clock, at_most(50.0), "ms", note, cause)
 

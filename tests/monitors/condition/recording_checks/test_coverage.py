@@ -79,6 +79,18 @@ def test_what_falls_silent_is_lost_after_a_second_and_back_with_its_next_reading
     assert interruptions == 1
 
 
+def test_sensors_are_enough_from_the_first_reading_of_the_fourth_on():
+    values = columns()
+    values[:, PLACES] = np.nan
+    for place, first in zip(PLACES[:5], (0, 0, 120, 200, 350), strict=True):
+        values[first : first + 3, place] = 1.0
+    whole = Coverage(RATE).add(values)[1].enough
+    assert not whole[:200].any()
+    assert whole[200:].all()
+    pieces, coverage = np.array_split(values, 7), Coverage(RATE)
+    np.testing.assert_array_equal(np.concatenate([coverage.add(each)[1].enough for each in pieces]), whole)
+
+
 def test_zeros_of_all_sensors_are_no_readings():
     values = columns()
     values[300:, PLACES] = 0.0

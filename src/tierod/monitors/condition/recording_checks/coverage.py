@@ -37,18 +37,18 @@ class Covered(NamedTuple):
     Args:
         available: whether every sensor is read, and every actuator is asked for a torque that is known, (n, elements)
         judged: whether anything can be judged, (n,)
-        enough: whether `ALL` sensors have been read by then, (n,)
         zero: whether all sensors read exactly zero, (n,)
         held: whether all sensors repeat what they read before, (n,)
         parked: whether the vehicle stands, or was about to when its wheel speeds ended, (n,)
+        enough: whether `ALL` sensors have been read by then, (n,)
     """
 
     available: np.ndarray
     judged: np.ndarray
-    enough: np.ndarray
     zero: np.ndarray
     held: np.ndarray
     parked: np.ndarray
+    enough: np.ndarray
 
 
 class Coverage:
@@ -97,7 +97,7 @@ class Coverage:
         before = np.concatenate([[self._judged], judged[:-1]])
         self.interruptions += int(np.count_nonzero(before & ~judged))
         self._age, self._judged, self._ever = age[-1], bool(judged[-1]), ever[-1]
-        return values, Covered(fresh, judged, ever.sum(axis=1) >= ALL, zero, held, parked)
+        return values, Covered(fresh, judged, zero, held, parked, ever.sum(axis=1) >= ALL)
 
     def _repeats(self, readings: np.ndarray) -> np.ndarray:
         """Whether all sensors that there are have read the same for a while, (n,)."""
