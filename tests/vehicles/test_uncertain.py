@@ -8,7 +8,15 @@ import pytest
 from tierod.vehicles import QUANTITIES, load, shipped
 from tierod.vehicles.beginning import begun
 from tierod.vehicles.classes import Known
-from tierod.vehicles.uncertain import WatchedParameters, bound_distance, in_words, may_move, moved, with_spread
+from tierod.vehicles.uncertain import (
+    WatchedParameters,
+    bound_distance,
+    in_words,
+    is_guess,
+    may_move,
+    moved,
+    with_spread,
+)
 
 
 def car(**deviations):
@@ -84,6 +92,9 @@ def test_reading_a_parameter_is_noted_and_asking_for_it_is_not():
     assert list(watched.read) == ["mass"]
     assert not watched.deviations_read
     assert vehicle.parameters["trail"].standard_deviation == 0.015
+    assert list(watched.deviations_read) == ["trail"]
+    assert is_guess(vehicle.parameters["mass"], 0.0)
+    assert not is_guess(vehicle.parameters["mass"], 1.0)
     assert list(watched.deviations_read) == ["trail"]
 
 

@@ -50,6 +50,16 @@ def bound_distance(vehicle: Vehicle) -> bool:
     return spread is not None and SURER * spread < least and abs(whole - known.value) < FITTING * known.value
 
 
+def is_guess(parameter: Parameter, widest: float) -> bool:
+    """Whether a value is known to less than a share of itself; whoever asks that has no deviation in its own band.
+
+    Args:
+        parameter: of a vehicle, watched or not
+        widest: relative standard deviation up to which it is no guess []
+    """
+    return (vars(parameter)["standard_deviation"] or 0.0) > widest * abs(parameter.value)
+
+
 def may_move(name: str) -> bool:
     """Whether a parameter describes the car, and not a limit or how uncertain a sensor is.
 

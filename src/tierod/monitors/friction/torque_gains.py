@@ -15,6 +15,7 @@ from tierod.core.series import Stride
 from tierod.physics.assist import assist_speed_factor
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import is_guess
 
 STRIDE = 5
 """Every fifth sample is taken: assist changes slower than 10 Hz."""
@@ -66,7 +67,7 @@ class AssistCharacteristic:
 def _known(vehicle: Vehicle, name: str, widest: float) -> bool:
     """Whether the file gives a value that is more than a guess."""
     parameter = vehicle.parameters.get(name)
-    return parameter is not None and (parameter.standard_deviation or 0.0) <= widest * abs(parameter.value)
+    return parameter is not None and not is_guess(parameter, widest)
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,12 @@ from tierod.core.recording import Channel, Recording
 from tierod.io.readers import read
 from tierod.monitors.diagnose import diagnose, find
 from tierod.monitors.harness.run import Run
+from tierod.monitors.harness.session import opened
 from tierod.monitors.harness.spread.opening import Uncertain
+from tierod.papers.own_car.brochure import brochure_car
 from tierod.proving_ground import drive
 from tierod.vehicles import Vehicle, load
+from tierod.vehicles.uncertain import WatchedParameters, may_move
 
 TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
 
@@ -130,3 +133,21 @@ def test_the_coverage_over_two_hundred_cars():
     wider, own = coverage(count=200, seed=1162, spread=0.2)
     print(f"95 % band of the sideslip, 200 cars: {wider:.3f} with the spread, {own:.3f} without")
     assert 0.9 <= wider <= 0.99
+
+
+@pytest.mark.parametrize(
+    ("monitor", "held"),
+    [
+        ("friction", set()),
+        ("driver-torque", set()),
+        ("sideslip", {"front_cornering_stiffness", "rear_cornering_stiffness"}),
+    ],
+)
+def test_every_uncertain_parameter_that_a_monitor_reads_is_moved_but_those_in_its_own_band(monitor, held):
+    car = brochure_car("unknown", "midsize", 1500.0, 2.7)
+    definition, variant = find(monitor)
+    read = WatchedParameters(car.parameters)
+    opened(definition, variant, dataclasses.replace(car, parameters=read))
+    uncertain = {name for name in read.read if may_move(name) and car.parameters[name].standard_deviation}
+    assert set(Uncertain(definition, variant, car, None).names) >= uncertain - held - {"front_distance"}
+    assert monitor == "sideslip" or "motor_ratio" in uncertain
