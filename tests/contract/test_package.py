@@ -1,10 +1,12 @@
 """What every public name, command and parameter set of the package promises; new files are found by themselves."""
 
+import ast
 import dataclasses
 import importlib
 import inspect
 import pkgutil
 import typing
+from itertools import pairwise
 from typing import Annotated
 
 import pint
@@ -43,14 +45,27 @@ def members(path, owner):
             yield f"{path}.{name}", inner
 
 
+def explained_below(module):
+    """Names that the module assigns and explains by a string below, such as classes that are made at run time."""
+    body = ast.parse(inspect.getsource(module)).body
+    for assigned, below in pairwise(body):
+        if (
+            isinstance(assigned, ast.AnnAssign)
+            and isinstance(below, ast.Expr)
+            and isinstance(below.value, ast.Constant)
+        ):
+            yield assigned.target.id
+
+
 def undocumented(name):
     module = importlib.import_module(name)
+    below = {*explained_below(module)}
     if not (module.__doc__ or "").strip():
         yield name
     for path, value in public(module):
         text = (value.__doc__ or "").strip()
         generated = inspect.isclass(value) and text.startswith(f"{value.__name__}(")
-        if not text or generated:
+        if not text or (generated and path not in below):
             yield f"{name}.{path}"
 
 
