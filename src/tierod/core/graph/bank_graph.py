@@ -85,10 +85,6 @@ class BankGraph:
         return len(self.state) + sum(size for _, size in self.rings)
 
 
-PARTS = ("lane", "judge")
-"""Fields of the graph of a bank that are graphs."""
-
-
 def trace_bank(bank: Any, judged: type) -> BankGraph:
     """The graph of a bank, without its operations where an earlier process has compiled them.
 
@@ -105,14 +101,14 @@ def trace_bank(bank: Any, judged: type) -> BankGraph:
         return _traced(bank, judged)
     names = {each.name for each in fields(BankGraph)} - {"entry"}
     known = interface_of(entry)
-    if known is not None and {*known} == names and all({*known[part]} == {*INTERFACE} for part in PARTS):
+    if known is not None and {*known} == names and all({*known[part]} == {*INTERFACE} for part in ("lane", "judge")):
         traced = cache(lambda: _traced(bank, judged))
         lane = Graph(**known["lane"], make=lambda: traced().lane.function)
         judge = Graph(**known["judge"], make=lambda: traced().judge.function)
         return BankGraph(**{**known, "lane": lane, "judge": judge}, entry=entry)
     graph = _traced(bank, judged)
-    parts = {part: {name: getattr(getattr(graph, part), name) for name in INTERFACE} for part in PARTS}
-    keep_interface(entry, {**{name: getattr(graph, name) for name in names}, **parts})
+    own = {name: getattr(graph, name) for name in names}
+    keep_interface(entry, {**own, "lane": graph.lane.interface, "judge": graph.judge.interface})
     return replace(graph, entry=entry)
 
 

@@ -99,6 +99,11 @@ class Graph:
         return self.make()
 
     @property
+    def interface(self) -> dict[str, Any]:
+        """What drivers need of a graph whose kernel is known, by field."""
+        return {name: getattr(self, name) for name in INTERFACE}
+
+    @property
     def memory(self) -> int:
         """Numbers of state, delay lines included."""
         return len(self.state) + sum(size for _, size in self.rings)
@@ -158,8 +163,7 @@ def _trace(structure_: _Structure) -> Graph:
         return Graph(**{**declared, **known}, make=lambda: traced().function, entry=entry)
     graph = traced()
     # What the block declares is not kept: its class may have no address, as one that was made for the signals of a car.
-    needed = {name: getattr(graph, name) for name in INTERFACE}
-    keep_interface(entry, {name: each for name, each in needed.items() if not _same(each, declared.get(name))})
+    keep_interface(entry, {name: each for name, each in graph.interface.items() if not _same(each, declared.get(name))})
     return replace(graph, entry=entry)
 
 
