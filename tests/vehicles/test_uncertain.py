@@ -11,6 +11,8 @@ from tierod.vehicles.classes import Known
 from tierod.vehicles.uncertain import (
     WatchedParameters,
     bound_distance,
+    held_deviation,
+    hold_spread,
     in_words,
     is_guess,
     may_move,
@@ -90,12 +92,24 @@ def test_reading_a_parameter_is_noted_and_asking_for_it_is_not():
     assert "trail" in vehicle
     assert vehicle["mass"] == 1600.0
     assert list(watched.read) == ["mass"]
-    assert not watched.deviations_read
     assert vehicle.parameters["trail"].standard_deviation == 0.015
-    assert list(watched.deviations_read) == ["trail"]
+    assert list(watched.read) == ["mass", "trail"]
     assert is_guess(vehicle.parameters["mass"], 0.0)
     assert not is_guess(vehicle.parameters["mass"], 1.0)
-    assert list(watched.deviations_read) == ["trail"]
+
+
+def test_a_spread_is_held_by_whoever_says_so_and_only_where_the_file_gives_it():
+    vehicle = load("midsize-eps")
+    bare = dataclasses.replace(vehicle.parameters["mass"], standard_deviation=None)
+    watched = WatchedParameters({**vehicle.parameters, "mass": bare})
+    vehicle = dataclasses.replace(vehicle, parameters=watched)
+    assert vehicle.parameters["column_damping"].standard_deviation
+    assert not watched.held
+    assert held_deviation(vehicle, "trail") == 0.015
+    assert held_deviation(vehicle, "mass") == 0.0
+    assert list(watched.held) == ["trail"]
+    hold_spread(vehicle, ("mass", "yaw_inertia"))
+    assert list(watched.held) == ["trail", "mass", "yaw_inertia"]
 
 
 def test_a_file_without_deviations_takes_those_of_its_class_and_an_explicit_zero_stays():

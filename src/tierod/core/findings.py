@@ -44,6 +44,7 @@ class Estimate:
         standard_deviation: one sigma in the unit
         unit: in the notation of pint; "count" where the recording was not calibrated
         reference: values that it is compared with, by name: nominal, learnt level, threshold
+        limits: parameters of the vehicle file that an alarm rests on as its limits, whose deviation is in none of these
     """
 
     quantity: str
@@ -51,6 +52,7 @@ class Estimate:
     standard_deviation: float
     unit: str
     reference: dict[str, float] = field(default_factory=dict)
+    limits: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,8 @@ def _estimate(estimate: Estimate | None) -> dict[str, Any] | None:
     if estimate is None:
         return None
     half = INTERVAL * estimate.standard_deviation
-    return dataclasses.asdict(estimate) | {"interval": [estimate.value - half, estimate.value + half]}
+    content = {name: value for name, value in dataclasses.asdict(estimate).items() if name != "limits"}
+    return content | {"interval": [estimate.value - half, estimate.value + half]}
 
 
 def _element(element: Element) -> dict[str, Any]:

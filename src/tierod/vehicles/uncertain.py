@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping
 
 from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.classes import class_of, typical_spread
@@ -51,13 +50,13 @@ def bound_distance(vehicle: Vehicle) -> bool:
 
 
 def is_guess(parameter: Parameter, widest: float) -> bool:
-    """Whether a value is known to less than a share of itself; whoever asks that has no deviation in its own band.
+    """Whether a value is known to less than a share of itself.
 
     Args:
-        parameter: of a vehicle, watched or not
+        parameter: of a vehicle
         widest: relative standard deviation up to which it is no guess []
     """
-    return (vars(parameter)["standard_deviation"] or 0.0) > widest * abs(parameter.value)
+    return (parameter.standard_deviation or 0.0) > widest * abs(parameter.value)
 
 
 def may_move(name: str) -> bool:
@@ -103,37 +102,19 @@ def _moved(each: Parameter, by: float) -> float:
     return min(max(each.value + by * spread, low), high)
 
 
-class _WatchedParameter(Parameter):
-    """A parameter that notes when its standard deviation is read."""
-
-    _notes: dict[str, None]
-
-    @classmethod
-    def of(cls, each: Parameter, notes: dict[str, None]) -> _WatchedParameter:
-        found = cls(each.name, each.value, each.unit, each.standard_deviation, each.source)
-        object.__setattr__(found, "_notes", notes)
-        return found
-
-    def __getattribute__(self, name: str) -> Any:
-        if name == "standard_deviation":
-            # A parameter that was made of this one by `dataclasses.replace` is watched no more.
-            super().__getattribute__("__dict__").get("_notes", {})[self.name] = None
-        return super().__getattribute__(name)
-
-
 class WatchedParameters(Mapping[str, Parameter]):
-    """Parameters of a vehicle that remember which of them were read, and of which the standard deviation.
+    """Parameters of a vehicle that remember which of them were read, and whose spread their reader holds itself.
 
     Args:
         parameters: by name
 
-    `read` are the first, `deviations_read` the others: whoever reads a deviation has it in its own band.
+    `read` are the first, `held` the others, see `held_deviation`.
     """
 
     def __init__(self, parameters: Mapping[str, Parameter]):
         self.read: dict[str, None] = {}
-        self.deviations_read: dict[str, None] = {}
-        self._parameters = {name: _WatchedParameter.of(each, self.deviations_read) for name, each in parameters.items()}
+        self.held: dict[str, None] = {}
+        self._parameters = parameters
 
     def __getitem__(self, name: str) -> Parameter:
         found = self._parameters[name]
@@ -148,6 +129,33 @@ class WatchedParameters(Mapping[str, Parameter]):
 
     def __len__(self) -> int:
         return len(self._parameters)
+
+
+def hold_spread(vehicle: Vehicle, names: Iterable[str]) -> None:
+    """Declare that a monitor has the spread of parameters in its own band, so that they are not moved beside it.
+
+    Args:
+        vehicle: that the monitor was opened for
+        names: of parameters
+    """
+    if isinstance(vehicle.parameters, WatchedParameters):
+        vehicle.parameters.held.update(dict.fromkeys(names))
+
+
+def held_deviation(vehicle: Vehicle, name: str) -> float:
+    """The standard deviation of a parameter, for the band of the monitor that asks; 0 where the file gives none.
+
+    A parameter without one takes that of its class, and is moved.
+
+    Args:
+        vehicle: that the monitor was opened for
+        name: of the parameter
+    """
+    deviation = vehicle.parameters[name].standard_deviation
+    if deviation is None:
+        return 0.0
+    hold_spread(vehicle, (name,))
+    return deviation
 
 
 def with_spread(vehicle: Vehicle) -> tuple[Vehicle, tuple[str, ...]]:

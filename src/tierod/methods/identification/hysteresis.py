@@ -25,6 +25,7 @@ from tierod.methods.identification.pre_sliding import PreSliding, pre_sliding
 from tierod.models.steering_wheel import BelowBarParameters
 from tierod.physics.steering_ratio import torsion_bar_twist
 from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import held_deviation
 
 Support = Literal["hoist", "ground"]
 PLACE = "friction torque at the steering wheel axis"
@@ -130,7 +131,7 @@ class HysteresisIdentification:
             vehicle["motor_ratio"],
             below.inertia,
             below.damping,
-            vehicle.parameters["column_damping"].standard_deviation or 0.0,
+            held_deviation(vehicle, "column_damping"),
             sampling_rate=sampling_rate,
             torsion_bar_stiffness=stiffness,
         )

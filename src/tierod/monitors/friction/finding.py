@@ -49,7 +49,9 @@ def finding_of(run: FrictionRun) -> Finding:
         headline=f"{SUBJECT} {run.friction:.2f} ± {statement.deviation:.2f} N·m: {status.value}, "
         f"{held_against(run, limits, status)}.",
         since=statement.since + run.start_time if statement.since >= 0.0 else None,
-        estimate=Estimate(PLACE, run.friction, statement.deviation, "N*m", _reference(run, limits)),
+        estimate=Estimate(
+            PLACE, run.friction, statement.deviation, "N*m", _reference(run, limits), _limits_behind(run, status)
+        ),
         evidence=_evidence(run),
         cause=cause,
         action=action,
@@ -64,6 +66,12 @@ def _decided_by(run: FrictionRun, status: Status) -> tuple[str, ...]:
         return ()
     rules = ABSOLUTE if run.judged.statement.kind == BY_LIMIT else BASELINE
     return (rules[status is Status.FAULT].name,)
+
+
+def _limits_behind(run: FrictionRun, status: Status) -> tuple[str, ...]:
+    """The parameter of the vehicle file that an alarm rests on: any alarm begins at the limit of rising friction."""
+    by_limit = status in (Status.RISING, Status.FAULT) and run.judged.statement.kind == BY_LIMIT
+    return ("rising_friction",) if by_limit else ()
 
 
 def _reference(run: FrictionRun, limits: Limits) -> dict[str, float]:

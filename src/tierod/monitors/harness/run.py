@@ -277,9 +277,10 @@ class Run:
     def _concluded(self) -> tuple[Conclusion, tuple[ParameterEffect, ...]]:
         """Conclusion of the session, with the spread of the parameters, and their effects on it."""
         conclusion = self.session.conclude()
-        if self._uncertain is None or self._spread is None:
+        if self._uncertain is None:
             return conclusion, ()
-        found = with_parameter_spread(conclusion, self._spread.conclude(), self._uncertain.vehicle, self._may_turn)
+        outcome = None if self._spread is None else self._spread.conclude()
+        found = with_parameter_spread(conclusion, outcome, self._uncertain.vehicle, self._may_turn)
         note = in_words(self._uncertain.vehicle, self._uncertain.of_class)
         remarks = {**found.conclusion.remarks, **({"parameters": f"{note}."} if note else {})}
         return dataclasses.replace(found.conclusion, remarks=remarks), found.effects

@@ -21,6 +21,7 @@ from tierod.monitors.harness.verdict import Obstacle, withheld
 from tierod.monitors.hysteresis.assist_ratio import torque_defects
 from tierod.monitors.hysteresis.decisions import INCREASE
 from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import held_deviation
 
 PAPER = "Mohtat et al., appendix A, eqs (15) to (17)"
 
@@ -184,7 +185,7 @@ class HysteresisSession:
         )
 
     def _nominal_deviation(self) -> float:
-        return self.vehicle.parameters["nominal_friction"].standard_deviation or 0.0
+        return held_deviation(self.vehicle, "nominal_friction")
 
     def _warnings(self, friction: float) -> tuple[str, ...]:
         if self.support != "hoist" or "noticeable_friction" not in self.vehicle:

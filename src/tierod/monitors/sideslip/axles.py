@@ -10,6 +10,7 @@ from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import exp, where
 from tierod.physics.single_track import front_slip_speed, rear_slip_speed
+from tierod.vehicles.uncertain import held_deviation
 from tierod.vehicles.vehicle import Vehicle
 
 TORQUE_SHARE = 0.35
@@ -99,11 +100,11 @@ class Axles:
         """Axles with standard deviations and relaxation lengths of a vehicle file, as far as it has them."""
         found: dict[str, float] = {}
         for axle in ("front", "rear"):
-            if spread := vehicle.parameters[f"{axle}_cornering_stiffness"].standard_deviation:
+            if spread := held_deviation(vehicle, f"{axle}_cornering_stiffness"):
                 found[f"{axle}_stiffness_deviation"] = spread / vehicle[f"{axle}_cornering_stiffness"]
-        trails = [vehicle.parameters[name] for name in ("mechanical_trail", "pneumatic_trail")]
-        if spread := math.hypot(*(each.standard_deviation or 0.0 for each in trails)):
-            found["trail_deviation"] = spread / sum(each.value for each in trails)
+        trails = ("mechanical_trail", "pneumatic_trail")
+        if spread := math.hypot(*(held_deviation(vehicle, name) for name in trails)):
+            found["trail_deviation"] = spread / sum(vehicle[name] for name in trails)
         if "relaxation_length" in vehicle:
             found["front_relaxation"] = found["rear_relaxation"] = vehicle["relaxation_length"]
             if "rear_relaxation_ratio" in vehicle:

@@ -10,6 +10,7 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS
 from tierod.monitors.sideslip.monitor import BY_WIRE
 from tierod.physics.lag import gauss_markov_noise
+from tierod.vehicles.uncertain import held_deviation
 from tierod.vehicles.vehicle import Vehicle
 
 
@@ -265,11 +266,12 @@ def _guarded(vehicle: Vehicle, usual: CombinedTuning) -> CombinedTuning:
 
 def _tyres(vehicle: Vehicle, axle: str) -> Wandering:
     """Deviation of an axle's stiffness from the file's value."""
-    parameter = vehicle.parameters.get(f"{axle}_cornering_stiffness")
-    if parameter is None or not parameter.standard_deviation or not parameter.value > 0.0:
+    name = f"{axle}_cornering_stiffness"
+    deviation = held_deviation(vehicle, name) if name in vehicle else 0.0
+    if not deviation or not vehicle[name] > 0.0:
         return UNKNOWN_TYRES
     least, most = TYRES_KNOWN
-    return replace(UNKNOWN_TYRES, deviation=min(max(parameter.standard_deviation / parameter.value, least), most))
+    return replace(UNKNOWN_TYRES, deviation=min(max(deviation / vehicle[name], least), most))
 
 
 def _wandering(usual: Wandering | None, deviation: float | None, time: float | None) -> Wandering | None:

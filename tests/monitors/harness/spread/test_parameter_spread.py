@@ -11,6 +11,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.spread.joining import restated
 from tierod.monitors.harness.spread.turning import turn_by_estimate
+from tierod.vehicles import load
 
 
 def drive(seconds=20.0):
@@ -115,7 +116,9 @@ def test_the_band_holds_the_truth_of_cars_within_the_spread():
 def test_a_verdict_turns_where_two_deviations_pass_the_limit(status, value, deviation, turns):
     estimate = Estimate("friction", value, 0.1, "N*m", {"nominal": 4.0, "rising": 6.0, "fault": 8.0})
     effect = ParameterEffect("trail", 0.05, 0.01, "m", deviation, "N*m", 1.0)
-    found = turn_by_estimate(Finding("friction", status, "", estimate=estimate), deviation**2, (effect,))
+    found = turn_by_estimate(
+        Finding("friction", status, "", estimate=estimate), deviation**2, (effect,), load("midsize-eps")
+    )
     assert (found and found.status) == turns
     assert found is None or found.names == ("trail",)
 

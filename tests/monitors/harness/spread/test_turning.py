@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
-from tierod.core.findings import Element, Finding, Status
+from tierod.core.findings import Element, Estimate, Finding, ParameterEffect, Status
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.harness.spread.parameter_spread import Outcome
 from tierod.monitors.harness.spread.points import Concluded
-from tierod.monitors.harness.spread.turning import turn, turned
-from tierod.vehicles import load
+from tierod.monitors.harness.spread.turning import turn, turn_by_estimate, turned
+from tierod.vehicles import Vehicle, load
 
 CAR = load("rav4")
 
@@ -48,3 +50,36 @@ def test_a_healthy_car_within_the_spread_turns_a_fault():
     found = turn(concluded(Status.FAULT, "yaw_rate"), outcome(concluded(Status.HEALTHY)))
     assert found is not None
     assert found.status is Status.HEALTHY
+
+
+def with_limit(deviation: float) -> Vehicle:
+    car = load("midsize-eps")
+    limit = dataclasses.replace(car.parameters["rising_friction"], value=4.8, standard_deviation=deviation)
+    return dataclasses.replace(car, parameters={**car.parameters, "rising_friction": limit})
+
+
+def by_limit(status: Status, value: float) -> Finding:
+    limits = ("rising_friction",) if status is Status.RISING else ()
+    estimate = Estimate("friction", value, 0.1, "N*m", {"rising": 5.2}, limits)
+    return Finding("friction", status, "friction.", estimate=estimate)
+
+
+@pytest.mark.parametrize(("deviation", "turns"), [(0.0, False), (0.5, False), (0.8, True)])
+def test_the_deviation_of_a_limit_turns_an_alarm_that_rests_on_it(deviation, turns):
+    found = turn_by_estimate(by_limit(Status.RISING, 6.5), 0.0, (), with_limit(deviation))
+    assert (found is not None) is turns
+    if found is not None:
+        assert (found.status, found.names) == (Status.HEALTHY, ("rising_friction",))
+
+
+def test_a_healthy_car_of_a_class_with_uncertain_limits_stays_healthy():
+    assert turn_by_estimate(by_limit(Status.HEALTHY, 4.5), 0.0, (), with_limit(1.2)) is None
+
+
+def test_limit_and_parameters_count_together():
+    moves = (ParameterEffect("motor_ratio", 18.0, 1.0, "", 0.5, "N*m", 1.0),)
+    alarm = by_limit(Status.RISING, 6.5)
+    assert turn_by_estimate(alarm, 0.25, moves, with_limit(0.0)) is None
+    found = turn_by_estimate(alarm, 0.25, moves, with_limit(0.6))
+    assert found is not None
+    assert found.names == ("rising_friction", "motor_ratio")

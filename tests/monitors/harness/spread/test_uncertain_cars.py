@@ -85,6 +85,16 @@ def test_a_monitor_that_reads_a_deviation_itself_has_it_in_its_band_once():
     assert "column_damping" in Uncertain(*find("hysteresis", "hoist"), bare, None).of_class
 
 
+@pytest.mark.parametrize(("deviation", "status"), [(0.0, Status.RISING), (1.2, Status.SUSPECT)])
+def test_friction_above_a_guessed_limit_is_suspect_though_every_other_parameter_is_exact(deviation, status):
+    vehicle = load("midsize-eps")
+    exact = {name: (each.value, 0.0) for name, each in vehicle.parameters.items()}
+    car = guessed(vehicle, **exact | {"rising_friction": (4.8, deviation)})
+    found = diagnose(drive(minutes=6.0, friction=6.5, seed=3), car, "friction").findings[0]
+    assert found.status is status
+    assert ("rising_friction decides" in found.headline) is (status is Status.SUSPECT)
+
+
 def test_limits_of_a_calibration_hold_the_spread():
     vehicle = load("midsize-eps")
     calibrated = dataclasses.replace(vehicle, thresholds={"friction": {}})

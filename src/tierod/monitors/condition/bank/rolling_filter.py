@@ -32,7 +32,7 @@ from tierod.monitors.condition.signals import (
 from tierod.physics.lag import gauss_markov_noise
 from tierod.physics.single_track import understeer_gradient
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import bound_distance, with_spread
+from tierod.vehicles.uncertain import bound_distance, hold_spread, with_spread
 
 LIMITS = RollingCar.State(80.0, 15.0, 3.0, 10.0, 4.0, 0.1, 0.5, 0.04, 0.2, 0.04, 0.04, 0.5, 0.5, 3.0, 3.0, 0.5, 0.02)
 """Beyond which no state goes, whatever a faulty sensor says."""
@@ -124,6 +124,8 @@ def model_error_of(vehicle: Vehicle) -> RollingError:
     Args:
         vehicle: with the parameters of `RollingCar`; a parameter without a standard deviation takes that of its class
     """
+    # Distances, ratio, stiffness and offsets are in the errors below; all else that is read moves less than the usual.
+    hold_spread(vehicle, vehicle.parameters)
     car = with_spread(vehicle)[0]
     known = car.parameters
 

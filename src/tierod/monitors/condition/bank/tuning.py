@@ -18,6 +18,7 @@ from tierod.monitors.condition.signals import (
     Readings,
 )
 from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import held_deviation
 
 SENSOR_NOISE = Measured(
     *(each.noise for each in SENSOR_TABLE if each.name in OF_AUTOMATED), *(ACCELERATION_NOISE,) * len(ACCELERATIONS)
@@ -102,10 +103,8 @@ def widened(vehicle: Vehicle) -> tuple[Measured, ModelError]:
     """
 
     def spread(name: str, relative: bool = False) -> float:
-        if name not in vehicle or not vehicle.parameters[name].standard_deviation:
-            return 0.0
-        size = abs(vehicle[name]) if relative else 1.0
-        return (vehicle.parameters[name].standard_deviation or 0.0) / size
+        deviation = held_deviation(vehicle, name) if name in vehicle else 0.0
+        return deviation / abs(vehicle[name]) if relative and deviation else deviation
 
     error, square = ModelError(), vehicle["rack_ratio"] ** 2
     axles = ("front_cornering_stiffness", "rear_cornering_stiffness")

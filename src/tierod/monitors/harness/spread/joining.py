@@ -32,28 +32,33 @@ class Joined(NamedTuple):
     effects: tuple[ParameterEffect, ...]
 
 
-def joined(conclusion: Conclusion, outcome: Outcome, vehicle: Vehicle, may_turn: bool) -> Joined:
+def joined(conclusion: Conclusion, outcome: Outcome | None, vehicle: Vehicle, may_turn: bool) -> Joined:
     """The conclusion for a vehicle whose parameters are uncertain.
 
     Args:
         conclusion: for the vehicle as it is
-        outcome: for the moved ones
+        outcome: for the moved ones; None where no parameter was moved
         vehicle: with the standard deviation of its parameters
         may_turn: whether the verdict rests on the parameters; it does not where they are in what it is judged against
     """
-    found = effects(outcome, conclusion.finding.estimate, vehicle)
-    if not found.each:
-        return Joined(conclusion, ())
+    found = Effects(0.0, ()) if outcome is None else effects(outcome, conclusion.finding.estimate, vehicle)
+    if outcome is not None and found.each:
+        conclusion = _with_effects(conclusion, outcome, found, vehicle)
+    turning = turn(conclusion, outcome) if outcome is not None and found.each and may_turn else None
+    if turning is None:
+        rests = found if may_turn else Effects(0.0, ())
+        turning = turn_by_estimate(conclusion.finding, rests.variance, rests.each, vehicle)
+    return Joined(conclusion if turning is None else turned(conclusion, turning, vehicle), found.each)
+
+
+def _with_effects(conclusion: Conclusion, outcome: Outcome, found: Effects, vehicle: Vehicle) -> Conclusion:
+    """The conclusion with the deviation that the moved vehicles add to its estimate."""
     finding = conclusion.finding
     if finding.estimate is not None:
         finding = _wider(finding, finding.estimate, found, vehicle)
     if outcome.held is not None and "truth_within_band_share" in finding.evidence:
         finding = replace(finding, evidence={**finding.evidence, "truth_within_wider_band_share": outcome.held})
-    conclusion = replace(conclusion, finding=finding, remarks=_remarks(conclusion.remarks, found))
-    turning = None
-    if may_turn:
-        turning = turn(conclusion, outcome) or turn_by_estimate(finding, found.variance, found.each)
-    return Joined(conclusion if turning is None else turned(conclusion, turning, vehicle), found.each)
+    return replace(conclusion, finding=finding, remarks=_remarks(conclusion.remarks, found))
 
 
 def _wider(finding: Finding, estimate: Estimate, found: Effects, vehicle: Vehicle) -> Finding:

@@ -15,8 +15,8 @@ class Uncertain:
     """Opens a session for a vehicle, and finds out which of its uncertain parameters are read.
 
     Limits in the vehicle file that were designed on its own fault-free drives hold the error of its parameters, so that
-    a monitor with such limits is run for the vehicle as it is. A parameter whose standard deviation the monitor reads
-    itself is in its own band already, and is not moved.
+    a monitor with such limits is run for the vehicle as it is. A parameter whose spread the monitor says to hold itself
+    (`tierod.vehicles.uncertain.held_deviation`) is in its own band already, and is not moved.
 
     Args:
         monitor: on the grid of the recording
@@ -37,10 +37,10 @@ class Uncertain:
         self.session = opened(monitor, variant, dataclasses.replace(vehicle, parameters=watched), baseline)
         self.vehicle, filled = with_spread(vehicle)
         designed = monitor.name in vehicle.thresholds
-        own = {name for name in watched.deviations_read if vehicle.parameters[name].standard_deviation is not None}
         read = () if designed else watched.read
         follows = {BOUND} if bound_distance(self.vehicle) and FREE in read else set()
-        self.names = tuple(name for name in read if name not in own | follows and self._is_uncertain(name))
+        held = watched.held.keys() | follows
+        self.names = tuple(name for name in read if name not in held and self._is_uncertain(name))
         self.of_class = tuple(name for name in filled if name in self.names)
 
     def _is_uncertain(self, name: str) -> bool:

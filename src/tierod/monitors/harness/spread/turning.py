@@ -62,20 +62,29 @@ def turn(conclusion: Conclusion, outcome: Outcome) -> Turn | None:
     return Turn(found.finding.status, _deciding(nearest), found.elements)
 
 
-def turn_by_estimate(finding: Finding, variance: float, effects: Sequence[ParameterEffect]) -> Turn | None:
+def turn_by_estimate(
+    finding: Finding, variance: float, effects: Sequence[ParameterEffect], vehicle: Vehicle
+) -> Turn | None:
     """The same from the estimate alone: the other side of its lowest limit is within two deviations of the parameters.
+
+    A limit that the vehicle file gives with a deviation of its own, such as that of a class of cars, counts with it
+    where an alarm rests on it. It turns no healthy verdict: a car that is typical of its class would have none.
 
     Args:
         finding: for the vehicle as it is
         variance: that the parameters add to its estimate, in the unit squared
         effects: of the parameters, the one that moves it most first
+        vehicle: with the standard deviation of its parameters
     """
     estimate = finding.estimate
     limits = [] if estimate is None else [estimate.reference[name] for name in LIMITS if name in estimate.reference]
-    if estimate is None or not limits or not effects:
+    if estimate is None or not limits:
         return None
-    reach, lowest = REACH * math.sqrt(variance), min(limits)
-    names = _enough({each.name: each.effect**2 for each in effects})
+    parts, lowest = {each.name: each.effect**2 for each in effects}, min(limits)
+    if finding.status in ALARMS:
+        own = {name: (vehicle.parameters[name].standard_deviation or 0.0) ** 2 for name in estimate.limits}
+        parts, variance = parts | own, variance + sum(own.values())
+    reach, names = REACH * math.sqrt(variance), _enough(parts)
     if finding.status is Status.HEALTHY and estimate.value + reach > lowest > estimate.value:
         return Turn(Status.FAULT if len(limits) == 1 else Status.RISING, names, ())
     if finding.status in ALARMS and estimate.value - reach < lowest < estimate.value:
