@@ -3,11 +3,17 @@ from typing import NamedTuple
 
 import pytest
 
+from tierod.proving_ground.parts import Wheels
 from tierod.proving_ground.powertrain import Powertrain, WheelMotors
 
 
 class Moving(NamedTuple):
     speed: float
+    spinning: float = 0.0
+
+    @property
+    def wheel_speeds(self) -> Wheels:
+        return Wheels(self.speed, self.speed, self.speed, self.speed + self.spinning)
 
 
 def test_drive_goes_to_the_driven_axle_and_gives_the_force():
@@ -30,6 +36,22 @@ def test_power_limits_the_force_at_speed():
     train = Powertrain(greatest_drive_force=7000.0, greatest_power=110e3)
     assert sum(train.torques(1e6, Moving(0.0))[0]) / 0.31 == pytest.approx(7000.0)
     assert sum(train.torques(1e6, Moving(50.0))[0]) / 0.31 == pytest.approx(2200.0)
+
+
+def test_a_wheel_that_spins_takes_the_power_from_the_car():
+    train = Powertrain(front_share=0.0, greatest_drive_force=7000.0, greatest_power=110e3)
+    drive, _ = train.torques(1e6, Moving(10.0, spinning=60.0))
+    assert sum(drive) / 0.31 == pytest.approx(110e3 / 40.0)
+    assert sum(each * speed for each, speed in zip(drive, (10.0, 10.0, 10.0, 70.0), strict=True)) / 0.31 == pytest.approx(110e3)  # fmt: skip
+    assert sum(Powertrain().torques(2000.0, Moving(10.0, spinning=60.0))[0]) / 0.31 == pytest.approx(2000.0)
+
+
+def test_the_limiter_leaves_no_torque_beyond_the_greatest_speed():
+    train = Powertrain(front_share=0.0, greatest_speed=70.0)
+    half, whole = (sum(train.torques(1e6, Moving(speed))[0]) / 0.31 for speed in (0.975 * 70.0, 66.5))
+    assert half == pytest.approx(0.5 * 110e3 / 68.25)
+    assert whole == pytest.approx(110e3 / 66.5)
+    assert sum(train.torques(1e6, Moving(10.0, spinning=130.0))[0]) == 0.0
 
 
 def test_wheel_motors_share_force_and_difference():

@@ -110,7 +110,9 @@ def _linear_parts(time: np.ndarray, lateral: np.ndarray) -> list[tuple[int, int]
 
 
 def _driven_from(chassis: TwoTrack, steer: np.ndarray, speed: np.ndarray, across: float, yaw: float) -> Any:
-    replay = Replay(chassis, Powertrain(front_share=0.0, greatest_power=400e3), start_speed=float(speed[0]))
+    replay = Replay(
+        chassis, Powertrain(front_share=0.0, greatest_power=400e3, greatest_speed=100.0), start_speed=float(speed[0])
+    )
     front_slip = float(steer[0]) - (across + chassis.front_distance * yaw) / float(speed[0])
     rear_slip = -(across - chassis.rear_distance * yaw) / float(speed[0])
     front = front_slip * chassis.front.tyre.lateral_relaxation

@@ -14,6 +14,9 @@ from tierod.proving_ground.parts import Reaction, Wheels
 CRAWL = 1.0
 """Speed below which power no longer limits the force [m/s]."""
 
+LIMITER = 0.05
+"""Share of the greatest speed over which the engine's limiter takes its torque back []."""
+
 
 @dataclass(frozen=True)
 class Powertrain:
@@ -24,7 +27,8 @@ class Powertrain:
         front_brake_share: of the brake force
         wheel_radius: rolling radius
         greatest_drive_force: by engine torque in the lowest gear, or by traction
-        greatest_power: at the wheels
+        greatest_power: at the wheels, by their rotation: a wheel that spins takes it from the car
+        greatest_speed: of the driven wheels, at which the engine's limiter leaves no torque
         greatest_brake_force: of all four brakes
     """
 
@@ -33,6 +37,7 @@ class Powertrain:
     wheel_radius: Annotated[float, "m", POSITIVE] = 0.31
     greatest_drive_force: Annotated[float, "N", NOT_NEGATIVE] = 7000.0
     greatest_power: Annotated[float, "W", NOT_NEGATIVE] = 110e3
+    greatest_speed: Annotated[float, "m/s", POSITIVE] = 70.0
     greatest_brake_force: Annotated[float, "N", NOT_NEGATIVE] = 18e3
 
     def torques(self, force: Scalar, reaction: Reaction) -> tuple[Wheels, Wheels]:
@@ -42,7 +47,11 @@ class Powertrain:
             force: wanted along the road, negative brakes [N]
             reaction: of the chassis
         """
-        available = minimum(self.greatest_drive_force, self.greatest_power / maximum(absolute(reaction.speed), CRAWL))
+        wheels = reaction.wheel_speeds
+        of_front, of_rear = 0.5 * self.front_share, 0.5 * (1.0 - self.front_share)
+        turning = of_front * (wheels.front_left + wheels.front_right) + of_rear * (wheels.rear_left + wheels.rear_right)
+        available = minimum(self.greatest_drive_force, self.greatest_power / maximum(absolute(turning), CRAWL))
+        available = available * limit((1.0 - turning / self.greatest_speed) / LIMITER, 0.0, 1.0)
         drive = 0.5 * self.wheel_radius * limit(force, 0.0, available)
         brake = 0.5 * self.wheel_radius * limit(-force, 0.0, self.greatest_brake_force)
         front, rear = self.front_share * drive, (1.0 - self.front_share) * drive

@@ -24,6 +24,7 @@ def quadricycle() -> Any:
         wheel_radius=radius,
         greatest_drive_force=1800.0,
         greatest_power=15e3,
+        greatest_speed=28.0,
         greatest_brake_force=4500.0,
     )
     return replace(car, chassis=chassis, steering=steering, powertrain=powertrain)
