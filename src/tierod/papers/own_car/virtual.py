@@ -14,6 +14,7 @@ from tierod.core.content import Heading, Item, Table
 from tierod.core.errors import InputError
 from tierod.experiments.effort import Effort, Progress
 from tierod.experiments.executor import Failure
+from tierod.monitors.sideslip.combined_tuning import CONSTANT_ERROR
 from tierod.papers.own_car.judging import BROCHURE, ESTIMATES, FALSE, IDENTIFIED, TRUE, TRUTHS, Case, Judged, Studied
 from tierod.papers.own_car.judging import studied as of_case
 from tierod.papers.own_car.reported import CARS as DRAWN
@@ -171,7 +172,16 @@ def _verdicts(judged: Sequence[Judged]) -> Table:
     return Table("False verdicts of a fault", ("car", "monitor", "vehicle file", "verdict"), rows or (("none",) * 4,))
 
 
-def _too(of: Pooled, goal: Goal, true: Pooled | None) -> str:
+NOT_SEEN = {
+    "sideslip": (
+        f" {math.degrees(CONSTANT_ERROR):.2f} degrees of it stand for axles and sensors that are not parallel, which "
+        "real cars have, these have not, and no signal shows."
+    )
+}
+"""What the band of an estimate holds beside noises."""
+
+
+def _too(monitor: str, of: Pooled, goal: Goal, true: Pooled | None) -> str:
     """Why a band holds more or less of the truth than it should."""
     if of.coverage <= goal.high:
         return f"{100.0 * of.worst:.0f} % on the worst of {of.drives} drives; a few cars decide."
@@ -179,6 +189,7 @@ def _too(of: Pooled, goal: Goal, true: Pooled | None) -> str:
         return (
             f"Too wide: with the true parameters the band holds {100.0 * true.coverage:.1f} %, so that noises and "
             "errors of the model decide, not the spread of the parameters. Noises of the very car would mend it."
+            f"{NOT_SEEN.get(monitor, '')}"
         )
     return (
         f"Too wide: the root mean square error is {of.error:.3g}, and the band covers what no drive has shown. "
@@ -203,16 +214,15 @@ def claims(monitor: str, of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
         WIDE,
         "",
         f"{brochure.worst:.2f} on the worst car.",
-        cause=_too(brochure, WIDE, true),
+        cause=_too(monitor, brochure, WIDE, true),
     )
     own = of.get((monitor, IDENTIFIED))
     if own is None:
         return
     claim = f"Share of the truth in the 95 % band of {monitor}, after one drive has identified the car."
     note = f"{own.worst:.2f} on the worst car."
-    yield Claim(
-        f"identified.{monitor}-band", claim, GOAL, None, own.coverage, NARROW, "", note, cause=_too(own, NARROW, true)
-    )
+    cause = _too(monitor, own, NARROW, true)
+    yield Claim(f"identified.{monitor}-band", claim, GOAL, None, own.coverage, NARROW, "", note, cause=cause)
     ratio = own.error / true.error if true is not None and true.error > 0.0 else math.nan
     before = brochure.error / true.error if true is not None and true.error > 0.0 else math.nan
     yield Claim(
