@@ -366,3 +366,18 @@ def test_the_view_and_the_state_say_how_late_a_verdict_may_be(tmp_path):
     console = Console(width=160, file=io.StringIO())
     console.print(picture(drive))
     assert "(up to 2.3 s late)" in console.file.getvalue()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the option is of Linux")
+def test_a_frame_of_another_group_that_came_before_the_option_is_dropped(multicast):
+    from tierod.live.buses import _own_group_alone
+
+    channels = ("239.74.163.78", "239.74.163.79")
+    with (
+        can.Bus(interface="udp_multicast", channel=channels[0]) as bus,
+        can.Bus(interface="udp_multicast", channel=channels[1]) as other,
+    ):
+        other.send(can.Message(arbitration_id=2, data=b"2", is_extended_id=False))
+        time.sleep(0.05)
+        _own_group_alone(bus)
+        assert bus.recv(0.05) is None

@@ -36,6 +36,9 @@ _FORCED = 33
 _MULTICAST_ALL = 49
 """IP_MULTICAST_ALL of Linux, which Python does not name."""
 
+MOST_DROPPED = 10_000
+"""Datagrams that may have come before that option was set: a bus that is busier is read from then on."""
+
 Inbox = SimpleQueue[Frame | Notice]
 
 
@@ -107,11 +110,15 @@ def _remedy(error: Exception) -> str:
 def _own_group_alone(bus: can.BusABC) -> None:
     """Let Linux give the frames of this group alone: else a socket gets those of every group that the computer joined.
 
-    Two channels would be one bus then, with every frame twice.
+    Two channels would be one bus then, with every frame twice. Datagrams that came since the socket was bound may be of
+    any group, and are dropped.
     """
     with contextlib.suppress(OSError), socket.socket(fileno=os.dup(bus.fileno())) as twin:
-        if twin.family == socket.AF_INET:
-            twin.setsockopt(socket.IPPROTO_IP, _MULTICAST_ALL, 0)
+        if twin.family != socket.AF_INET:
+            return
+        twin.setsockopt(socket.IPPROTO_IP, _MULTICAST_ALL, 0)
+        for _ in range(MOST_DROPPED):
+            twin.recv(1, socket.MSG_DONTWAIT)
 
 
 def _enlarge(bus: can.BusABC) -> None:
