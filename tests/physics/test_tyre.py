@@ -37,18 +37,6 @@ def test_brush_is_fialas_polynomial():
     np.testing.assert_allclose(tyre.brush_lateral_force(slip, *BRUSH), fiala, rtol=1e-12, atol=1e-9)
 
 
-def test_trail_is_a_third_of_the_half_length_and_vanishes():
-    assert tyre.brush_pneumatic_trail(0.0, *BRUSH, HALF_LENGTH) == pytest.approx(HALF_LENGTH / 3.0)
-    assert tyre.brush_pneumatic_trail(tyre.sliding_slip(*BRUSH), *BRUSH, HALF_LENGTH) == pytest.approx(0.0, abs=1e-12)
-    assert tyre.brush_pneumatic_trail(1.0, *BRUSH, HALF_LENGTH) == 0.0
-
-
-@given(st.floats(-0.3, 0.3))
-def test_aligning_torque_is_force_times_trail(slip):
-    product = tyre.brush_lateral_force(slip, *BRUSH) * tyre.brush_pneumatic_trail(slip, *BRUSH, HALF_LENGTH)
-    assert tyre.brush_aligning_torque(slip, *BRUSH, HALF_LENGTH) == pytest.approx(product, rel=1e-9, abs=1e-9)
-
-
 def test_aligning_torque_peaks_at_a_quarter_of_the_sliding_slip():
     slip = np.linspace(0.0, 1.0, 4001) * tyre.sliding_slip(*BRUSH)
     torque = tyre.brush_aligning_torque(slip, *BRUSH, HALF_LENGTH)

@@ -81,18 +81,6 @@ class SubstitutionGraph:
             raise ParameterError(f"there is no sensor '{sensor}'{nearest(sensor, self.substitutes)}")
         return tuple(way for way in self.substitutes[sensor] if not set(way.needs) & set(lost))
 
-    def survivable(self, at_once: int) -> dict[str, bool]:
-        """Whether each sensor can still be replaced when it and any `at_once` - 1 others are lost."""
-        from itertools import combinations
-
-        return {
-            sensor: all(
-                self.usable(sensor, (sensor, *others))
-                for others in combinations([other for other in self.sensors if other != sensor], at_once - 1)
-            )
-            for sensor in self.sensors
-        }
-
 
 def graph_from(table: Mapping[str, Any]) -> SubstitutionGraph:
     """A graph from a table: sensor -> list of {name, needs, deviation, source}, put in the order of their deviations.

@@ -178,7 +178,7 @@ def lugre_bristle_rate(deflection: Scalar, rate: Scalar, stiffness: Scalar, leve
 
     Source: Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE TAC 40 (1995) 419, eq (2).
     """
-    return rate - stiffness * absolute(rate) / level * deflection
+    return rate - absolute(rate) * stiffness * deflection / level
 
 
 def lugre_torque(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import absolute, exp, limit, sign, where
+from tierod.physics.friction import lugre_bristle_rate, lugre_torque
 
 
 def elastoplastic_update(share: Scalar, angle_increment: Scalar, elastic_angle: Scalar) -> Scalar:
@@ -78,7 +79,7 @@ def lugre_share(
         steady_share: as in `lugre_update` [-]
         micro_time: damping over stiffness of the bristles, sigma_1 / sigma_0 [s]
 
-    Source: Canudas de Wit et al. (1995), eq (3), over the sliding level.
+    Source: `lugre_torque`, with the sliding level as unit of torque and `bristle_angle` as unit of deflection.
     """
-    bristle_rate = (rate - absolute(rate) * bristle / steady_share) / bristle_angle
-    return bristle + micro_time * bristle_rate
+    bristle_rate = lugre_bristle_rate(bristle, rate, 1.0, steady_share) / bristle_angle
+    return lugre_torque(bristle, bristle_rate, rate, 1.0, micro_time, 0.0)

@@ -69,27 +69,6 @@ def saturating_lateral_force(lateral_slip: Scalar, cornering_stiffness: Scalar, 
     return cornering_stiffness * lateral_slip / sqrt(1.0 + share * share)
 
 
-def brush_pneumatic_trail(
-    lateral_slip: Scalar, cornering_stiffness: Scalar, adhesion: Scalar, load: Scalar, contact_half_length: Scalar
-) -> Scalar:
-    """Distance [m] by which the lateral force of the brush model acts behind the contact centre.
-
-    Args:
-        lateral_slip: tangent of the slip angle [-]
-        cornering_stiffness: [N/rad]
-        adhesion: friction coefficient of tyre and road [-]
-        load: vertical load [N]
-        contact_half_length: half of the contact length, a [m]
-
-    A third of the half length at zero slip, falling to zero where the whole patch slides.
-    Source: Pacejka, 3rd ed., section 3.2.1: t = (a/3) (1 - |x|)^3 / (1 - |x| + x^2/3).
-    """
-    share = absolute(lateral_slip) / sliding_slip(cornering_stiffness, adhesion, load)
-    sticking = maximum(1.0 - share, 0.0)
-    slope = 1.0 - share + share * share / 3.0
-    return contact_half_length / 3.0 * sticking * sticking * sticking / slope
-
-
 def brush_aligning_torque(
     lateral_slip: Scalar, cornering_stiffness: Scalar, adhesion: Scalar, load: Scalar, contact_half_length: Scalar
 ) -> Scalar:

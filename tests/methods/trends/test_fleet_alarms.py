@@ -1,13 +1,12 @@
-"""Alarms of a fleet: bounds, lists and adjusted values."""
+"""Alarms of a fleet: bounds and lists."""
 
 import math
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from tierod.core.errors import ParameterError
-from tierod.methods.trends.fleet_alarms import adjusted, alarm_level, log_e_values, selected
+from tierod.methods.trends.fleet_alarms import alarm_level, log_e_values, selected
 
 
 def test_the_level_is_the_time_between_false_alarms():
@@ -35,11 +34,6 @@ def test_the_list_keeps_its_share_of_wrong_cars():
     assert np.mean(shares) <= 0.1
     assert selected(np.array([0.0, 0.0]), 0.1).sum() == 0
     assert selected(np.log([25.0, 12.0, 1.0]), 0.2).tolist() == [True, True, False][:3]
-
-
-def test_adjusted_p_values_are_those_of_scipy():
-    p = np.random.default_rng(1).uniform(0.0, 1.0, 50) ** 3
-    np.testing.assert_allclose(adjusted(p), stats.false_discovery_control(p))
 
 
 def test_a_share_outside_its_range_is_refused():

@@ -15,7 +15,7 @@ from tierod.core.recording import Aligned, Recording
 from tierod.io.derive import complete
 from tierod.io.readers import read
 from tierod.monitors.harness.stuck_over_drive import StuckOverDrive
-from tierod.monitors.harness.stuck_signals import StuckSignals, hold_back
+from tierod.monitors.harness.stuck_signals import StuckSignals
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
 
@@ -108,12 +108,6 @@ def test_a_signal_that_moves_again_is_used_again(driven):
     (sentence,) = over.warnings({"yaw_rate": "rad/s"})
     assert sentence.startswith("yaw_rate is stuck at ")
     assert "from 260.0 s to 300.0 s" in sentence
-
-
-def test_what_is_held_back_is_missing():
-    block = StuckSignals(("yaw_rate", "vehicle_speed"), (), 0.05)
-    sample = block.Sample(0.1, 20.0)
-    assert hold_back(sample, block.Output(0.0, 3.0)) == (0.1, math.inf)
 
 
 def test_names_are_checked():

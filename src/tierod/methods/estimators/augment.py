@@ -7,7 +7,7 @@ import dataclasses
 from functools import lru_cache
 from typing import Any, get_type_hints
 
-from tierod.core.block import Scalar, Tree, named_tuple, values_of
+from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.model import Model, model_like, require_discrete
 
@@ -99,19 +99,6 @@ def _with(p: Tree, path: str, value: Scalar) -> Tree:
     changed = copy.copy(p)
     object.__setattr__(changed, first, _with(getattr(p, first), rest, value) if rest else value)
     return changed
-
-
-def parameter_value(p: Tree, path: str) -> Scalar:
-    """The value of a (dotted) parameter: the usual start of its state."""
-    for name in path.split("."):
-        p = getattr(p, name)
-    value: Scalar = p
-    return value
-
-
-def start_of(model_state: Tree, p: Tree, *parameters: str) -> tuple[float, ...]:
-    """Initial mean of an augmented model: the base model's state and the present values of the parameters."""
-    return (*values_of(model_state), *(parameter_value(p, path) for path in parameters))
 
 
 @lru_cache(maxsize=64)

@@ -80,22 +80,6 @@ def selected(log_e: np.ndarray, share: float) -> np.ndarray:
     return chosen
 
 
-def adjusted(p_values: np.ndarray) -> np.ndarray:
-    """Smallest false-discovery rate at which each of several tests is in the list, for one look at tests whose results
-    are independent or rise together.
-
-    Args:
-        p_values: (n,)
-
-    Source: Y. Benjamini, Y. Hochberg, 1995, doi 10.1111/j.2517-6161.1995.tb02031.x.
-    """
-    order = np.argsort(-p_values, kind="stable")
-    ranks = np.arange(len(p_values), 0, -1)
-    values = np.empty(len(p_values))
-    values[order] = np.minimum(np.minimum.accumulate(p_values[order] * len(p_values) / ranks), 1.0)
-    return values
-
-
 def _check(share: float) -> None:
     if not 0.0 < share < 1.0:
         raise ParameterError(f"the false-discovery rate is {share}; expected more than 0 and less than 1")

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
-from tierod.core.block import Scalar, leaves, named_tuple, rebuild
+from tierod.core.block import Scalar, named_tuple
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import (
     absolute,
@@ -50,7 +49,7 @@ from tierod.physics.lag import share_reached
 
 @dataclass(frozen=True)
 class StuckSignals:
-    """Find signals that are stuck; runs before a monitor, which must not use them (`hold_back`).
+    """Find signals that are stuck; runs before a monitor, which must not use them.
 
     A signal that changed with every sample and repeats one value for a second while the car moves is stuck. A coarse
     signal rests by itself, so another one must contradict it: the angle moves while its rate stays, speeds part, the
@@ -278,17 +277,6 @@ class StuckSignals:
             enough = both(run.seconds > maximum(self.shortest, least), seconds > self.delay)
             found[name] = either(found.get(name, 0.0), enough)
         return tuple(after), found
-
-
-def hold_back(sample: Any, stuck_seconds: Any) -> Any:
-    """The sample with stuck signals infinite, which counts as missing (`present`).
-
-    Args:
-        sample: tree of signals
-        stuck_seconds: of each, in the same shape [s]
-    """
-    pairs = zip(leaves(sample), leaves(stuck_seconds), strict=True)
-    return rebuild(sample, [where(seconds > 0.0, math.inf, value) for (_, value), (_, seconds) in pairs])
 
 
 @lru_cache
