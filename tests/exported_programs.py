@@ -43,7 +43,7 @@ def interface_of_program(made: Made, name: str, **options) -> ProgramInterface:
     rings = tuple((f"line{k}", size) for k, size in enumerate(made.rings))
     graph = Graph(**{"name": name, "rings": rings, "sample_tree": (), "output_tree": (), "make": lambda: None} | groups)
     known = {word: tuple(map(Described, paths)) for word, paths in groups.items()}
-    subject = Subject(name, name, name, "", "", 100.0, None, graph, **known, values=made.tuning, memory=np.zeros(0))
+    subject = Subject(name, name, name, "", "", 100.0, None, graph, **known, values=made.tuning)
     face = ProgramInterface(subject, Options(**options))
     object.__setattr__(face, "made", made)
     return face

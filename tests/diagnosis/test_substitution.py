@@ -31,12 +31,6 @@ def test_substitutes_are_put_in_the_order_of_their_measured_error():
     assert [each.name for each in GRAPH.substitutes["right"]] == ["left-and-yaw", "model"]
 
 
-def test_a_substitute_whose_own_sensor_is_lost_is_passed_over():
-    assert [each.name for each in GRAPH.usable("left", ["left"])] == ["right-and-yaw", "model"]
-    assert [each.name for each in GRAPH.usable("left", ["left", "yaw"])] == ["model"]
-    assert GRAPH.usable("yaw", ["yaw", "right"]) == ()
-
-
 @pytest.mark.parametrize(
     ("table", "message"),
     [
@@ -53,9 +47,7 @@ def test_a_graph_that_cannot_be_meant_is_refused(table, message):
         graph_from(table)
 
 
-def test_an_unknown_sensor_is_refused():
-    with pytest.raises(ParameterError, match="no sensor 'lefd'.*left"):
-        GRAPH.usable("lefd", [])
+def test_a_switch_that_cannot_be_meant_is_refused():
     with pytest.raises(ParameterError, match="3 sensors came with 2 growths"):
         Switchover(GRAPH, (1.0, 1.0), FADE, SAMPLE_TIME)
     with pytest.raises(ParameterError, match="above zero"):

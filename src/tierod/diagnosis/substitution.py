@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -66,20 +66,6 @@ class SubstitutionGraph:
     def substitutes(self) -> dict[str, tuple[Substitute, ...]]:
         """Substitutes by sensor."""
         return dict(zip(self.sensors, self.ways, strict=True))
-
-    def usable(self, sensor: str, lost: Collection[str]) -> tuple[Substitute, ...]:
-        """Substitutes that are left, the best first.
-
-        Args:
-            sensor: to be replaced
-            lost: sensors that cannot be used
-
-        Raises:
-            ParameterError: the sensor is not one of the graph's
-        """
-        if sensor not in self.substitutes:
-            raise ParameterError(f"there is no sensor '{sensor}'{nearest(sensor, self.substitutes)}")
-        return tuple(way for way in self.substitutes[sensor] if not set(way.needs) & set(lost))
 
 
 def graph_from(table: Mapping[str, Any]) -> SubstitutionGraph:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import os
 import signal
 import threading
-import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -38,12 +37,10 @@ class Failure:
     Args:
         reason: in words
         lasting: whether the same task would fail again; not so after a crash, or where something was not installed
-        detail: traceback, if there is one
     """
 
     reason: str
     lasting: bool
-    detail: str = ""
 
 
 class Passing(TierodError):
@@ -237,4 +234,4 @@ def done(work: Callable[[Given], Result], task: Given) -> Result | Failure | OSE
         return Failure(" ".join(str(error).split()), lasting=not passing)
     except Exception as error:
         reason = f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
-        return Failure(reason, lasting=True, detail=traceback.format_exc())
+        return Failure(reason, lasting=True)

@@ -16,12 +16,10 @@ class Clock(NamedTuple):
     """A state that counts steps.
 
     Args:
-        position: of the state
         step: number of the value that it adds, worked out from the tuning alone
         next: number of the value that it takes
     """
 
-    position: int
     step: int
     next: int
 
@@ -50,7 +48,7 @@ def clocks(program: Program, initial: Program) -> dict[int, Clock]:
         if group == NEXT_STATE and is_constant(initial.operations[initial.outputs[group, position]], 0.0):
             steps: set[int] = set()
             if _counts(program, position, value, steps) and len(steps) == 1:
-                found[position] = Clock(position, steps.pop(), value)
+                found[position] = Clock(steps.pop(), value)
     return found
 
 

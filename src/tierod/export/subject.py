@@ -6,13 +6,11 @@ import hashlib
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from tierod import __version__
 from tierod.core.block import Ring, Tree, tuning, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph import trace
-from tierod.core.graph.memory_layout import BankState, flat_memory
+from tierod.core.graph.memory_layout import BankState
 from tierod.export.described import Described, described, of_signals
 from tierod.export.members import identifier
 from tierod.monitors.diagnose import find, usual_monitor
@@ -36,7 +34,6 @@ class Subject:
         sample, state, output, tuning: what is known of every number, in the order of the graph; of a bank's states
             those of its judge
         values: of the tuning
-        memory: state before the first sample, flat
     """
 
     name: str
@@ -52,7 +49,6 @@ class Subject:
     output: tuple[Described, ...]
     tuning: tuple[Described, ...]
     values: tuple[float, ...]
-    memory: np.ndarray
 
     @property
     def sample_time(self) -> float:
@@ -133,7 +129,6 @@ def subject_of_block(
         output=tuple(described(graph.output_tree)),
         tuning=tuple(known.get(path, Described(path)) for path, _ in pairs),
         values=tuple(value for _, value in pairs),
-        memory=flat_memory(initial),
     )
 
 

@@ -54,13 +54,11 @@ class Expected:
 
     Args:
         value, standard_deviation: of its fault-free level [unit]
-        cars: that it rests on
         source: in words, for a vehicle file
     """
 
     value: float
     standard_deviation: float
-    cars: int
     source: str
 
 
@@ -90,7 +88,7 @@ def expected_of(found: Cohorts, series: Series, labels: dict[str, str]) -> Expec
         + (f"; {cohort}" if cohort else "")
         + f", {series.watched.unit}"
     )
-    return Expected(float(value), math.sqrt(variance), len(series.vehicles), source)
+    return Expected(float(value), math.sqrt(variance), source)
 
 
 def write_prior(path: str | Path, series: Series, expected: Expected) -> Path:

@@ -11,7 +11,7 @@ import numpy as np
 
 from tierod import __version__
 from tierod.core.errors import InputError
-from tierod.core.findings import Element, Episode, Finding, Status, Trace
+from tierod.core.findings import Element, Episode, Finding, Trace
 from tierod.core.recording import Recording
 from tierod.core.timestamps import CALENDAR
 from tierod.experiments.fingerprint import fingerprint
@@ -222,9 +222,3 @@ def _of_element(element: Element) -> Iterator[Row]:
 
 def _finite(value: float | None) -> float | None:
     return None if value is None or not np.isfinite(value) else float(value)
-
-
-def worst(statuses: Sequence[str]) -> str:
-    """The status that counts of several: a fault before what could not be judged, that before fault-free."""
-    order = {0: 2, 1: 0, 2: 1}
-    return min(statuses, key=lambda each: order[Status(each).exit_code])

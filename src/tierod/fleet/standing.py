@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tierod.core.findings import Status
-from tierod.fleet.series import days
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -31,9 +30,8 @@ class Standing:
         vehicle, monitor, judged: whose, who judged, and the thing
         kind: of the fault, in words; "" where it is not known
         faults, of: how many of the last judged drives had it, and how many there are
-        since: day since 1970 of the first of these drives; NaN without a date
         rows: of these drives in the findings
-        cause, action: of the last one, in words
+        action: of the last one, in words
     """
 
     vehicle: str
@@ -42,9 +40,7 @@ class Standing:
     kind: str
     faults: int
     of: int
-    since: float
     rows: tuple[int, ...]
-    cause: str
     action: str
 
 
@@ -70,20 +66,20 @@ def standings(findings: pa.Table) -> list[Standing]:
     sorted_codes = np.stack([code[order] for code in codes])
     change = np.flatnonzero(np.any(np.diff(sorted_codes, axis=1) != 0, axis=0)) + 1
     bounds = np.concatenate(([0], change, [len(order)]))
-    day, found = days(findings), []
+    found = []
     for first, last in pairwise(bounds):
         recent = order[max(first, last - LAST) : last]
         with_fault = recent[faulty[recent]]
         if len(with_fault) >= min(OFTEN, len(recent)):
-            found.append(_standing(findings, rows[with_fault], len(recent), day))
+            found.append(_standing(findings, rows[with_fault], len(recent)))
     return sorted(found, key=lambda each: (-each.faults, each.vehicle))
 
 
-def _standing(findings: pa.Table, rows: np.ndarray, of: int, day: np.ndarray) -> Standing:
+def _standing(findings: pa.Table, rows: np.ndarray, of: int) -> Standing:
     last = int(rows[-1])
-    names = ("vehicle", "monitor", "judged", "kind", "cause", "action")
+    names = ("vehicle", "monitor", "judged", "kind", "action")
     text = {name: findings[name][last].as_py() or "" for name in names}
+    drives = tuple(map(int, rows))
     return Standing(
-        text["vehicle"], text["monitor"], text["judged"], text["kind"], len(rows), of, float(day[rows[0]]),
-        tuple(map(int, rows)), text["cause"], text["action"],
-    )  # fmt: skip
+        text["vehicle"], text["monitor"], text["judged"], text["kind"], len(rows), of, drives, text["action"]
+    )

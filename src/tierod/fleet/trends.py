@@ -61,7 +61,6 @@ class Trends:
         left: time to the limit [d], (cars, 3): with a chance of 5, 50 and 95 %; infinite beyond ten years
         logarithm: of the evidence for a change in days, now, (cars,)
         log_e: logarithm of the e-value of each car, where it was first sure, else now, (cars,)
-        peak: its highest so far, (cars,)
         alarmed: day of the first alarm, (cars,); NaN without
         listed: whether the car is in the list of changed ones now, (cars,)
         kind, began, earliest, latest: of the likeliest change: `STEP` or `RAMP`, and days, (cars,)
@@ -77,7 +76,6 @@ class Trends:
     left: np.ndarray
     logarithm: np.ndarray
     log_e: np.ndarray
-    peak: np.ndarray
     alarmed: np.ndarray
     listed: np.ndarray
     kind: np.ndarray
@@ -110,7 +108,6 @@ class _Change(NamedTuple):
 
     logarithm: np.ndarray
     log_e: np.ndarray
-    peak: np.ndarray
     alarmed: np.ndarray
     kind: np.ndarray
     began: np.ndarray
@@ -205,7 +202,6 @@ def _change(drives: Drives, prior: Prior, known: Learnt, design: Design, cars: i
     return _Change(
         found.logarithm[:, last],
         log_e_values(relevant[line, sure], watched, design.horizon),
-        found.logarithm.max(axis=1),
         alarmed,
         found.kind[:, last],
         day_of(found.began[:, last], before=True),

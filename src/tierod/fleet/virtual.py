@@ -16,7 +16,6 @@ from tierod.core.files import expanded
 from tierod.core.toml import Document, build
 from tierod.fleet.virtual_ageing import SECONDS_PER_DAY, YEAR, Ageing
 
-ZERO_CELSIUS = 273.15
 REFERENCE = 288.15
 """Temperature at which frictions are stated [K]: 15 °C."""
 HOTTEST = 200.0

@@ -114,7 +114,3 @@ class DriveClock:
         """
         for bus in self._buses.values():
             bus.came += seconds
-
-    def restart(self) -> None:
-        """A new drive begins; counts go on."""
-        self._buses, self._last, self._zero, self.latest = {}, {}, math.nan, -math.inf

@@ -70,18 +70,6 @@ class Decoder:
         """Names of the buses by their number in `known`."""
         return {number: name for name, number in self._buses.items()}
 
-    @property
-    def identifiers(self) -> tuple[int, ...]:
-        """Identifiers received on the buses, known or not."""
-        return tuple(sorted({identifier for _, identifier in self._counts}))
-
-    @property
-    def missing(self) -> tuple[str, ...]:
-        """Messages of the databases that never came."""
-        names = dict.fromkeys(each.name for each in self._database)
-        came = {entry.message.name for entry in self.known.found.values()} if self.known else set()
-        return tuple(name for name in names if name not in came)
-
     def channels(self, frames: Frames, names: Sequence[str]) -> list[Channel]:
         """The named columns over some frames; without samples where none came.
 

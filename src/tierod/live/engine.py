@@ -93,8 +93,6 @@ class Tally:
 
     frames: int = 0
     too_late: int = 0
-    not_logged: int = 0
-    judged: float = 0.0
 
 
 class Engine:
@@ -167,8 +165,6 @@ class Engine:
             except OutputError as error:
                 self.say("problem", {"text": f"{error}; monitoring goes on without a log"})
                 self.log = None
-        if self.log is None:
-            self.tally.not_logged += len(placed)
 
     @property
     def due(self) -> bool:

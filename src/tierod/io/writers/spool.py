@@ -71,7 +71,6 @@ class Spool:
         self._channels: dict[str, Channel] = {}
         self._times: dict[str, _Column] = {}
         self._values: dict[str, _Column] = {}
-        self._sharing: dict[str, str] = {}
         self.metadata: dict[str, Any] = {}
 
     def add(self, piece: Recording) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated, ClassVar, Protocol
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -85,13 +85,6 @@ def _share(place: np.ndarray, start: float, end: float, ramp: float, every: floa
 
 Acting = Callable[[np.ndarray, np.ndarray], Columns]
 """(instants [s], distances [m]) -> columns that add to, or share in, those of the course."""
-
-
-class Condition(Protocol):
-    """Something that acts within a window."""
-
-    def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition with its chance drawn."""
 
 
 @dataclass(frozen=True)

@@ -31,13 +31,6 @@ ASSIST_READS = ("driver_torque", "vehicle_speed", "steering_wheel_angle", "steer
 SPEED = ("truth_speed", "vehicle_speed")
 """Channels that state the speed, the better first."""
 
-READ = (
-    *SPEED,
-    *("truth_lateral_speed", "lateral_speed", "truth_sideslip_angle", "sideslip_angle", "yaw_rate"),
-    *("steering_wheel_angle", "steering_wheel_rate", "driver_torque"),
-)
-"""Channels that driver and assist unit read."""
-
 _GROUPS: Mapping[str, Any] = {"road": Road, "wind": Wind, "demand": Demand}
 
 
