@@ -42,7 +42,7 @@ def recordings(folder, count, seconds):
     import numpy as np
 
     from tierod.core.recording import Recording
-    from tierod.io.writers.parquet import write_parquet
+    from tierod.io.writers import write
     from tierod.proving_ground.scenarios import load as scenario
 
     made = scenario("mixed-drive-healthy").with_run(seconds=seconds, seed=1).run().recording
@@ -53,7 +53,7 @@ def recordings(folder, count, seconds):
         speed = channels["vehicle_speed"]
         noise = chance.normal(0.0, 1e-4, len(speed.values))
         channels["vehicle_speed"] = type(speed)(speed.name, speed.time, speed.values + noise, speed.unit)
-        write_parquet(Recording(channels, {"origin": 1.79e9 + 7200.0 * number}), folder / f"{number}.parquet")
+        write(Recording(channels, {"origin": 1.79e9 + 7200.0 * number}), folder / f"{number}.parquet")
     return sorted(folder.glob("*.parquet"))
 
 

@@ -9,7 +9,7 @@ from tierod.experiments.executor import done
 from tierod.fleet.fleet_file import one_vehicle
 from tierod.fleet.judging import Asked
 from tierod.fleet.running import run
-from tierod.io.writers.parquet import write_parquet
+from tierod.io.writers import write
 from tierod.monitors.together import Chosen
 
 SECONDS = 40.0
@@ -34,7 +34,7 @@ def written(path, seed=1, start=NOVEMBER, seconds=SECONDS, **metadata):
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     recording = driven(seed, seconds)
-    write_parquet(Recording(recording.channels, {**recording.metadata, "origin": start, **metadata}), path)
+    write(Recording(recording.channels, {**recording.metadata, "origin": start, **metadata}), path)
     return path
 
 

@@ -23,7 +23,7 @@ from tierod.fleet.likeness import Moments, alike
 from tierod.fleet.places import Place
 from tierod.fleet.results import findings_of, ledger_of
 from tierod.io.readers import read
-from tierod.io.writers.mf4 import write_mf4
+from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.together import Chosen
 
@@ -265,7 +265,7 @@ def test_one_drive_in_several_formats_counts_once(tmp_path):
     written(drives / "a.parquet", start=0.0)
     written(drives / "other.parquet", seed=2, start=0.0)
     recording = read(drives / "a.parquet")
-    write_mf4(recording, drives / "b.mf4")
+    write(recording, drives / "b.mf4")
     (drives / "c.csv").write_text(
         "time," + ",".join(SIGNALS) + "\n"
         + "\n".join(

@@ -119,10 +119,10 @@ class Store:
         Raises:
             OutputError: it cannot be written
         """
-        from tierod.io.writers.parquet import write_parquet
+        from tierod.io.writers import write
 
         path = self._recording(name, key)
-        write_parquet(recording, path)
+        write(recording, path)
         content = path.read_bytes()
         return {
             "file": path.relative_to(self.folder).as_posix(),

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,8 @@ from tierod.io.readers.mapping import Plan, as_recorded
 from tierod.io.readers.opening import open_parts
 from tierod.io.readers.source import Source
 from tierod.io.readers.streaming import SHARE_READ, Reading, loaded_map, planned
-from tierod.io.writers import require_writable
-from tierod.io.writers.streamed import write_pieces
+from tierod.io.writers import WRITERS, require_writable, write
+from tierod.io.writers.spool import FromSpool, Spool
 
 SLICE = 60.0
 """Time that is in memory at once [s]."""
@@ -68,11 +68,28 @@ def convert(
     source, kind = open_parts(paths, dbc, used.time if used else None)
     plan = planned(paths[0], source, used, None) if canonical or used is not None else as_found(source)
     seen = _Seen()
-    lost = write_pieces(seen.of(Reading(paths[0], source, kind, plan).slices(SLICE), progress), output)
+    lost = _written(seen.of(Reading(paths[0], source, kind, plan).slices(SLICE), progress), output)
     empty = [pick.name for pick in plan.picks if pick.name not in seen.names]
     said = (*seen.warnings, *seen.repaired(), *_left_out(source.texts, "they hold text"),
             *_left_out(empty, "they gave no numbers"))  # fmt: skip
     return Converted(len(seen.names), seen.samples, seen.last - seen.first, lost, said)
+
+
+def _written(pieces: Iterable[Recording], path: Path) -> tuple[str, ...]:
+    """Write pieces that follow each other, in which a channel may be missing; what the format cannot hold."""
+    spool = Spool()
+    for piece in pieces:
+        spool.add(piece)
+    writer = WRITERS[path.suffix.lower().removeprefix(".")]
+    if isinstance(writer.write, FromSpool):
+        return writer.write.spooled(spool, path)
+    channels = {}
+    for group in spool.groups():
+        time, values = group.time(0, group.count), group.values(0, group.count)
+        for channel, part in zip(group.channels, values, strict=True):
+            channels[channel.name] = replace(channel, time=time, values=part)
+    write(Recording(channels, spool.metadata), path)
+    return (f"{writer.title} is written by another package, which says what it holds",)
 
 
 NAMED = 5

@@ -9,10 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from tierod.core.errors import OutputError
-from tierod.core.recording import Channel, Recording
+from tierod.core.recording import Recording
 from tierod.core.user_files import json_document
 
 
@@ -29,73 +26,6 @@ class Writer:
     title: str
     write: Callable[[Recording, str | Path], None]
     require: Callable[[], None] | None = None
-
-
-@dataclass(frozen=True)
-class Group:
-    """Channels that share their time stamps.
-
-    Args:
-        clock: name of the time column
-        time: [s], shape (n,)
-        channels: by name
-    """
-
-    clock: str
-    time: np.ndarray
-    channels: tuple[Channel, ...]
-
-
-def groups(recording: Recording) -> tuple[Group, ...]:
-    """The channels of a recording by their time stamps, in the order of the channels.
-
-    Raises:
-        OutputError: the recording has no channels
-    """
-    if not recording.channels:
-        raise OutputError("the recording has no channels, so there is nothing to write; choose channels that it has")
-    found: list[tuple[np.ndarray, list[Channel]]] = []
-    places: dict[int, int] = {}
-    for channel in recording.channels.values():
-        place = places.get(id(channel.time))
-        if place is None:
-            alike = (at for at, (time, _) in enumerate(found) if _same(time, channel.time))
-            place = next(alike, len(found))
-            if place == len(found):
-                found.append((channel.time, []))
-            places[id(channel.time)] = place
-        found[place][1].append(channel)
-    taken = set(recording.channels)
-    clocks = []
-    for time, members in found:
-        clocks.append(Group(_free(taken), time, tuple(members)))
-        taken.add(clocks[-1].clock)
-    return tuple(clocks)
-
-
-def _same(a: np.ndarray, b: np.ndarray) -> bool:
-    return len(a) == len(b) and (len(a) == 0 or (a[0] == b[0] and a[-1] == b[-1] and np.array_equal(a, b)))
-
-
-def _free(taken: set[str]) -> str:
-    names = ("time", *(f"time.{number}" for number in range(2, len(taken) + 3)))
-    return next(name for name in names if name not in taken)
-
-
-def description(recording: Recording, found: tuple[Group, ...]) -> dict[str, Any]:
-    """Description beside the numbers: layout version, clocks, unit, source and note per channel, metadata."""
-    origin = recording.metadata.get("origin", 0.0)
-    metadata = {key: value for key, value in recording.metadata.items() if key not in ("origin", "format")}
-    return {
-        "layout": 1,
-        "origin": float(origin) if isinstance(origin, int | float) else 0.0,
-        "clocks": [{"time": group.clock, "channels": [channel.name for channel in group.channels]} for group in found],
-        "channels": {
-            channel.name: {"unit": channel.unit, "source": channel.source, "note": channel.note}
-            for channel in recording.channels.values()
-        },
-        "metadata": plain(metadata),
-    }
 
 
 def plain(metadata: Mapping[str, object]) -> dict[str, Any]:

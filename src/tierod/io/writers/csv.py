@@ -11,16 +11,19 @@ from pathlib import Path
 from tierod.core.arrow import column_of
 from tierod.core.errors import OutputError
 from tierod.core.files import replacing
-from tierod.core.recording import Recording
-from tierod.io.layout import Group, Writer, description, groups
+from tierod.io.layout import Writer
+from tierod.io.writers.spool import ROWS, FromSpool, Spool
 
 
-def write_csv(recording: Recording, path: str | Path) -> None:
+def write_csv(spool: Spool, path: str | Path) -> tuple[str, ...]:
     """Write a recording to a CSV file.
 
     Args:
-        recording: with at least one channel
+        spool: the recording
         path: the file; replaced as a whole
+
+    Returns:
+        what the format cannot hold: nothing
 
     Raises:
         OutputError: nothing to write, or the file cannot be written
@@ -28,36 +31,33 @@ def write_csv(recording: Recording, path: str | Path) -> None:
     import pyarrow as pa
     import pyarrow.csv as text
 
-    found = groups(recording)
-    titles = [title for group in found for title in _titles(group)]
-    length = max(len(group.time) for group in found)
-    columns = []
-    for group in found:
-        for values in (group.time, *(channel.values for channel in group.channels)):
-            columns.append(column_of(values, length))
-    table = pa.table(columns, names=[str(place) for place in range(len(columns))])
-    about = description(recording, found)
-    about["channels"] = {title: about["channels"][name] | {"name": name} for name, title in _named(found)}
+    found = spool.groups()
+    about = spool.description(found)
+    titles = [
+        title for group in found for title in (f"{group.clock} [s]", *(_title(c.name, c.unit) for c in group.channels))
+    ]
+    names = {_title(each.name, each.unit): each.name for each in spool.channels.values()}
+    about["channels"] = {title: about["channels"][name] | {"name": name} for title, name in names.items()}
     try:
         with replacing(path) as temporary, temporary.open("wb") as file:
             file.write(f"# tierod {json.dumps(about)}\n".encode())
             file.write((",".join(_quoted(title) for title in titles) + "\n").encode())
-            text.write_csv(table, file, text.WriteOptions(include_header=False))
+            for begin in range(0, max(group.count for group in found), ROWS):
+                length = min(max(group.count for group in found) - begin, ROWS)
+                parts = []
+                for group in found:
+                    columns = (group.time(begin, begin + ROWS), *group.values(begin, begin + ROWS))
+                    parts += [column_of(each, length) for each in columns]
+                table = pa.table(parts, names=[str(place) for place in range(len(parts))])
+                text.write_csv(table, file, text.WriteOptions(include_header=False))
             file.flush()
     except pa.ArrowException as error:
         raise OutputError(f"{path} cannot be written: {' '.join(str(error).split())[:160]}") from None
-
-
-def _titles(group: Group) -> list[str]:
-    return [f"{group.clock} [s]", *(_title(channel.name, channel.unit) for channel in group.channels)]
+    return ()
 
 
 def _title(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
-
-
-def _named(found: tuple[Group, ...]) -> list[tuple[str, str]]:
-    return [(channel.name, _title(channel.name, channel.unit)) for group in found for channel in group.channels]
 
 
 def _quoted(title: str) -> str:
@@ -65,4 +65,4 @@ def _quoted(title: str) -> str:
     return f'"{escaped}"' if any(sign in title for sign in ',"\n\r;\t') else title
 
 
-WRITER = Writer("CSV", write_csv)
+WRITER = Writer("CSV", FromSpool(write_csv))

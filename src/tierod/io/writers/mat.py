@@ -9,9 +9,8 @@ from typing import IO
 
 from tierod.core.errors import OutputError
 from tierod.core.files import replacing
-from tierod.core.recording import Recording
 from tierod.io.layout import Writer
-from tierod.io.writers.spool import ROWS, Spool, SpooledGroup
+from tierod.io.writers.spool import ROWS, FromSpool, Spool, SpooledGroup
 
 _MATRIX, _DOUBLE_CLASS, _STRUCT_CLASS, _CHAR_CLASS = 14, 6, 2, 4
 _INT8, _UINT16, _INT32, _UINT32, _DOUBLE = 1, 4, 5, 6, 9
@@ -26,7 +25,7 @@ UNITS = "units"
 
 
 def write_mat(spool: Spool, path: str | Path) -> tuple[str, ...]:
-    """Write a recording as MATLAB reads it with `load`, not packed, from pieces.
+    """Write a recording as MATLAB reads it with `load`, not packed.
 
     Args:
         spool: the recording
@@ -120,10 +119,4 @@ def _texts(file: IO[bytes], name: str, values: dict[str, str]) -> None:
     file.write(struct.pack("<II", _MATRIX, len(body)) + body)
 
 
-def _write(recording: Recording, path: str | Path) -> None:
-    spool = Spool()
-    spool.add(recording)
-    write_mat(spool, path)
-
-
-WRITER = Writer("MATLAB 5", _write)
+WRITER = Writer("MATLAB 5", FromSpool(write_mat))

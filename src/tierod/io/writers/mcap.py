@@ -11,10 +11,10 @@ from typing import Any
 
 from tierod.core.errors import OutputError
 from tierod.core.files import replacing
-from tierod.core.recording import Channel, Recording
+from tierod.core.recording import Channel
 from tierod.io.layout import Writer
 from tierod.io.readers.listed import require_library
-from tierod.io.writers.spool import Spool, SpooledGroup
+from tierod.io.writers.spool import FromSpool, Spool, SpooledGroup
 
 
 def require_mcap() -> None:
@@ -92,10 +92,4 @@ def _plain(value: float) -> Any:
     return value if math.isfinite(value) else _NULL
 
 
-def _write(recording: Recording, path: str | Path) -> None:
-    spool = Spool()
-    spool.add(recording)
-    write_mcap(spool, path)
-
-
-WRITER = Writer("MCAP", _write, require_mcap)
+WRITER = Writer("MCAP", FromSpool(write_mcap), require_mcap)

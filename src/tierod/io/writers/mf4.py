@@ -7,26 +7,24 @@ import json
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 from xml.etree import ElementTree
-
-import numpy as np
 
 from tierod.core.errors import MissingExtra, OutputError
 from tierod.core.files import replacing
-from tierod.core.recording import Channel, Recording
-from tierod.io.layout import Writer, description, groups
-
-if TYPE_CHECKING:
-    from asammdf import Signal
+from tierod.core.recording import Channel
+from tierod.io.layout import Writer
+from tierod.io.writers.spool import FromSpool, Spool
 
 
-def write_mf4(recording: Recording, path: str | Path) -> None:
+def write_mf4(spool: Spool, path: str | Path) -> tuple[str, ...]:
     """Write a recording to an MF4 file; sources and notes become comments of channels, metadata that of the file.
 
     Args:
-        recording: with at least one channel
+        spool: the recording
         path: the file; replaced as a whole
+
+    Returns:
+        what the format cannot hold: nothing
 
     Raises:
         MissingExtra: asammdf is not installed
@@ -35,18 +33,25 @@ def write_mf4(recording: Recording, path: str | Path) -> None:
     require_asammdf()
     from asammdf import MDF, Signal
 
-    found = groups(recording)
+    found = spool.groups()
+    about = spool.description(found)
     with replacing(path) as temporary, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file = MDF(version="4.10")
         # Without a calendar time it begins in 1970; asammdf would take the time of writing.
-        origin = recording.metadata.get("origin") or 0.0
-        file.header.start_time = datetime.datetime.fromtimestamp(float(origin), datetime.UTC)
-        file.header.comment = header_comment(description(recording, found)["metadata"])
+        file.header.start_time = datetime.datetime.fromtimestamp(about["origin"], datetime.UTC)
+        file.header.comment = _header_comment(about["metadata"])
         try:
             for number, group in enumerate(found):
-                signals = [_signal(Signal, channel, group.time) for channel in group.channels]
-                file.append(signals, acq_name=f"group {number}", comment="tierod", common_timebase=True)
+                for place, (time, values) in enumerate(group.rows()):
+                    if place:
+                        file.extend(number, [(time, None), *((part, None) for part in values)])
+                        continue
+                    signals = [
+                        Signal(part, time, unit=each.unit, name=each.name, comment=_signal_comment(each))
+                        for each, part in zip(group.channels, values, strict=True)
+                    ]
+                    file.append(signals, acq_name=f"group {number}", comment="tierod", common_timebase=True)
             # asammdf names its file .mf4 whatever ending it was given.
             saved = Path(file.save(temporary, overwrite=True))
             if saved != temporary:
@@ -58,6 +63,7 @@ def write_mf4(recording: Recording, path: str | Path) -> None:
             raise OutputError(f"{path} cannot be written as MF4: {reason}") from None
         finally:
             file.close()
+    return ()
 
 
 def require_asammdf() -> None:
@@ -68,7 +74,7 @@ def require_asammdf() -> None:
         raise MissingExtra("asammdf", "mdf", "writing an MF4 file") from None
 
 
-def header_comment(metadata: Mapping[str, object]) -> str:
+def _header_comment(metadata: Mapping[str, object]) -> str:
     """The comment of the file in the form of MDF 4: metadata as JSON in a common property called tierod."""
     root = ElementTree.Element("HDcomment")
     ElementTree.SubElement(root, "TX")
@@ -77,19 +83,9 @@ def header_comment(metadata: Mapping[str, object]) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _signal(kind: type[Signal], channel: Channel, time: np.ndarray) -> Signal:
-    return kind(
-        np.ascontiguousarray(channel.values, dtype=float),
-        np.ascontiguousarray(time, dtype=float),
-        unit=channel.unit,
-        name=channel.name,
-        comment=signal_comment(channel),
-    )
-
-
-def signal_comment(channel: Channel) -> str:
+def _signal_comment(channel: Channel) -> str:
     """The comment of a channel, from which its source and note are read again."""
     return f"tierod: {channel.source} | {channel.note}" if channel.source or channel.note else ""
 
 
-WRITER = Writer("MF4", write_mf4, require_asammdf)
+WRITER = Writer("MF4", FromSpool(write_mf4), require_asammdf)

@@ -1,10 +1,11 @@
-"""A recording that comes piece by piece, kept in temporary files, so that a writer can take its rows in any order."""
+"""A recording in memory, or in pieces that are kept in temporary files, whose rows a writer can take in any order."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,20 +19,37 @@ ROWS = 1 << 15
 """Rows that a writer takes at a time."""
 
 
-class _Column:
+class _InMemory:
+    """Numbers of one channel or clock."""
+
+    def __init__(self, values: np.ndarray):
+        self.values, self.count = np.ascontiguousarray(values, dtype="<f8"), len(values)
+
+    def digest(self) -> bytes:
+        return hashlib.blake2b(self.values.data, digest_size=16).digest()
+
+    def part(self, begin: int, end: int) -> np.ndarray:
+        return self.values[begin:end]
+
+
+class _InFile:
     """Numbers of one channel or clock in a temporary file, with a digest of all of them."""
 
     def __init__(self) -> None:
-        self.kept, self.count, self.digest = Kept(), 0, hashlib.blake2b(digest_size=16)
+        self.kept, self.count, self._digest = Kept(), 0, hashlib.blake2b(digest_size=16)
+        self.digest = self._digest.digest
 
     def append(self, values: np.ndarray) -> None:
         data = np.ascontiguousarray(values, dtype="<f8").tobytes()
         self.kept.append(data)
-        self.digest.update(data)
+        self._digest.update(data)
         self.count += len(values)
 
     def part(self, begin: int, end: int) -> np.ndarray:
         return np.frombuffer(self.kept.read(8 * (min(end, self.count) - begin), 8 * begin), dtype="<f8")
+
+
+_Column = _InMemory | _InFile
 
 
 @dataclass(frozen=True)
@@ -59,19 +77,30 @@ class SpooledGroup:
         return [column.part(begin, end) for column in self._values]
 
     def rows(self) -> Iterator[tuple[np.ndarray, list[np.ndarray]]]:
-        """(time [s], values of every channel), some rows at a time."""
-        for begin in range(0, self.count, ROWS):
+        """(time [s], values of every channel), some rows at a time; once where there are none."""
+        for begin in range(0, max(self.count, 1), ROWS):
             yield self.time(begin, begin + ROWS), self.values(begin, begin + ROWS)
 
 
 class Spool:
-    """Takes the pieces of a recording, and gives its channels by their clocks."""
+    """The channels of a recording by their clocks; takes its pieces one by one."""
 
     def __init__(self) -> None:
         self._channels: dict[str, Channel] = {}
         self._times: dict[str, _Column] = {}
         self._values: dict[str, _Column] = {}
+        self._files: dict[str, tuple[_InFile, _InFile]] = {}
         self.metadata: dict[str, Any] = {}
+
+    @classmethod
+    def of(cls, recording: Recording) -> Spool:
+        """A recording that is in memory, and stays there."""
+        spool, times = cls(), {id(each.time): _InMemory(each.time) for each in recording.channels.values()}
+        spool.metadata |= recording.metadata
+        for name, channel in recording.channels.items():
+            spool._channels[name] = channel
+            spool._times[name], spool._values[name] = times[id(channel.time)], _InMemory(channel.values)
+        return spool
 
     def add(self, piece: Recording) -> None:
         """The next piece.
@@ -84,9 +113,11 @@ class Spool:
             for channel in piece.channels.values():
                 if channel.name not in self._channels:
                     self._channels[channel.name] = channel.sliced(0.0, 0.0)
-                    self._times[channel.name], self._values[channel.name] = _Column(), _Column()
-                self._times[channel.name].append(channel.time)
-                self._values[channel.name].append(channel.values)
+                    self._files[channel.name] = _InFile(), _InFile()
+                    self._times[channel.name], self._values[channel.name] = self._files[channel.name]
+                time, values = self._files[channel.name]
+                time.append(channel.time)
+                values.append(channel.values)
                 first = self._channels[channel.name]
                 self._channels[channel.name] = first.noted(*channel.note.split("; "))
         except OSError as error:
@@ -107,7 +138,7 @@ class Spool:
             )
         by_clock: dict[tuple[int, bytes], list[str]] = {}
         for name, time in self._times.items():
-            by_clock.setdefault((time.count, time.digest.digest()), []).append(name)
+            by_clock.setdefault((time.count, time.digest()), []).append(name)
         taken = set(self._channels)
         found = []
         for names in by_clock.values():
@@ -125,7 +156,7 @@ class Spool:
         return self._channels
 
     def description(self, found: tuple[SpooledGroup, ...]) -> dict[str, Any]:
-        """Description beside the numbers, as `tierod.io.layout.description` writes it."""
+        """Description beside the numbers: layout version, clocks, unit, source and note per channel, metadata."""
         origin = self.metadata.get("origin", 0.0)
         metadata = {key: value for key, value in self.metadata.items() if key not in ("origin", "format", "share_read")}
         return {
@@ -138,3 +169,14 @@ class Spool:
             },
             "metadata": plain(metadata),
         }
+
+
+@dataclass(frozen=True)
+class FromSpool:
+    """Writes recordings in memory by a function that writes any spool, and returns what its format cannot hold."""
+
+    spooled: Callable[[Spool, str | Path], tuple[str, ...]]
+
+    def __call__(self, recording: Recording, path: str | Path) -> None:
+        """As `Writer.write`."""
+        self.spooled(Spool.of(recording), path)
