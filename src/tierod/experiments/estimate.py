@@ -29,12 +29,14 @@ class Estimate:
     Args:
         cells: of the matrix
         missing: of these, not finished yet
+        hours: to be driven
         seconds: that it will take
         bytes: that it will keep
     """
 
     cells: int
     missing: int
+    hours: Annotated[float, "h"]
     seconds: Annotated[float, "s"]
     bytes: int
 
@@ -53,7 +55,7 @@ def estimate(campaign: Campaign, store: Store, processes: int) -> Estimate:
     size = sum(_bytes_per_second(cell) * cell.scenario.duration for cell in missing) if plan.keep else 0.0
     beside = KEPT if plan.keep else JUDGED
     seconds = beside * driven / _speed(missing[0]) / max(processes, 1) + START if missing else 0.0
-    return Estimate(len(plan.cells), len(missing), seconds, round(size))
+    return Estimate(len(plan.cells), len(missing), driven / 3600.0, seconds, round(size))
 
 
 def _speed(cell: Cell) -> float:
