@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from tierod.cli import terminal
-from tierod.cli.terminal import finite, print_json, progress, rows
+from tierod.cli.terminal import print_json, progress, rows
 
 
 def test_numbers_that_json_cannot_hold_become_null(capsys):
@@ -16,10 +16,6 @@ def test_numbers_that_json_cannot_hold_become_null(capsys):
 def test_json_text_is_passed_through_with_one_line_end(capsys):
     print_json('{"a": 1}\n\n')
     assert capsys.readouterr().out == '{"a": 1}\n'
-
-
-def test_finite_leaves_the_rest_alone():
-    assert finite({"n": 1, "t": "nan"}) == {"n": 1, "t": "nan"}
 
 
 def test_square_brackets_in_a_table_are_text(capsys):

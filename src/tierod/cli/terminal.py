@@ -5,7 +5,6 @@ from __future__ import annotations
 import codecs
 import contextlib
 import json
-import math
 import re
 import signal
 import sys
@@ -122,19 +121,10 @@ def print_json(document: Any) -> None:
     Args:
         document: nested dictionaries, lists, strings and numbers; or a text that is JSON already
     """
-    text = document if isinstance(document, str) else json.dumps(finite(document), ensure_ascii=False, indent=2)
+    from tierod.report.document import plain
+
+    text = document if isinstance(document, str) else json.dumps(plain(document), ensure_ascii=False, indent=2)
     say(text.rstrip("\n"))
-
-
-def finite(document: Any) -> Any:
-    """The document with NaN and infinity replaced by None."""
-    if isinstance(document, dict):
-        return {key: finite(value) for key, value in document.items()}
-    if isinstance(document, list | tuple):
-        return [finite(value) for value in document]
-    if isinstance(document, float) and not math.isfinite(document):
-        return None
-    return document
 
 
 @contextmanager

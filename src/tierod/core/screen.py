@@ -60,5 +60,10 @@ class Screen:
         return [f"  ... and {len(self.rows) - ROWS} more"] if len(self.rows) > ROWS else []
 
 
+def printable(text: str) -> str:
+    """A text without characters that end a line or move a terminal's cursor."""
+    return "".join(each if each.isprintable() else "?" for each in text)
+
+
 def _shortened(cell: str) -> str:
     return cell if len(cell) <= WIDEST else f"{cell[: WIDEST - 3]}..."

@@ -11,6 +11,7 @@ dataclasses is chosen by the key `kind`: the name of the class in lower case wit
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from tierod.core.fields import Meaning, numbers
 from tierod.core.toml_builder import Builder
 from tierod.core.toml_document import Document, Location
 
-__all__ = ["Document", "Location", "build", "override"]
+__all__ = ["Document", "Location", "build", "override", "quoted"]
 
 
 def build(
@@ -80,6 +81,12 @@ def override(
             below = below.setdefault(name, {})
         below[last] = value
     return Builder(source, None).value(Meaning(type(instance), None, None), nested, tuple(location), instance)
+
+
+def quoted(text: str) -> str:
+    """A text as TOML writes it."""
+    # JSON leaves this one control character as it is, and TOML does not.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _flat(changes: Mapping[str, object], above: str = "") -> list[tuple[str, object]]:

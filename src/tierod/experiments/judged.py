@@ -136,16 +136,17 @@ class Judged:
 
 
 def plain(judged: Judged) -> dict[str, Any]:
-    """The judgement as JSON holds it: NaN is null, infinity the text "inf"."""
-    found: dict[str, Any] = _plain(dataclasses.asdict(judged))
+    """The judgement as JSON holds it."""
+    found: dict[str, Any] = json_value(dataclasses.asdict(judged))
     return found
 
 
-def _plain(value: object) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
+def json_value(value: object) -> Any:
+    """A value as JSON holds it: NaN is null, infinity the text "inf"."""
+    if isinstance(value, Mapping):
+        return {str(key): json_value(entry) for key, entry in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [json_value(entry) for entry in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else "inf"
     return value

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tierod.core.errors import InputError
-from tierod.core.toml import Document
+from tierod.core.screen import printable
+from tierod.core.toml import Document, quoted
 from tierod.core.units import scale, split_suffix
 from tierod.io.proposal.words import meant_by, words_of
 from tierod.io.readers.source import Column
@@ -108,13 +108,13 @@ class PlantProposal:
             fmu: the unit as the file should name it
         """
         lines = [
-            f"# Plant file proposed from {_one_line(self.unit.path.name)}: edit it, and keep what is right.",
+            f"# Plant file proposed from {printable(self.unit.path.name)}: edit it, and keep what is right.",
             "# SI units and ISO 8855 hold behind it: forward and left are positive; sign = -1 turns a variable over.",
-            f"fmu = {_quoted(fmu)}",
+            f"fmu = {quoted(fmu)}",
             *([_line("start_speed", "variable", self.start.variable, self.start)] if self.start else []),
             "\n[inputs]  # variable of the unit = what it is given",
             *(_line(each.variable, "signal", each.signal, each) for each in self.inputs),
-            *(f"# {_quoted(each.name)} = {_quoted('...')}  # {_one_line(each.meaning) or 'nothing found'}"
+            *(f"# {quoted(each.name)} = {quoted('...')}  # {printable(each.meaning) or 'nothing found'}"
               for each in self.free),
             "\n[outputs]  # our signal = variable of the unit",
             *(_line(each.signal, "variable", each.variable, each) for each in self.outputs),
@@ -230,16 +230,7 @@ def _table(key: str, name: str, each: Proposed) -> dict[str, str]:
 
 
 def _line(key: str, short: str, name: str, each: Proposed) -> str:
-    unit = f", unit = {_quoted(each.unit)}" if each.unit else ""
+    unit = f", unit = {quoted(each.unit)}" if each.unit else ""
     doubt = "; its unit is assumed: check" if each.is_assumed else ""
-    name_of = key if key == "start_speed" else _quoted(key)
-    return f"{name_of} = {{ {short} = {_quoted(name)}{unit} }}  # {_one_line(each.reason)}{doubt}"
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
-
-
-def _one_line(text: str) -> str:
-    """A text that cannot end a comment."""
-    return "".join(letter if letter.isprintable() else "?" for letter in text)
+    name_of = key if key == "start_speed" else quoted(key)
+    return f"{name_of} = {{ {short} = {quoted(name)}{unit} }}  # {printable(each.reason)}{doubt}"

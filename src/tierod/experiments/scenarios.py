@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from tierod.core.errors import ParameterError
-from tierod.core.toml import Document
+from tierod.core.toml import Document, quoted
 from tierod.experiments.definition import CampaignFile
 from tierod.experiments.matrix import Level, Point, with_changes
 from tierod.proving_ground import scenarios
@@ -30,7 +29,7 @@ def toml_text(content: Mapping[str, object]) -> str:
 
 
 def _key(key: str) -> str:
-    return key if _BARE.fullmatch(key) else _text(key)
+    return key if _BARE.fullmatch(key) else quoted(key)
 
 
 def _value(value: object) -> str:
@@ -41,17 +40,12 @@ def _value(value: object) -> str:
     if isinstance(value, int | float):
         return repr(value)
     if isinstance(value, str):
-        return _text(value)
+        return quoted(value)
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{_key(key)} = {_value(entry)}" for key, entry in value.items()) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_value, value)) + "]"
     raise TypeError(f"{value!r} cannot be written as TOML")
-
-
-def _text(value: str) -> str:
-    # JSON leaves this one control character as it is, and TOML does not.
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 Place = tuple[str, ...]

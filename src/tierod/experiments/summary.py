@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime
 import itertools
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +13,7 @@ from tierod import __version__
 from tierod.experiments.campaign import Campaign
 from tierod.experiments.figures import CONFIDENCE
 from tierod.experiments.gates import Passed, pass_through, pool_at
-from tierod.experiments.judged import from_plain
+from tierod.experiments.judged import from_plain, json_value
 from tierod.experiments.plan import Judge
 from tierod.experiments.pools import Pool, boxes, confusion
 from tierod.experiments.rows import FAULT, FAULT_FREE, SEED, SIZE, Row, matching
@@ -139,7 +138,7 @@ def document(summary: Summary, command: str = "") -> dict[str, Any]:
         "states": [_states(summary, judge.label) for judge in campaign.plan.judges],
         "cells": [_cell(rows) for rows in cells.values()],
     }
-    document: dict[str, Any] = _json(content)
+    document: dict[str, Any] = json_value(content)
     return document
 
 
@@ -208,13 +207,3 @@ def _verdict(row: Row) -> dict[str, Any]:
 def text(content: Mapping[str, object]) -> str:
     """The document as it is written."""
     return json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
-
-
-def _json(value: object) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _json(entry) for key, entry in value.items()}
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return [_json(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None if math.isnan(value) else "inf"
-    return value

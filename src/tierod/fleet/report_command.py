@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tierod.core.errors import InputError, ParameterError
+from tierod.core.screen import printable
 from tierod.fleet.cohorts import NOMINAL, expected_of, write_prior
 from tierod.fleet.places import LOCAL, protocol_of
 from tierod.fleet.ranking import WORDS
@@ -104,8 +105,3 @@ def _show(found: FleetReport) -> None:
             cells = (car.vehicle, WORDS[car.urgency], level, left, car.reasons[0].text)
             table.add_row(*(escape(printable(cell)) for cell in cells))
         console.print(table)
-
-
-def printable(text: str) -> str:
-    """A text without characters that move a terminal's cursor."""
-    return "".join(each if each.isprintable() else "?" for each in text)

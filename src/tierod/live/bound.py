@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tierod.io.readers.bits import LONGEST, span
+from tierod.io.readers.dbc import bytes_of
 from tierod.io.readers.frames import without_value
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def bound(message: Message, item: Signal) -> Value:
         a function that gives the value, NaN where the payload is too short or a J1939 sender has none to give, and None
         where the payload does not carry the multiplexed signal
     """
-    raw, least = _raw(item), _bytes(item)
+    raw, least = _raw(item), bytes_of(item)
     scale, offset = float(item.scale), float(item.offset)
     chosen, silent = _selected(message, item), _silent(message, item)
 
@@ -77,16 +78,12 @@ def _raw(item: Signal) -> Raw:
     return unsigned
 
 
-def _bytes(item: Signal) -> int:
-    return -(-span(item.start, item.length, item.byte_order == "big_endian")[1] // 8)
-
-
 def _selected(message: Message, item: Signal) -> Callable[[bytes], bool] | None:
     """Whether a payload carries a multiplexed signal; None where every one does."""
     if not item.multiplexer_ids or not item.multiplexer_signal:
         return None
     selector = message.get_signal_by_name(item.multiplexer_signal)
-    raw, least, ids = _raw(selector), _bytes(selector), frozenset(item.multiplexer_ids)
+    raw, least, ids = _raw(selector), bytes_of(selector), frozenset(item.multiplexer_ids)
     above = _selected(message, selector)
     return lambda data: len(data) >= least and raw(data) in ids and (above is None or above(data))
 

@@ -15,13 +15,13 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import threading
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Generator, Mapping
 from typing import Any
 
 from tierod.core.errors import InputError, MissingExtra
+from tierod.report.document import plain
 
 SCHEMA = 1
 """Version of the events: each is one JSON object with "event", "schema", and what `docs/how-to/run-live.md` lists."""
@@ -29,17 +29,7 @@ SCHEMA = 1
 
 def line(kind: str, content: Mapping[str, Any]) -> str:
     """An event as one line of JSON; what is no number is null."""
-    return json.dumps({"event": kind, "schema": SCHEMA, **_plain(dict(content))}, ensure_ascii=False, default=str)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(name): _plain(each) for name, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    return json.dumps({"event": kind, "schema": SCHEMA, **plain(dict(content))}, ensure_ascii=False)
 
 
 class Hub:

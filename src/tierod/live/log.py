@@ -148,6 +148,12 @@ def _laid_out(head: bytes) -> tuple[int, int] | None:
     return data + _LINKS, size - _PAYLOAD
 
 
+def refused(path: Path, error: OSError) -> OutputError:
+    """The error that a log cannot be written."""
+    reason = (error.strerror or str(error)).lower()
+    return OutputError(f"the log {path} cannot be written: {reason}; make room or name another place")
+
+
 class FrameLog:
     """Writes frames behind each other; what was given to `append` survives the end of the process.
 
@@ -171,7 +177,7 @@ class FrameLog:
             self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
             self._write(head)
         except OSError as error:
-            raise self._refused(error) from None
+            raise refused(self.path, error) from None
 
     def append(self, frames: Iterable[Frame]) -> None:
         """Write some frames at the end of the file.
@@ -191,7 +197,7 @@ class FrameLog:
             self._write(b"".join(records))
         except OSError as error:
             self._forget_part()
-            raise self._refused(error) from None
+            raise refused(self.path, error) from None
         self.count += len(records)
 
     def _write(self, data: bytes) -> None:
@@ -218,10 +224,6 @@ class FrameLog:
             os.pwrite(self._file, struct.pack("<HH", 0, 0), 60)
             os.fsync(self._file)
         except OSError as error:
-            raise self._refused(error) from None
+            raise refused(self.path, error) from None
         finally:
             os.close(self._file)
-
-    def _refused(self, error: OSError) -> OutputError:
-        reason = (error.strerror or str(error)).lower()
-        return OutputError(f"the log {self.path} cannot be written: {reason}; make room or name another place")

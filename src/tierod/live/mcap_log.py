@@ -16,10 +16,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from tierod.core.errors import OutputError
 from tierod.core.files import expanded, require_folder
 from tierod.core.recording import Channel
 from tierod.io.readers.listed import require_library
+from tierod.live.log import refused
 
 CHUNK: Annotated[int, "byte"] = 1 << 14
 
@@ -74,7 +74,7 @@ class McapLog:
             self._writer = Writer(self._file, chunk_size=CHUNK, compression=CompressionType.ZSTD)
             self._writer.start(library="tierod")
         except OSError as error:
-            raise self._refused(error) from None
+            raise refused(self.path, error) from None
 
     def signals(self, channels: Sequence[Channel]) -> None:
         """Samples of signals; those that another monitor gave already are left out.
@@ -156,7 +156,7 @@ class McapLog:
                 self._flushed = stamp
                 self._file.flush()
         except OSError as error:
-            raise self._refused(error) from None
+            raise refused(self.path, error) from None
 
     def finish(self) -> None:
         """Write the index and close.
@@ -167,11 +167,7 @@ class McapLog:
         try:
             self._writer.finish()  # type: ignore[no-untyped-call]  # the library has no annotation there
         except OSError as error:
-            raise self._refused(error) from None
+            raise refused(self.path, error) from None
         finally:
             with contextlib.suppress(OSError):
                 self._file.close()
-
-    def _refused(self, error: OSError) -> OutputError:
-        reason = (error.strerror or str(error)).lower()
-        return OutputError(f"the log {self.path} cannot be written: {reason}; make room or name another place")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 
 from tierod.core.errors import ParameterError
+from tierod.core.toml import quoted
 from tierod.core.units import COUNT
 from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.classes import Known, class_of, classes, require_class, rules, typical
@@ -110,16 +110,16 @@ def text_of(
         parameters = [each for each in parameters if not QUANTITIES[each.name].torque]
     basis = f"the class {kind}" if like is None else f"a car like {like}"
     head = [
-        f"name = {_quoted(name)}",
-        f"description = {_quoted(f'{name}: {classes()[kind]}')}",
-        f"source = {_quoted(f'begun with typical values of {basis}; given ones say so')}",
+        f"name = {quoted(name)}",
+        f"description = {quoted(f'{name}: {classes()[kind]}')}",
+        f"source = {quoted(f'begun with typical values of {basis}; given ones say so')}",
         'good_for = ["a first look at recordings of this car, with the uncertainty of typical values"]',
         "not_good_for = [",
         '    "narrow bands: typical values differ from this car until drives have identified them",',
         "]",
-        f"torque_unit = {_quoted(COUNT if counts else 'N*m')}",
+        f"torque_unit = {quoted(COUNT if counts else 'N*m')}",
     ]
-    files = [f"{key} = {_quoted(path)}" for key, path in (("map", channel_map), ("dbc", database)) if path is not None]
+    files = [f"{key} = {quoted(path)}" for key, path in (("map", channel_map), ("dbc", database)) if path is not None]
     head += ["", "[channels]", *files] if files else []
     return "\n".join(head) + "\n" + "".join(map(_table, parameters))
 
@@ -128,16 +128,12 @@ def _table(parameter: Parameter) -> str:
     return (
         f"\n[parameters.{parameter.name}]  # {QUANTITIES[parameter.name].meaning}\n"
         f"value = {_number(parameter.value, 8)}\n"
-        f"unit = {_quoted(parameter.unit)}\n"
+        f"unit = {quoted(parameter.unit)}\n"
         f"standard_deviation = {_number(parameter.standard_deviation or 0.0, 3)}\n"
-        f"source = {_quoted(parameter.source)}\n"
+        f"source = {quoted(parameter.source)}\n"
     )
 
 
 def _number(value: float, digits: int) -> str:
     # A number of TOML needs digits on both sides of its point; Python's own form has them.
     return repr(float(f"{value:.{digits}g}")) if math.isfinite(value) else "0.0"
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)

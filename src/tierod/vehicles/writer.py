@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import tomllib
 from collections.abc import Mapping
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tierod.core.errors import ParameterError
+from tierod.core.toml import quoted
 from tierod.core.toml_document import line_of
 from tierod.core.units import scale
 from tierod.vehicles.catalogue import QUANTITIES
@@ -79,7 +79,7 @@ def with_thresholds(text: str, of: str, table: Mapping[str, float | str | Mappin
     parts = [[f"[thresholds.{of}]", *plain]]
     for key, value in table.items():
         if isinstance(value, Mapping):
-            rows = [f"{json.dumps(name)} = {_written(number)}" for name, number in value.items()]
+            rows = [f"{quoted(name)} = {_written(number)}" for name, number in value.items()]
             parts.append([f"[thresholds.{of}.{key}]", *rows])
     whole = "\n".join(kept).rstrip() + "".join("\n\n" + "\n".join(part) for part in parts) + "\n"
     if _less_thresholds(text, of) != _less_thresholds(whole, of):
@@ -100,7 +100,7 @@ def _less_thresholds(text: str, of: str) -> dict[str, Any] | None:
 
 
 def _written(value: float | str) -> str:
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(float(f"{value:.6g}"))
+    return quoted(value) if isinstance(value, str) else repr(float(f"{value:.6g}"))
 
 
 def _entry(name: str, change: Change, entry: Mapping[str, Any] | None) -> dict[str, str]:
@@ -111,9 +111,9 @@ def _entry(name: str, change: Change, entry: Mapping[str, Any] | None) -> dict[s
     # A number of TOML needs digits on both sides of its point; Python's own form has them.
     return {
         "value": repr(float(f"{change.value / factor:.8g}")),
-        "unit": json.dumps(written, ensure_ascii=False),
+        "unit": quoted(written),
         "standard_deviation": repr(float(f"{change.standard_deviation / factor:.3g}")),
-        "source": json.dumps(change.source, ensure_ascii=False),
+        "source": quoted(change.source),
     }
 
 

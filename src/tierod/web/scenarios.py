@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import ParameterError, nearest
+from tierod.core.toml import quoted
 
 LONGEST = 3600.0
 """Longest drive that the page asks for [s]."""
@@ -153,7 +154,7 @@ def _fault_lines(fault: Mapping[str, Any], known: list[dict[str, Any]]) -> list[
     if size := str(fault.get("size") or "").strip():
         if not _SIZE.fullmatch(size):
             raise ParameterError(f"the size '{size[:40]}' is no number with a unit; give such as 6 N*m")
-        lines.append(f"size = {json.dumps(size, ensure_ascii=False)}")
+        lines.append(f"size = {quoted(size)}")
     return lines
 
 

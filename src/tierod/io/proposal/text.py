@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
-
+from tierod.core.screen import printable
 from tierod.core.signals import SIGNALS
+from tierod.core.toml import quoted
 from tierod.io.proposal.propose import Proposal, Proposed
 
 
@@ -16,20 +16,20 @@ def text_of(proposal: Proposal) -> str:
     """
     doubtful = [entry.signal for entry in proposal.entries if entry.doubtful]
     head = [
-        f"# Channel map proposed from {_one_line(proposal.path.name)}: edit it, and keep what is right.",
+        f"# Channel map proposed from {printable(proposal.path.name)}: edit it, and keep what is right.",
         "# SI units and ISO 8855 hold behind it: forward and left are positive.",
     ]
     if doubtful:
         head.append(f"# To check: {', '.join(doubtful)}.")
-    parts = ["\n".join([*head, f"title = {_quoted(f'proposed from {proposal.path.name}')}"])]
+    parts = ["\n".join([*head, f"title = {quoted(f'proposed from {proposal.path.name}')}"])]
     parts += [_table(entry) for entry in proposal.entries]
     if proposal.unmatched:
         lines = ["# Columns that were not matched; give those that you need a table of their own:"]
-        lines += [f"#   {_quoted(c.name)}{f'  [{_one_line(c.unit)}]' if c.unit else ''}" for c in proposal.unmatched]
+        lines += [f"#   {quoted(c.name)}{f'  [{printable(c.unit)}]' if c.unit else ''}" for c in proposal.unmatched]
         lines += ["# [signals.NAME]  # a name of 'docs/reference/signals.md'", '# source = "COLUMN"', '# unit = "..."']
         parts.append("\n".join(lines))
     if proposal.texts:
-        names = ", ".join(map(_quoted, proposal.texts))
+        names = ", ".join(map(quoted, proposal.texts))
         parts.append(
             f"# Not read, since they hold text: {names}. Values that such a flag calls invalid are read as valid."
         )
@@ -38,23 +38,14 @@ def text_of(proposal: Proposal) -> str:
 
 def _table(entry: Proposed) -> str:
     signal = SIGNALS[entry.signal]
-    lines = [f"[signals.{entry.signal}]  # {signal.meaning}", f"source = {_quoted(entry.column.name)}"]
+    lines = [f"[signals.{entry.signal}]  # {signal.meaning}", f"source = {quoted(entry.column.name)}"]
     reason = f"name: {entry.meant.reason}"
     if entry.others:
         reason += f"; could be it too: {', '.join(map(repr, entry.others))}"
-    lines[-1] += f"  # {_one_line(reason)}"
-    lines.append(f"unit = {_quoted(entry.unit.unit.name)}  # {entry.unit.reason}")
+    lines[-1] += f"  # {printable(reason)}"
+    lines.append(f"unit = {quoted(entry.unit.unit.name)}  # {entry.unit.reason}")
     if entry.factor != 1.0:
         lines.append(f"factor = {entry.factor:.5g}  # m/s of one unit of the column")
     if entry.sign.sign < 0 or entry.sign.reason:
         lines.append(f"sign = {entry.sign.sign}  # {entry.sign.reason}; positive: {signal.positive or '-'}")
     return "\n".join(lines)
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
-
-
-def _one_line(text: str) -> str:
-    """A text that cannot end a comment."""
-    return "".join(letter if letter.isprintable() else "?" for letter in text)

@@ -283,7 +283,7 @@ def selected(message: Message, item: Signal, rows: Rows) -> np.ndarray | None:
         return None
     selector = message.get_signal_by_name(item.multiplexer_signal)
     mask = np.isin(_raw(selector, rows), np.array(item.multiplexer_ids, dtype=np.uint64))
-    mask &= rows.length >= _bytes(selector)
+    mask &= rows.length >= bytes_of(selector)
     above = selected(message, selector, rows)
     return mask if above is None else mask & above
 
@@ -297,8 +297,8 @@ def physical(message: Message, item: Signal, rows: Rows) -> np.ndarray:
             values *= float(item.scale)
         if item.offset != 0:
             values += float(item.offset)
-    if rows.shortest < _bytes(item):
-        values[rows.length < _bytes(item)] = np.nan
+    if rows.shortest < bytes_of(item):
+        values[rows.length < bytes_of(item)] = np.nan
     silent = without_value(item, raw) if message.protocol == "j1939" else None
     if silent is not None:
         values[silent] = np.nan
@@ -310,6 +310,6 @@ def _raw(item: Signal, rows: Rows) -> np.ndarray:
     return rows.payloads.raw(item.start, item.length, big_endian, bool(item.is_signed), bool(item.is_float))
 
 
-def _bytes(item: Signal) -> int:
+def bytes_of(item: Signal) -> int:
     """Number of bytes that a frame needs to hold a signal."""
     return -(-span(item.start, item.length, item.byte_order == "big_endian")[1] // 8)

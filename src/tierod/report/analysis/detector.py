@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
@@ -131,8 +130,8 @@ def of_measured(wish: Wish, rule: str | None, given: Measured) -> Analysis:
         "extrapolated": found.extrapolated,
         "simulated": given.simulated,
         "claim": found.claim(wish.rate),
-        "delay_median_s": _finite(float(np.quantile(delays, 0.5, method="higher"))),
-        "delay_p95_s": _finite(float(np.quantile(delays, 0.95, method="higher"))),
+        "delay_median_s": float(np.quantile(delays, 0.5, method="higher")),
+        "delay_p95_s": float(np.quantile(delays, 0.95, method="higher")),
     }
     summary = (
         f"Threshold {document['threshold']:.4g} of the {chosen.name}, measured on {given.label}. Time between false "
@@ -146,7 +145,3 @@ def _chosen(rule: str, wish: Wish) -> StoppingRule:
     if rule == LIKELIHOOD_RATIO:
         return LikelihoodRatioRule(sides=wish.sides)
     return designed(rule, wish.shift / wish.deviation, wish.samples, wish.sides).rule
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
