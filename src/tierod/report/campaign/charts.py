@@ -17,6 +17,7 @@ from tierod.report.charts.figure import (
     GREY,
     RED,
     Figure,
+    across,
     axis,
     layout,
     rounded,
@@ -178,9 +179,8 @@ def _goals(gates: Sequence[Mapping[str, Any]], monitor: str, fault: str, suffix:
         on = fault in of if isinstance(of, list) else fault == of
         if part is None or gate["figure"] not in _GOALS or not on or gate["monitor"] not in ("", monitor):
             continue
-        line = {"color": _GOALS[gate["figure"]], "width": 1.2, "dash": "dash"}
-        level = {"yref": f"y{suffix}", "y0": float(part[1]), "y1": float(part[1])}
-        drawn.append({"type": "line", "line": line, "xref": f"x{suffix} domain", "x0": 0, "x1": 1} | level)
+        axes = {"xref": f"x{suffix} domain", "yref": f"y{suffix}"}
+        drawn.append(across(float(part[1]), _GOALS[gate["figure"]], 1.2, **axes))
     return drawn
 
 

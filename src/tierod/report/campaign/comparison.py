@@ -10,7 +10,7 @@ import numpy as np
 from tierod.core.content import Table
 from tierod.core.shown import shown
 from tierod.report.campaign.words import TITLES, amount, count, place, value
-from tierod.report.charts.figure import BLUE, GREY, RED, Figure, axis, layout, rounded, strip_title
+from tierod.report.charts.figure import BLUE, GREY, RED, Figure, axis, layout, rounded, strip_title, upright
 from tierod.report.display import bracketed, number
 from tierod.report.html import Origin, Section, rendered
 
@@ -42,9 +42,7 @@ def difference_figure(index: int, figures: Sequence[Mapping[str, Any]]) -> Figur
         axes[f"xaxis{suffix}"] = axis("", anchor=f"y{suffix}", zeroline=False)
         axes[f"yaxis{suffix}"] = axis("", domain=domain, anchor=f"x{suffix}", range=[-1, 1], visible=False)
         data += _dots(figure, factor, suffix)
-        line = {"color": RED, "width": 1.2, "dash": "dash"}
-        where = {"xref": f"x{suffix}", "yref": f"y{suffix} domain", "x0": 0, "x1": 0, "y0": 0, "y1": 1}
-        shapes.append({"type": "line", "line": line} | where)
+        shapes.append(upright(0, RED, 1.2, xref=f"x{suffix}", yref=f"y{suffix} domain"))
         notes.append(strip_title(bracketed(TITLES[figure["name"]].capitalize(), label), domain[1]))
         mean, median = (amount(value(figure[key]), figure["unit"]) for key in ("mean", "median"))
         rows.append((TITLES[figure["name"]].capitalize(), mean, median, str(figure["pairs"])))

@@ -14,6 +14,7 @@ from tierod.report.charts.figure import (
     GREY,
     RED,
     Figure,
+    across,
     axis,
     centres,
     drawn_as,
@@ -23,6 +24,7 @@ from tierod.report.charts.figure import (
     strip,
     strip_title,
     summary,
+    upright,
 )
 from tierod.report.charts.over_time import span, verdict_marks
 from tierod.report.display import bracketed, number, time_scale, words
@@ -89,7 +91,7 @@ def _statistics(diagnosis: Diagnosis, names: list[str], name: str, title: str) -
         domain = [1.0 - (index + 1) / len(names), 1.0 - index / len(names) - 26.0 / height]
         axes[f"yaxis{suffix}"] = axis("", domain=domain, nticks=4)
         data += _strip(trace, per_second, factor, label, limits[each], f"y{suffix}")
-        shapes += [_level(level * factor, f"y{suffix}") for level, _ in limits[each]]
+        shapes += [across(level * factor, RED, 1.2, yref=f"y{suffix}") for level, _ in limits[each]]
         notes.append(strip_title(_titled(each, label, factor, limits[each]), domain[1]))
         rows.append(summary(words(each), trace, factor, label))
     bottom = f"y{len(names)}" if len(names) > 1 else "y"
@@ -138,7 +140,7 @@ def looks_figure(diagnosis: Diagnosis) -> Figure | None:
         layout=layout(
             height,
             showlegend=False,
-            shapes=[_upright(1.0)],
+            shapes=[upright(1.0, RED, 1.2)],
             xaxis=axis("over the threshold", range=[0.0, 1.15 * max(1.0, float(np.minimum(shares, _WIDEST).max()))]),
             yaxis=axis("", autorange="reversed", automargin=True),
         ),
@@ -180,18 +182,6 @@ def _strip(
     return drawn
 
 
-def _level(value: float, axis_name: str) -> dict[str, Any]:
-    looks = {"color": RED, "width": 1.2, "dash": "dash"}
-    return {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "yref": axis_name, "y0": value, "y1": value} | {
-        "line": looks
-    }
-
-
-def _upright(place: float) -> dict[str, Any]:
-    looks = {"color": RED, "width": 1.2, "dash": "dash"}
-    return {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": place, "x1": place, "line": looks}
-
-
 def design_figures(diagnosis: Diagnosis) -> list[Figure]:
     """One chart for every rule that was designed; rules of one design share one."""
     drawn: dict[Any, list[Decided]] = {}
@@ -212,12 +202,7 @@ def _design(index: int, group: list[Decided]) -> Figure:
         looks = {"mode": "markers", "marker": {"color": RED, "size": 9}, "name": "in effect"}
         data.append({"type": "scatter"} | place | looks)
     meaning = "How often a change of that size is found at one look" if curve.chance else DELAY
-    guide = {"color": GREY, "width": 1, "dash": "dot"}
-    shapes = [
-        {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": curve.chosen[0], "x1": curve.chosen[0], "line": guide}
-        for _ in (1,)
-        if curve.chosen is not None and curve.chance
-    ]
+    guides = [upright(curve.chosen[0], GREY, 1, "dot")] if curve.chosen is not None and curve.chance else []
     return Figure(
         name=f"design-{index}",
         title=f"Rule of: {name}",
@@ -227,7 +212,7 @@ def _design(index: int, group: list[Decided]) -> Figure:
         layout=layout(
             _PANEL,
             showlegend=False,
-            shapes=shapes,
+            shapes=guides,
             xaxis=axis(curve.along_title, **kind),
             yaxis=axis(curve.up_title, **kind),
         ),

@@ -8,7 +8,17 @@ import numpy as np
 
 from tierod.core.findings import Diagnosis
 from tierod.core.shown import shown
-from tierod.report.charts.figure import BLUE, Figure, axis, layout, level_colour, references, rounded, strip_title
+from tierod.report.charts.figure import (
+    BLUE,
+    Figure,
+    axis,
+    layout,
+    level_colour,
+    references,
+    rounded,
+    strip_title,
+    upright,
+)
 from tierod.report.display import bracketed, number, words
 
 
@@ -32,6 +42,7 @@ def histogram_figure(diagnosis: Diagnosis) -> Figure | None:
         titles.append(strip_title(words(name), domain[1]))
         rows.append((words(name), *_figures(edges, counts, label)))
     levels = references(diagnosis, estimate.unit) if estimate else []
+    lines = [upright(value, level_colour(name), 1.3) for name, value in levels]
     axes["xaxis"] = axis(bracketed("estimate", label), anchor=f"y{count}" if count > 1 else "y")
     return Figure(
         name="histograms",
@@ -40,9 +51,7 @@ def histogram_figure(diagnosis: Diagnosis) -> Figure | None:
         "Dashed: what it is judged against.",
         alternative="Histograms of the estimate for each stretch; medians and spreads in the table beneath.",
         data=data,
-        layout=layout(
-            height, showlegend=False, bargap=0.05, shapes=[_level(*each) for each in levels], annotations=titles, **axes
-        ),
+        layout=layout(height, showlegend=False, bargap=0.05, shapes=lines, annotations=titles, **axes),
         height=height,
         summary=rows,
         columns=("stretch", "5 % below", "median", "95 % below"),
@@ -72,11 +81,6 @@ def _figures(edges: np.ndarray, counts: np.ndarray, label: str) -> tuple[str, st
         f"{number(float(np.interp(at, shares, edges)), 3)} {label}".strip() for at in (0.05, 0.5, 0.95)
     )
     return low, middle, high
-
-
-def _level(name: str, value: float) -> dict[str, Any]:
-    looks = {"color": level_colour(name), "width": 1.3, "dash": "dash"}
-    return {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": value, "x1": value, "line": looks}
 
 
 _PANEL = 250

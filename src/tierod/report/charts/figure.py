@@ -134,6 +134,18 @@ def line(time: np.ndarray, values: np.ndarray, colour: str, name: str, **more: A
     return looks | {"x": rounded(time, 7), "y": rounded(values), "connectgaps": False} | more
 
 
+def across(height: float, colour: str, width: float, dash: str = "dash", **more: Any) -> dict[str, Any]:
+    """A straight line at a height, from one edge of the chart to the other."""
+    ends = {"xref": "paper", "x0": 0, "x1": 1, "y0": height, "y1": height}
+    return {"type": "line", "line": {"color": colour, "width": width, "dash": dash}} | ends | more
+
+
+def upright(place: float, colour: str, width: float, dash: str = "dash", **more: Any) -> dict[str, Any]:
+    """A straight line at a place, from the bottom of the chart to its top."""
+    ends = {"yref": "paper", "y0": 0, "y1": 1, "x0": place, "x1": place}
+    return {"type": "line", "line": {"color": colour, "width": width, "dash": dash}} | ends | more
+
+
 def strip(trace: Trace, per_second: float, factor: float, label: str, axis_name: str) -> list[dict[str, Any]]:
     """A trace as a thin line of its mean in a band from lowest to highest value.
 

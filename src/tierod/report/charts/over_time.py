@@ -18,6 +18,7 @@ from tierod.report.charts.figure import (
     RED,
     TEXT,
     Figure,
+    across,
     axis,
     band,
     centres,
@@ -27,10 +28,10 @@ from tierod.report.charts.figure import (
     level_colour,
     line,
     references,
-    rounded,
     strip,
     strip_title,
     summary,
+    upright,
 )
 from tierod.report.display import INTERVAL, bracketed, number, time_scale, words
 
@@ -149,7 +150,7 @@ def _estimate(diagnosis: Diagnosis, name: str) -> Figure:
             yaxis2=axis("", range=[0, 1], domain=[0.0, bottom - 0.06], tickvals=[0, 1], ticktext=["0", "1"])
             if bottom
             else {},
-            shapes=[_level_shape(n, v) for n, v in levels] + marks[0],
+            shapes=[across(value, level_colour(name), 1.3) for name, value in levels] + marks[0],
             annotations=_level_labels(levels, label, top[1] - top[0]) + marks[1],
         ),
         height=430,
@@ -188,11 +189,6 @@ def _beneath(trace: Trace, per_second: float) -> dict[str, Any]:
     name = STRIPS[trace.name][0]
     text = {"hovertemplate": f"%{{y:.0%}}<extra>{name}</extra>"} | drawn_as("mean", trace, per_second, absent=0.0)
     return line(centres(trace, per_second), known, GREEN, name, yaxis="y2", **area, **text)
-
-
-def _level_shape(name: str, value: float) -> dict[str, Any]:
-    looks = {"color": level_colour(name), "width": 1.3, "dash": "dash"}
-    return {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": value, "y1": value, "line": looks}
 
 
 def _level_labels(levels: list[tuple[str, float]], label: str, height: float) -> list[dict[str, Any]]:
@@ -244,9 +240,7 @@ def verdict_marks(
         if moment is None:
             continue
         at = moment * per_second
-        ends = {"yref": "paper", "y0": 0, "y1": 1, "x0": at, "x1": at}
-        dash = "dot" if name == "change began" else "solid"
-        shapes.append({"type": "line", "line": {"color": RED, "width": 1.3, "dash": dash}} | ends)
+        shapes.append(upright(at, RED, 1.3, "dot" if name == "change began" else "solid"))
         # Both may lie close together: the first is named on its left, the second on its right.
         share = (moment - first) / (last - first)
         left = share > 0.85 or (name == "change began" and share > 0.15)
@@ -294,7 +288,8 @@ def _strips(diagnosis: Diagnosis, names: list[str], name: str, title: str, capti
         axes[f"yaxis{suffix}"] = axis("", domain=domain, nticks=4)
         data += strip(trace, per_second, factor, label, f"y{suffix}")
         titles.append(strip_title(bracketed(words(each), label), domain[1]))
-        shapes += _two_sigma(suffix) if each.startswith("normalised_innovation") else []
+        edges = (-INTERVAL, INTERVAL) if each.startswith("normalised_innovation") else ()
+        shapes += [across(edge, GREY, 1, yref=f"y{suffix}") for edge in edges]
         rows.append(summary(words(each), trace, factor, label))
     bottom = f"y{len(names)}" if len(names) > 1 else "y"
     axes["xaxis"] = axis(f"time [{clock}]", range=[per_second * end for end in span(diagnosis)], anchor=bottom)
@@ -309,12 +304,3 @@ def _strips(diagnosis: Diagnosis, names: list[str], name: str, title: str, capti
         summary=rows,
         timed=True,
     )
-
-
-def _two_sigma(suffix: str) -> list[dict[str, Any]]:
-    looks = {"color": GREY, "width": 1, "dash": "dash"}
-    ends = rounded(np.array([-INTERVAL, INTERVAL]))
-    return [
-        {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "yref": f"y{suffix}", "y0": at, "y1": at, "line": looks}
-        for at in ends
-    ]

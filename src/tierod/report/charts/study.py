@@ -19,11 +19,13 @@ from tierod.report.charts.figure import (
     TEXT,
     Figure,
     Summary,
+    across,
     axis,
     band,
     layout,
     rounded,
     strip_title,
+    upright,
 )
 from tierod.report.display import number
 
@@ -189,19 +191,17 @@ def _points(mark: Points, colour: str) -> dict[str, Any]:
 
 def _rules(panel: Panel, suffix: str) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Dashed lines across and up, with their names."""
-    looks = {"type": "line", "line": {"color": TEXT, "width": 1.2, "dash": "dash"}}
     text = {"showarrow": False, "font": {"size": 12, "color": TEXT}, "bgcolor": LABEL_GROUND, "borderpad": 1}
     x_domain, y_domain = f"x{suffix} domain", f"y{suffix} domain"
     shapes, notes = [], []
     for name, level in panel.levels:
-        shapes.append(looks | {"xref": x_domain, "x0": 0, "x1": 1, "yref": f"y{suffix}", "y0": level, "y1": level})
+        shapes.append(across(level, TEXT, 1.2, xref=x_domain, yref=f"y{suffix}"))
         at = float(np.log10(level)) if panel.logarithmic else level
         place = {"xref": x_domain, "x": 1, "xanchor": "right", "yref": f"y{suffix}", "y": at, "yanchor": "bottom"}
         notes.append(text | place | {"text": name})
     for name, place_along in panel.uprights:
         along = float(np.log10(place_along)) if panel.logarithmic_along else place_along
-        ends = {"xref": f"x{suffix}", "x0": place_along, "x1": place_along, "yref": y_domain, "y0": 0, "y1": 1}
-        shapes.append(looks | ends)
+        shapes.append(upright(place_along, TEXT, 1.2, xref=f"x{suffix}", yref=y_domain))
         place = {"xref": f"x{suffix}", "x": along, "xanchor": "left", "yref": y_domain, "y": 1, "yanchor": "top"}
         notes.append(text | place | {"text": name, "xshift": 3})
     return shapes, notes
