@@ -107,12 +107,12 @@ def test_what_a_killed_program_left_is_removed_by_the_next(tmp_path):
     import subprocess
     import sys
 
-    from tierod.io.readers import reading_folder
+    from tierod.io.readers import reader_process
 
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
     for number, name in ((gone.pid, "left"), (os.getpid(), "own")):
-        (tmp_path / f"{reading_folder.PREFIX}{number}-{name}").mkdir()
+        (tmp_path / f"{reader_process.PREFIX}{number}-{name}").mkdir()
     (tmp_path / "other").mkdir()
-    reading_folder._sweep(str(tmp_path))
-    assert sorted(each.name for each in tmp_path.iterdir()) == ["other", f"{reading_folder.PREFIX}{os.getpid()}-own"]
+    reader_process._sweep(str(tmp_path))
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["other", f"{reader_process.PREFIX}{os.getpid()}-own"]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import json
 import math
+import os
 import select
 import shutil
 import signal
+import tempfile
 import weakref
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -18,10 +21,10 @@ from typing import Annotated, Any
 import numpy as np
 
 from tierod.core.errors import DamagedFile, MissingExtra
+from tierod.core.processes import runs
 from tierod.io.readers import mat_child, mdf_child
 from tierod.io.readers.limits import VARIABLE, Limits, limits
 from tierod.io.readers.reader_template import Started, TemplateEnded, started
-from tierod.io.readers.reading_folder import reading_folder
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,9 @@ class Budget:
 
 
 BUDGET = Budget()
+
+PREFIX = "tierod-reading-"
+"""Beginning of the name of a temporary folder; the number of the process that removes it follows."""
 
 _KINDS = {kind: kind for kind in ("<f8", "<i8", "<u4", "|u1")}
 """Kinds of numbers that an answer may hold."""
@@ -181,6 +187,25 @@ def require_asammdf() -> None:
         found = None
     if found is None:
         raise MissingExtra("asammdf", "mdf", "reading an MDF file")
+
+
+def reading_folder() -> Path | None:
+    """A new temporary folder that the caller removes; None where none can be written."""
+    try:
+        folder = tempfile.gettempdir()
+        _sweep(folder)
+        return Path(tempfile.mkdtemp(prefix=f"{PREFIX}{os.getpid()}-", dir=folder))
+    except OSError:
+        return None
+
+
+@functools.cache
+def _sweep(folder: str) -> None:
+    """Remove what a killed program left, once in a program."""
+    for each in Path(folder).glob(f"{PREFIX}*"):
+        number = each.name.removeprefix(PREFIX).partition("-")[0]
+        if number.isdigit() and not runs(int(number)):
+            shutil.rmtree(each, ignore_errors=True)
 
 
 def _end(reader: Started, folder: Path | None) -> None:
