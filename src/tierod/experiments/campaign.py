@@ -18,7 +18,6 @@ from tierod.experiments.pools import Pool
 from tierod.experiments.rows import FAULT, SEED, SIZE, is_at
 from tierod.experiments.scenarios import Scenes
 from tierod.monitors.diagnose import find
-from tierod.vehicles import Vehicle
 from tierod.vehicles import load as load_vehicle
 
 SHIPPED = Path(__file__).parent
@@ -128,18 +127,14 @@ def _judge(choice: MonitorChoice, document: Document, location: tuple[str | int,
         monitor, variant = find(choice.monitor, choice.variant or None)
     except ParameterError as error:
         raise document.error((*location, "variant" if choice.variant else "monitor"), str(error)) from None
+    beside = document.path.parent / choice.vehicle
     try:
-        belief = _belief(choice.vehicle, document.path.parent)
+        belief = load_vehicle(beside if beside.is_file() else choice.vehicle)
         variant.open(belief, monitor.rate, None)
     except ParameterError as error:
         raise document.error((*location, "vehicle"), str(error)) from None
     label = choice.label or f"{monitor.name}, {variant.name}"
     return Judge(label, monitor.name, variant.name, belief, choice.baseline == LEARNT)
-
-
-def _belief(given: str, beside: Path) -> Vehicle:
-    path = beside / given
-    return load_vehicle(path if path.is_file() else given)
 
 
 def _reference_points(

@@ -15,30 +15,29 @@ BOOTSTRAPS = 4000
 """Resamples of a bootstrap interval: its ends then wander by about 1 % of its width."""
 
 
-def rate_bound(events: int, hours: float, confidence: float = CONFIDENCE) -> float:
+def rate_bound(events: int, hours: float) -> float:
     """Upper bound of a rate [1/h] after so many events of a Poisson process in so many hours; infinite after none.
 
     Args:
         events: how many were seen
         hours: for how long [h]
-        confidence: with which the true rate lies below
 
     Source: Garwood, Biometrika 28 (1936): half the chi-square quantile with 2 (n + 1) degrees of freedom. Without an
-    event it is -ln(1 - confidence), 3.0 events at 95 %.
+    event it is -ln(1 - CONFIDENCE), 3.0 events.
     """
     from scipy.stats import chi2
 
-    return float(0.5 * chi2.ppf(confidence, 2 * (events + 1)) / hours) if hours > 0.0 else math.inf
+    return float(0.5 * chi2.ppf(CONFIDENCE, 2 * (events + 1)) / hours) if hours > 0.0 else math.inf
 
 
-def share_bound(events: int, trials: int, confidence: float = CONFIDENCE) -> float:
+def share_bound(events: int, trials: int) -> float:
     """Upper bound of a probability after so many events in so many trials; 1 after none.
 
-    Source: Clopper and Pearson, Biometrika 26 (1934). Without an event it is 1 - (1 - confidence)**(1 / trials).
+    Source: Clopper and Pearson, Biometrika 26 (1934). Without an event it is 1 - (1 - CONFIDENCE)**(1 / trials).
     """
     from scipy.stats import beta
 
-    return 1.0 if events >= trials else float(beta.ppf(confidence, events + 1, trials - events))
+    return 1.0 if events >= trials else float(beta.ppf(CONFIDENCE, events + 1, trials - events))
 
 
 @dataclass(frozen=True)
@@ -135,7 +134,7 @@ class Paired:
     rank_p: float
 
 
-def paired(differences: Sequence[float] | np.ndarray, confidence: float = CONFIDENCE) -> Paired:
+def paired(differences: Sequence[float] | np.ndarray) -> Paired:
     """Judge differences of pairs; differences that are not finite are left out."""
     values = np.asarray(differences, float)
     values = values[np.isfinite(values)]
@@ -146,7 +145,7 @@ def paired(differences: Sequence[float] | np.ndarray, confidence: float = CONFID
         len(values),
         float(values.mean()),
         float(np.median(values)),
-        _bootstrap(values, confidence),
+        _bootstrap(values),
         positive,
         negative,
         _sign_test(positive, negative),
@@ -154,13 +153,13 @@ def paired(differences: Sequence[float] | np.ndarray, confidence: float = CONFID
     )
 
 
-def _bootstrap(values: np.ndarray, confidence: float) -> tuple[float, float]:
+def _bootstrap(values: np.ndarray) -> tuple[float, float]:
     """Percentiles of the means of resamples; seeded, so that the same pairs give the same interval."""
     generator = np.random.default_rng(len(values))
     means = np.concatenate(
         [values[generator.integers(0, len(values), (BOOTSTRAPS // 8, len(values)))].mean(axis=1) for _ in range(8)]
     )
-    tail = 0.5 * (1.0 - confidence)
+    tail = 0.5 * (1.0 - CONFIDENCE)
     low, high = np.quantile(means, (tail, 1.0 - tail))
     return float(low), float(high)
 

@@ -65,7 +65,9 @@ def judge(
     run.add(recording)
     finding = run.finish().findings[0]
     seen = tap.seen()
-    course = run.course or _at_the_end(finding, seen.time)
+    # A monitor that judges a recording as a whole has no output before the end.
+    ends = ((seen.time[0], Status.NOT_READY), (seen.time[-1], finding.status))
+    course = run.course or tuple(StatusChange(float(time), status) for time, status in ends)
     return _judged(recording, finding, course, seen, fault, settling, 1.0 / definition.rate), run.learnt
 
 
@@ -108,11 +110,6 @@ class _Tap:
             np.concatenate(self._time),
             {name: np.concatenate([piece[name] for piece in self._pieces]) for name in names},
         )
-
-
-def _at_the_end(finding: Finding, time: np.ndarray) -> tuple[StatusChange, ...]:
-    """The course of a monitor that judges a recording as a whole: it has no output before the end."""
-    return (StatusChange(float(time[0]), Status.NOT_READY), StatusChange(float(time[-1]), finding.status))
 
 
 def _judged(

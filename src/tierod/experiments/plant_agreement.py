@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -131,7 +130,9 @@ def commonroad_agreement(speed: float, steer: float, frequency: float, multibody
 
     model, start = (vehicle_dynamics_mb, init_mb) if multibody else (vehicle_dynamics_std, init_std)
     time = np.arange(round(8.0 / STEP)) * STEP
-    angle = _weave(steer, frequency)
+
+    def angle(instant: float) -> float:
+        return float(steer * np.sin(2.0 * np.pi * frequency * instant) * min(1.0, instant))
 
     def slope(instant: float, state: np.ndarray) -> list[float]:
         rate = (angle(instant + 1e-6) - angle(instant - 1e-6)) / 2e-6
@@ -144,10 +145,6 @@ def commonroad_agreement(speed: float, steer: float, frequency: float, multibody
     out = scan(Replay(commonroad_car(multibody), start_speed=speed), courses(states[2], along))
     ours = np.column_stack([out["yaw_rate"], out["lateral_acceleration"]])
     return agreement(ours, np.column_stack([yaw, lateral]))
-
-
-def _weave(amplitude: float, frequency: float) -> Callable[[float], float]:
-    return lambda time: float(amplitude * np.sin(2.0 * np.pi * frequency * time) * min(1.0, time))
 
 
 def _single_track_motion(states: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -22,23 +22,20 @@ SMALL_STEER = 1e-4
 Body = TypeVar("Body", SingleTrack, TwoTrack)
 
 
-def courses(
-    steer: np.ndarray, speed: float | np.ndarray, bank: float | np.ndarray = 0.0, grade: float | np.ndarray = 0.0
-) -> np.ndarray:
-    """Samples of a replay at 1 kHz.
+def courses(steer: np.ndarray, speed: float | np.ndarray) -> np.ndarray:
+    """Samples of a replay at 1 kHz on a level road.
 
     Args:
         steer: road-wheel angle at every millisecond [rad], shape (n,)
         speed: to be kept [m/s], a number or shape (n,)
-        bank, grade: of the road [rad]
     """
     rate = np.gradient(steer, STEP)
-    return np.column_stack(np.broadcast_arrays(steer, rate, speed, bank, grade))
+    return np.column_stack(np.broadcast_arrays(steer, rate, speed, 0.0, 0.0))
 
 
-def steady_turn(chassis: Body, speed: float, steer: float, seconds: float = 8.0) -> ChassisResponse:
-    """Response of a chassis after some seconds at a speed [m/s] with its road wheels at an angle [rad]."""
-    inputs = courses(np.full(round(seconds / STEP), steer), speed)
+def steady_turn(chassis: Body, speed: float) -> ChassisResponse:
+    """Response of a chassis after 8 s at a speed [m/s] with its road wheels turned a little."""
+    inputs = courses(np.full(round(8.0 / STEP), SMALL_STEER), speed)
     return scan(Replay(chassis, start_speed=speed), inputs).at(-1)
 
 
@@ -58,19 +55,18 @@ def yaw_gain_error(chassis: Body, speed: float) -> float:
         chassis: of one or two tracks, see `unresisted`
         speed: [m/s]
     """
-    out = steady_turn(chassis, speed, SMALL_STEER)
+    out = steady_turn(chassis, speed)
     closed = steady_yaw_gain(out.speed, chassis.wheelbase, chassis.understeer_gradient)
     return float(out.yaw_rate / SMALL_STEER / closed - 1.0)
 
 
-def understeer_error(chassis: Body, speed: float = 30.0) -> float:
-    """Understeer gradient in the linear range, against the closed form: relative error.
+def understeer_error(chassis: Body) -> float:
+    """Understeer gradient in the linear range at 30 m/s, against the closed form: relative error.
 
     Args:
         chassis: of one or two tracks, see `unresisted`
-        speed: of the steady turn [m/s]
     """
-    out = steady_turn(chassis, speed, SMALL_STEER)
+    out = steady_turn(chassis, 30.0)
     extra = SMALL_STEER - chassis.wheelbase * out.yaw_rate / out.speed
     return float(extra / out.lateral_acceleration / chassis.understeer_gradient - 1.0)
 

@@ -55,7 +55,7 @@ def rav4_agreement(recording: Recording) -> Agreement:
     return agreement(ours - np.mean(ours - theirs, axis=0), theirs)
 
 
-def ferrari(front_stiffness: float = 83e3, rear_stiffness: float = 145e3) -> TwoTrack:
+def ferrari() -> TwoTrack:
     """The Ferrari 250 LM of the public race laps.
 
     Masses and distances as published with them; cornering stiffnesses fitted to yaw rate and sideslip in the linear
@@ -71,7 +71,7 @@ def ferrari(front_stiffness: float = 83e3, rear_stiffness: float = 145e3) -> Two
         roll_inertia=250.0,
         front=Axle(1.35, 0.05, 60e3, 2500.0, 0.0, 1.0, tyre),
         rear=Axle(1.35, 0.10, 50e3, 2500.0, 0.0, 1.2, replace(tyre, cornering_stiffness=40.0)),
-    ).with_axle_stiffness(front_stiffness, rear_stiffness)
+    ).with_axle_stiffness(83e3, 145e3)
 
 
 def ferrari_agreement(recording: Recording, second_half: bool = True) -> Agreement:

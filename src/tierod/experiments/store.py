@@ -121,7 +121,7 @@ class Store:
         """
         from tierod.io.writers import write
 
-        path = self._recording(name, key)
+        path = self.folder / "recordings" / f"{name}-{key[:_SHOWN]}.parquet"
         write(recording, path)
         content = path.read_bytes()
         return {
@@ -152,9 +152,6 @@ class Store:
             return kept is not None and (self.folder / kept["file"]).stat().st_size == kept["bytes"]
         except OSError:
             return False
-
-    def _recording(self, name: str, key: str) -> Path:
-        return self.folder / "recordings" / f"{name}-{key[:_SHOWN]}.parquet"
 
 
 def slug(parts: Mapping[str, object], longest: int = 120) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from tierod.core.graph.operations import NEXT_STATE, STATE, Operation, Program, is_constant
+from tierod.core.graph.operations import NEXT_STATE, STATE, Program, is_constant
 
 
 class Clock(NamedTuple):
@@ -85,11 +85,8 @@ def added(program: Program, index: int, position: int) -> Added | None:
     if second in program.invariant:
         return Added(second, None)
     more = program.operations[second]
-    return Added(more.arguments[1], more.arguments[0]) if _adds_at_times(program, more) else None
-
-
-def _adds_at_times(program: Program, more: Operation) -> bool:
-    return more.name == "if" and more.arguments[1] in program.invariant
+    at_times = more.name == "if" and more.arguments[1] in program.invariant
+    return Added(more.arguments[1], more.arguments[0]) if at_times else None
 
 
 def _counts(program: Program, position: int, index: int, steps: set[int]) -> bool:

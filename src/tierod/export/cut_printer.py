@@ -118,13 +118,13 @@ class CutPrinter(OutputPrinter):
                 lines.append(self._nested(each, named, notes, indent))
             else:
                 lines.append(self.statement(each, named, places, notes, indent))
-        lines += [self._kept(index, indent) for index in segment.operations if index in self.layout.slots]
+        kept = [index for index in segment.operations if index in self.layout.slots]
+        lines += [f"{indent}{self._slot(index)} = v{index};\n" for index in kept]
         lines += [self._stored(target, named, indent) for target in segment.stores]
         text = "".join(map(self.spelling.spelt, lines))
         if segment.condition is None:
             return f"    {{\n{text}    }}\n" if own or read else text
         asked = self.spelling.spelt(self._truth(segment.condition.value, self._outside(segment.condition.value)))
-        kept = (index for index in segment.operations if index in self.layout.slots)
         # Compilers cannot see that nothing takes these values elsewhere.
         other = "".join(
             f"        {self._slot(index)} = {'false' if index in self._whole else self.spelling.number(0.0)};\n"
@@ -174,9 +174,6 @@ class CutPrinter(OutputPrinter):
         operation = self.program.operations[index]
         own = {index: self.reach.taken(operation.constant)} if operation.name == "input" else {}
         return self._names(set()) | own
-
-    def _kept(self, index: int, indent: str) -> str:
-        return f"{indent}{self._slot(index)} = v{index};\n"
 
     def _slot(self, index: int) -> str:
         """Where a value lies that crosses functions."""

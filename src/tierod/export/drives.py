@@ -27,7 +27,8 @@ def inputs_from(subject: Subject, vehicle: Vehicle, source: Recording | str | Pa
         InputError: the recording cannot be read, is empty, or has none of the inputs
     """
     monitor, variant = find(subject.monitor, subject.variant)
-    whole = source if isinstance(source, Recording) else _read(source, vehicle)
+    databases = [vehicle.database] if vehicle.database else None
+    whole = source if isinstance(source, Recording) else read(source, dbc=databases, channel_map=vehicle.channel_map)
     names = subject.graph.sample
     filled = complete(whole, [*monitor.needing(variant).required, *monitor.optional, *names])
     known = [name for name in names if name in filled]
@@ -43,8 +44,3 @@ def inputs_from(subject: Subject, vehicle: Vehicle, source: Recording | str | Pa
     if not len(values):
         raise InputError("the recording holds no samples; give a longer one")
     return values
-
-
-def _read(path: str | Path, vehicle: Vehicle) -> Recording:
-    databases = [vehicle.database] if vehicle.database else None
-    return read(path, dbc=databases, channel_map=vehicle.channel_map)

@@ -140,10 +140,6 @@ class StatementPrinter(BranchingPrinter):
         """
         return f"tierod_member({number}, {low}, {high})"
 
-    def _zero(self, logical: bool) -> str:
-        """What a selection gives where it has no second value."""
-        return "false" if logical else self.spelling.number(0.0)
-
     def _real(self, index: int, named: dict[int, str]) -> str:
         """A value as a number."""
         text = self.constant(index) or named.get(index, f"v{index}")
@@ -194,10 +190,10 @@ class StatementPrinter(BranchingPrinter):
         return "".join(lines)
 
     def _value(self, selection: int, value: int | None, named: dict[int, str]) -> str:
-        """What a selection takes on one side."""
+        """What a selection takes on one side; zero where it has no second value."""
         logical = selection in self._whole
         if value is None:
-            return self._zero(logical)
+            return "false" if logical else self.spelling.number(0.0)
         return self._truth(value, named) if logical else self._real(value, named)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tierod import __version__
-from tierod.core.block import Ring, Tree, tuning, values_of
+from tierod.core.block import Ring, tuning, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph import trace
 from tierod.core.graph.memory_layout import BankState
@@ -113,6 +113,7 @@ def subject_of_block(
     """
     graph, initial = trace(block), block.init()
     remembered = initial.judge if isinstance(initial, BankState) else initial
+    leaves = zip(described(remembered), values_of(remembered), strict=True)
     pairs = list(tuning(block))
     known = {each.path: each for each in described(block)}
     return Subject(
@@ -125,12 +126,8 @@ def subject_of_block(
         block=block,
         graph=graph,
         sample=of_signals(graph.sample, graph.sample_tree),
-        state=tuple(each for each, leaf in _with_leaves(remembered) if not isinstance(leaf, Ring)),
+        state=tuple(each for each, leaf in leaves if not isinstance(leaf, Ring)),
         output=tuple(described(graph.output_tree)),
         tuning=tuple(known.get(path, Described(path)) for path, _ in pairs),
         values=tuple(value for _, value in pairs),
     )
-
-
-def _with_leaves(tree: Tree) -> list[tuple[Described, Any]]:
-    return list(zip(described(tree), values_of(tree), strict=True))

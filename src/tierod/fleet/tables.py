@@ -15,7 +15,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
 from tierod.experiments.fingerprint import fingerprint
 from tierod.fleet import schema
-from tierod.fleet.judging import Asked, Judgement, judge
+from tierod.fleet.judging import Asked, judge
 from tierod.fleet.stamps import code, vehicle_digest
 from tierod.io.readers import SHARE_READ
 from tierod.monitors.harness.pieces import CHUNK
@@ -145,18 +145,14 @@ def _rows(about: Mapping[str, Any], samples: pa.Table, car: Vehicle, asked: Aske
     try:
         if uneven := about.get("uneven"):
             raise InputError(f"{', '.join(uneven)} have not as many samples as '{TIME}'; give them on one clock")
-        found = _judged(samples, car, asked, about.get(START))
+        pieces = _pieces(Recording.from_arrow(samples, TIME))
+        found = judge(pieces, asked.together(car), asked, about.get(START))
         if not found.rows:
             raise InputError("; ".join(found.refused.values()))
     except (InputError, ParameterError) as error:
         cause = " ".join(str(error).split())
         return [common | {"start": about.get(START), "judged": "", "role": "", "status": NOT_JUDGED, "cause": cause}]
     return [common | row for row in found.rows]
-
-
-def _judged(samples: pa.Table, car: Vehicle, asked: Asked, start: float | None) -> Judgement:
-    whole = Recording.from_arrow(samples, TIME)
-    return judge(_pieces(whole), asked.together(car), asked, start)
 
 
 def _pieces(whole: Recording) -> Iterator[Recording]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -28,14 +29,6 @@ class Recipe:
     memory: float
     make: Callable[..., Channel]
     further: tuple[str, ...] = ()
-
-
-def _along_alpha(a: Channel, b: Channel, c: Channel | None) -> Channel:
-    return _along("alpha", a, b, c)
-
-
-def _along_beta(a: Channel, b: Channel, c: Channel | None) -> Channel:
-    return _along("beta", a, b, c)
 
 
 def _along(axis: str, a: Channel, b: Channel, c: Channel | None) -> Channel:
@@ -73,7 +66,7 @@ def of_phases(quantity: str, axis: str) -> Recipe:
     Source: Reinelt et al., eqs (5) to (7).
     """
     a, b, c = (f"{quantity}_{phase}" for phase in "abc")
-    return Recipe(f"{quantity}_{axis}", (a, b), 0.0, {"alpha": _along_alpha, "beta": _along_beta}[axis], (c,))
+    return Recipe(f"{quantity}_{axis}", (a, b), 0.0, partial(_along, axis), (c,))
 
 
 WINDOW = 0.05
@@ -83,22 +76,23 @@ OLDEST = 0.1
 """A wheel speed older than this [s] does not count; chassis buses send it every 10 to 20 ms."""
 
 
-def backward_rate(angle: Channel, window: float = WINDOW) -> tuple[np.ndarray, np.ndarray]:
-    """Rate of an angle as the backward difference over a window: (time, rate), late by half the window.
+def backward_rate(angle: Channel) -> tuple[np.ndarray, np.ndarray]:
+    """Rate of an angle as the backward difference over WINDOW: (time, rate), late by half of it.
+
+    The difference is over at least one sample, and never across a gap of more than ten windows.
 
     Args:
         angle: [rad]
-        window: span of the difference [s]; at least one sample, and never across a gap of more than ten windows
     """
     keep = np.isfinite(angle.values)
     time, values = angle.time[keep], angle.values[keep]
     if not len(time):
         return angle.time, np.full(len(angle.time), np.nan)
     now = np.arange(len(time))
-    before = np.searchsorted(time, time - window * (1.0 + 1e-9), side="left")
+    before = np.searchsorted(time, time - WINDOW * (1.0 + 1e-9), side="left")
     before = np.where(before < now, before, np.maximum(now - 1, 0))
     span = time - time[before]
-    usable = (span > 0.0) & (span <= 10.0 * window)
+    usable = (span > 0.0) & (span <= 10.0 * WINDOW)
     rate = np.divide(values - values[before], span, out=np.full(len(time), np.nan), where=usable)
     return time, rate
 

@@ -59,7 +59,8 @@ class Closing:
             finished: every monitor that ran
         """
         with_feed = [(each.judge, each.diagnosis, each.feed) for each in finished if each.feed is not None]
-        guarded(self._hub, lambda: self._remember(with_feed, engine.identity))
+        if with_feed:
+            guarded(self._hub, lambda: self._hub.say("memory", {"text": remembered(with_feed, engine.identity)}))
         guarded(self._hub, lambda: self._baselines(finished))
         diagnoses = {each.judge.name: each.diagnosis for each in finished}
         guarded(self._hub, lambda: self._report(engine, diagnoses))
@@ -68,10 +69,6 @@ class Closing:
         missed = {judge.name: judge.reason for judge in engine.judges if judge.name not in diagnoses}
         content = {"time": engine.clock.latest, "frames": engine.tally.frames, "lost": engine.gaps.lost}
         self._hub.say("end", content | {"verdicts": verdicts, "headlines": headlines, "not_run": missed})
-
-    def _remember(self, finished: Sequence[tuple[Judge, Diagnosis, MemoryFeed]], identity: str) -> None:
-        if finished:
-            self._hub.say("memory", {"text": remembered(finished, identity)})
 
     def _baselines(self, finished: Sequence[Finished]) -> None:
         for judge, diagnosis, _ in finished:

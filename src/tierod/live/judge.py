@@ -144,7 +144,7 @@ class Judge:
             return
         try:
             if self.run is None:
-                self._begin(piece)
+                self._open(*fitting(self.definition, self.variant, piece, asked=False))
             assert self.run is not None
             self._first = whole = joined(self._first, piece)
             listens = getattr(self.run.session, "listens", 0.0)
@@ -160,9 +160,6 @@ class Judge:
                 self.broken = True
             else:
                 self.run = None
-
-    def _begin(self, piece: Recording) -> None:
-        self._open(*fitting(self.definition, self.variant, piece, asked=False))
 
     def _open(self, definition: Monitor, variant: Variant) -> Run:
         run = Run(definition, variant, self.plan.vehicle, self._baseline(), None, uncertain=True, bins=BINS)

@@ -26,14 +26,14 @@ OLDEST_SHOWN = 4
 LATE = 0.5
 """Delay of a verdict from which on it is shown [s]."""
 
-_BARS = "▁▂▃▄▅▆▇█"
+_BARS, _WIDTH = "▁▂▃▄▅▆▇█", 24
 
 _COLOURS = {"healthy": "green", "fault": "bold red", "suspect": "red", "rising": "yellow"}
 
 
-def sparkline(values: Sequence[float], width: int = 24) -> str:
+def sparkline(values: Sequence[float]) -> str:
     """The last values as bars between their lowest and highest; a blank where one is missing."""
-    last = list(values)[-width:]
+    last = list(values)[-_WIDTH:]
     known = [each for each in last if math.isfinite(each)]
     if not known:
         return ""

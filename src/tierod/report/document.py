@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.decimation import merged
-from tierod.core.findings import ChannelQuality, Diagnosis, Element, Episode, Estimate, Finding, Trace
+from tierod.core.findings import Diagnosis, Element, Episode, Estimate, Finding, Trace
 from tierod.report.display import INTERVAL
 from tierod.report.verdict import overall
 
@@ -32,7 +32,7 @@ def document(diagnosis: Diagnosis, series: bool) -> str:
         "elements": [_element(element) for element in diagnosis.elements],
         "consistency": diagnosis.consistency,
         "remarks": diagnosis.remarks,
-        "quality": [_quality(row) for row in diagnosis.quality],
+        "quality": [dataclasses.asdict(row) for row in diagnosis.quality],
         "vehicle": diagnosis.vehicle,
         "parameters": [
             dict(zip(("name", "value", "unit", "standard_deviation", "source"), row, strict=True))
@@ -91,10 +91,6 @@ def _episode(episode: Episode) -> dict[str, Any]:
     """An episode by the keys of the schema, which calls its magnitude its size."""
     names = {field.name: "size" if field.name == "magnitude" else field.name for field in dataclasses.fields(episode)}
     return {key: getattr(episode, name) for name, key in names.items()} | {"size": _estimate(episode.magnitude)}
-
-
-def _quality(row: ChannelQuality) -> dict[str, Any]:
-    return dataclasses.asdict(row)
 
 
 def _trace(trace: Trace) -> dict[str, Any]:

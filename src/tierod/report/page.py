@@ -128,6 +128,9 @@ def render(diagnosis: Diagnosis) -> str:
     """The page as text."""
     figures = _figures(diagnosis)
     drawn = list(_all(figures))
+    # Rules that stayed quiet and designs lie in a fold of their own.
+    in_fold = {name: figures[name] for name in ("quiet", "designs")}
+    path = str(diagnosis.recording.get("path", "recording"))
     packed = packed_series(diagnosis.traces, sorted(set().union(*(drawn_from(m) for f in drawn for m in f.data))))
     return rendered(
         "report.html.j2",
@@ -145,8 +148,7 @@ def render(diagnosis: Diagnosis) -> str:
         measure_first=measure_first(diagnosis),
         figures=figures,
         nothing_ran=NOTHING_RAN,
-        # Rules that stayed quiet and designs lie in a fold of their own.
-        folded={each.name for each in drawn[UNFOLDED:]} - {each.name for each in _all(_in_fold(figures))},
+        folded={each.name for each in drawn[UNFOLDED:]} - {each.name for each in _all(in_fold)},
         quality=[_quality_row(row) for row in diagnosis.quality],
         parameters=[_parameter_row(row) for row in diagnosis.parameters if not _is_tuning(row)],
         tuning=[_parameter_row(row) for row in diagnosis.parameters if _is_tuning(row)],
@@ -155,7 +157,7 @@ def render(diagnosis: Diagnosis) -> str:
             (each.name, each.distance, each.rule, each.false_alarms, each.source) for each in diagnosis.decisions
         ],
         consistency=[evidence(name, value) for name, value in diagnosis.consistency.items()],
-        name=_name(diagnosis),
+        name=str(diagnosis.recording.get("name") or Path(path).name),
         recording=_facts(diagnosis.recording),
         details=[row for key, value in diagnosis.recording.items() if _is_nested(value) for row in _flat(key, value)],
         vehicle=_facts(diagnosis.vehicle),
@@ -206,10 +208,6 @@ def _figures(diagnosis: Diagnosis) -> dict[str, Any]:
         "quiet": quiet_figure(diagnosis),
         "designs": design_figures(diagnosis),
     }
-
-
-def _in_fold(figures: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: figures[name] for name in ("quiet", "designs")}
 
 
 def _all(figures: Mapping[str, Any]) -> Iterator[Figure]:
@@ -272,7 +270,3 @@ def _flat(name: str, value: Any) -> Iterator[tuple[str, str]]:
 
 def _is_tuning(row: tuple[str, float, str, float | None, str]) -> bool:
     return row[4].startswith("tuning of")
-
-
-def _name(diagnosis: Diagnosis) -> str:
-    return str(diagnosis.recording.get("name") or Path(str(diagnosis.recording.get("path", "recording"))).name)

@@ -23,6 +23,7 @@ from tierod.fleet.stamps import code, vehicle_digest
 from tierod.io.derive import RECIPES, ingredients
 from tierod.io.layout import plain
 from tierod.io.readers import SHARE_READ, ChannelMap, open_chunks, open_source, parse_channel_map
+from tierod.io.readers.opening import shipped
 from tierod.io.readers.streaming import completed, loaded_map, planned
 from tierod.monitors.harness.pieces import CHUNK
 from tierod.monitors.together import Concluded, usual
@@ -110,7 +111,7 @@ def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say
     dbc, used = reading.files(car)
     say(0.02, "reading the file")
     content = digest(reading.path)
-    files = [_file_digest(each) for each in dbc or ()]
+    files = [digest(shipped(each, ".dbc")) for each in dbc or ()]
     key = fingerprint(
         "tierod.web-series/2", content, files, None if used is None else (used.entries, used.time), code()
     )
@@ -157,12 +158,6 @@ def digest(path: Path) -> str:
         return fingerprint([(each.name, digest(each)) for each in parts])
     except OSError as error:
         raise InputError(f"{path.name} cannot be read ({(error.strerror or '').lower()}); check the file") from None
-
-
-def _file_digest(path: str | Path) -> str:
-    from tierod.io.readers.opening import shipped
-
-    return digest(shipped(path, ".dbc"))
 
 
 def _first_picture(store: Store, reading: Reading, dbc: Any, used: ChannelMap | None, key: str, say: Say) -> None:
@@ -307,10 +302,7 @@ def monitor_document(found: Concluded) -> dict[str, Any]:
     content: dict[str, Any] = json.loads(document(found.diagnosis, False))
     content["variant"] = found.variant
     content["estimates"] = list(found.estimates)
-    content["decisions"] = [finite(_decision(each)) for each in found.diagnosis.decisions]
+    names = [field.name for field in dataclasses.fields(Decided) if field.name != "curve"]
+    content["decisions"] = [finite({name: getattr(each, name) for name in names}) for each in found.diagnosis.decisions]
     content.pop("recording", None)
     return content
-
-
-def _decision(each: Decided) -> dict[str, Any]:
-    return {field.name: getattr(each, field.name) for field in dataclasses.fields(each) if field.name != "curve"}

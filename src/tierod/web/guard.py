@@ -148,13 +148,10 @@ class Guard:
                 return 403, "the request comes from another site; open the page of this server itself"
             if scope["type"] == "websocket" and origin is None:
                 return 403, "a connection without origin is refused; open the page of this server"
-        if page or self._let_in(scope, headers):
+        bearer = headers.get("authorization", "").removeprefix("Bearer ")
+        if page or self.trust.let_in(_cookie(headers.get("cookie", "")) or bearer):
             return self._length(scope, headers)
         return 401, "the token is missing; open the whole address that 'tierod serve' has printed, with its token"
-
-    def _let_in(self, scope: Scope, headers: Mapping[str, str]) -> bool:
-        bearer = headers.get("authorization", "").removeprefix("Bearer ")
-        return self.trust.let_in(_cookie(headers.get("cookie", "")) or bearer)
 
     def _length(self, scope: Scope, headers: Mapping[str, str]) -> tuple[int, str]:
         limit = self.trust.upload if scope["path"] == "/api/uploads" else self.trust.body

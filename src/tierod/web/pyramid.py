@@ -145,7 +145,8 @@ class SeriesWriter:
         """Give a signal time stamps of its own, from where others go on differently."""
         old, kept.stamps = kept.stamps, len(self._counts)
         self._counts.append(kept.count)
-        self._flush(f"t{old}.f8")
+        if file := self._files.get(f"t{old}.f8"):
+            file.flush()
         self._append(f"t{kept.stamps}.f8", _mapped(self.folder / f"t{old}.f8", np.float64)[: kept.count])
 
     def _append(self, name: str, values: np.ndarray) -> None:
@@ -155,10 +156,6 @@ class SeriesWriter:
                 self._files.pop(next(iter(self._files))).close()
             file = self._files[name] = open(self.folder / name, "ab")  # noqa: SIM115  (closed in finish)
         file.write(np.ascontiguousarray(values, np.float64).data)
-
-    def _flush(self, name: str) -> None:
-        if name in self._files:
-            self._files[name].flush()
 
 
 def _mapped(path: Path, kind: type[np.generic]) -> np.ndarray:

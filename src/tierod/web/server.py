@@ -21,7 +21,7 @@ from tierod.core.errors import InputError, MissingExtra, ParameterError
 from tierod.core.files import expanded
 
 if TYPE_CHECKING:
-    from tierod.web.site import Limits, Live, Site
+    from tierod.web.site import Limits, Site
 
 LOOPBACK = "127.0.0.1"
 
@@ -158,10 +158,15 @@ def site_of(
     given = str(vehicle) if vehicle is not None else "midsize-eps" if demo else ""
     known = tuple(str(expanded(each)) for each in dbc)
     used = str(expanded(channel_map)) if channel_map is not None else ""
-    buses = _live(live, given)
+    for each in live:
+        interface, colon, channel = each.partition(":")
+        if not (interface and colon and channel):
+            raise ParameterError(f"--live is '{each}'; expected INTERFACE:CHANNEL, such as socketcan:can0")
+    if live and not given:
+        raise ParameterError("--live needs --vehicle: whose buses are they?")
     if live and car is not None and not (known or car.database):
         raise ParameterError(f"--live: the vehicle '{car.name}' names no CAN database; give one with --dbc")
-    made = Site(recordings, results, place, given, known, used, buses, limits or Limits(), demo)
+    made = Site(recordings, results, place, given, known, used, tuple(live), limits or Limits(), demo)
     return replace(made, vehicle=str(expanded(given).absolute()) if given.endswith(".toml") else given)
 
 
@@ -231,24 +236,12 @@ def _not_bound(bind: str, port: int, error: Exception) -> str:
     return f"{bind}:{port} cannot be opened ({error}); give an address of this machine with --bind, a port with --port"
 
 
-def _live(addresses: Sequence[str], vehicle: str) -> Live:
-    from tierod.web.site import Live
-
-    for each in addresses:
-        interface, colon, channel = each.partition(":")
-        if not (interface and colon and channel):
-            raise ParameterError(f"--live is '{each}'; expected INTERFACE:CHANNEL, such as socketcan:can0")
-    if addresses and not vehicle:
-        raise ParameterError("--live needs --vehicle: whose buses are they?")
-    return Live(tuple(addresses))
-
-
 def _relay(site: Site) -> Any:
     from tierod.web.relay import Relay
 
-    if not site.live.addresses:
+    if not site.live:
         return None
     words = ["-m", "tierod.web.following", "--vehicle", site.vehicle]
-    words += [word for each in site.live.addresses for word in ("--live", each)]
+    words += [word for each in site.live for word in ("--live", each)]
     words += [word for each in site.dbc for word in ("--dbc", each)]
     return Relay([*words, *(["--map", site.channel_map] if site.channel_map else [])])

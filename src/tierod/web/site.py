@@ -56,17 +56,6 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Live:
-    """Buses that are followed.
-
-    Args:
-        addresses: of the buses, INTERFACE:CHANNEL
-    """
-
-    addresses: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class Site:
     """Served site.
 
@@ -77,7 +66,7 @@ class Site:
         vehicle: name or path of the vehicle that recordings are judged as; "" for the one that each of them names
         dbc: databases of bus logs
         channel_map: of the recordings; "" for that of the vehicle
-        live: buses that are followed
+        live: buses that are followed, as INTERFACE:CHANNEL
         limits: how much is taken
         demo: whether the demo drive and fleet are made
     """
@@ -88,7 +77,7 @@ class Site:
     vehicle: str = ""
     dbc: tuple[str, ...] = ()
     channel_map: str = ""
-    live: Live = field(default_factory=Live)
+    live: tuple[str, ...] = ()
     limits: Limits = field(default_factory=Limits)
     demo: bool = False
 

@@ -88,7 +88,7 @@ class Workbench:
             results=[each.name for each in self.site.results],
             vehicle=self.site.vehicle,
             vehicles=list(VEHICLES.own),
-            live=list(self.site.live.addresses),
+            live=list(self.site.live),
             dbc=[Path(each).name for each in self.site.dbc],
             demo=self._demo(),
             upload_limit=self.site.limits.upload,
@@ -191,16 +191,13 @@ class Workbench:
         Raises:
             Absent: nothing is kept under this key
         """
-        found: dict[str, Any] = json.loads(self._kept_text("identified", key, "identification.json"))
+        found: dict[str, Any] = json.loads(self.identified_text(key, "identification.json"))
         return {**found, "key": key, "written": (self.store.path("identified", key) / "vehicle.toml").is_file()}
 
     def identified_text(self, key: str, name: str) -> str:
         """The file "page.html" or "vehicle.toml" of an identification; errors as of `identified`."""
-        return self._kept_text("identified", key, name)
-
-    def _kept_text(self, kind: str, key: str, name: str) -> str:
         try:
-            return (self.store.path(kind, key) / name).read_text(encoding="utf-8")
+            return (self.store.path("identified", key) / name).read_text(encoding="utf-8")
         except OSError:
             raise Absent("this is not kept, or not any more; run it again") from None
 
@@ -306,7 +303,7 @@ class Workbench:
         Raises:
             Absent: no such results folder
         """
-        results = self._results(name)
+        results = self.site.result(name)
         if self.site.demo and not (results / "ledger").is_dir():
             raise Absent("the demo fleet is still being made; try again in some seconds")
         key = fleets.key_of(results)
@@ -318,11 +315,8 @@ class Workbench:
 
     def drives(self, name: str, vehicle: str) -> list[dict[str, Any]]:
         """Every finding of a car in a results folder; errors as of `tierod.web.fleets.drives_of`."""
-        rows = fleets.drives_of(self._results(name), vehicle)
+        rows = fleets.drives_of(self.site.result(name), vehicle)
         return [{**row, "file": self.site.name_of(row["recording_name"] or "")} for row in rows]
-
-    def _results(self, name: str) -> Path:
-        return self.site.result(name)
 
     def parameters(self, vehicle: str) -> dict[str, Any]:
         """The parameters of a vehicle, with spread and source.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -93,16 +93,13 @@ def apart(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]) -> l
     library, _, trouble = built(face, folder, "gcc", ("-O2",))
     if library is None:
         return trouble
-    return [
-        _measured(face, name, hours, run_over(library, values, len(face.graph.output), steps), values, steps)
-        for name, values in samples.items()
-        for hours, steps in _beginnings(face)
-    ]
-
-
-def _beginnings(face: Interface) -> Iterator[tuple[float, int]]:
-    """Hours that clocks have run for, and steps."""
-    yield from ((hours, round(3600.0 * hours * face.subject.rate)) for hours in HOURS)
+    found = []
+    for name, values in samples.items():
+        for hours in HOURS:
+            steps = round(3600.0 * hours * face.subject.rate)
+            outputs = run_over(library, values, len(face.graph.output), steps)
+            found.append(_measured(face, name, hours, outputs, values, steps))
+    return found
 
 
 def _measured(face: Interface, name: str, hours: float, found: np.ndarray, values: np.ndarray, steps: int) -> Apart:

@@ -37,7 +37,7 @@ def write_unit(model: Model, version: Version, path: str | Path) -> Path:
     documents = {
         "modelDescription.xml": model_description(model, version, names),
         "documentation/index.html": documentation(model),
-        _licence_place(version): _licence(version),
+        f"{'documentation/' if version == 3 else ''}licenses/fmi-headers.txt": _licence(version),
         **{f"sources/{name}": text for name, text in texts.items()},
     }
     if version == 3:
@@ -54,10 +54,6 @@ def _entry(name: str) -> zipfile.ZipInfo:
     entry.compress_type = zipfile.ZIP_DEFLATED
     entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
     return entry
-
-
-def _licence_place(version: Version) -> str:
-    return "documentation/licenses/fmi-headers.txt" if version == 3 else "licenses/fmi-headers.txt"
 
 
 def _licence(version: Version) -> str:

@@ -200,7 +200,8 @@ def whole_lines(blocks: Iterable[bytes], path: Path | str, quotes: bool = False,
         if not cut:
             rest += block
             if len(rest) > most:
-                raise _endless(path, most, quotes)
+                why = "a quotation mark is not closed" if quotes else "it is no text of lines"
+                raise InputError(f"{path} holds a line of more than {most / 1e6:.3g} MB: {why}; export it again")
             continue
         yield rest + block[:cut]
         rest = block[cut:]
@@ -219,8 +220,3 @@ def _last_end(rest: bytes, block: bytes, quotes: bool, end: bytes) -> int:
         marks = (marks + block.count(b'"', before, cut)) % 2
         cut = before
     return cut
-
-
-def _endless(path: Path | str, most: int, quotes: bool) -> InputError:
-    why = "a quotation mark is not closed" if quotes else "it is no text of lines"
-    return InputError(f"{path} holds a line of more than {most / 1e6:.3g} MB: {why}; export it again")

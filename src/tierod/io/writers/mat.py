@@ -68,12 +68,8 @@ def _names(given: list[str]) -> dict[str, str]:
     return found
 
 
-def _padded(data: bytes) -> bytes:
-    return data + bytes(-len(data) % 8)
-
-
 def _element(kind: int, data: bytes) -> bytes:
-    return struct.pack("<II", kind, len(data)) + _padded(data)
+    return struct.pack("<II", kind, len(data)) + data + bytes(-len(data) % 8)
 
 
 def _head(name: str, rows: int, columns: int, kind: int) -> bytes:

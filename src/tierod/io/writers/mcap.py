@@ -7,7 +7,6 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from tierod.core.errors import OutputError
 from tierod.core.files import replacing
@@ -75,21 +74,10 @@ def _messages(number: int, group: SpooledGroup) -> Iterator[tuple[float, int, by
     for time, values in group.rows():
         rows = zip(*(part.tolist() for part in values), strict=True)
         for stamp, row in zip(time.tolist(), rows, strict=True):
-            pairs = (f"{name}:{value!r}" for name, value in zip(names, map(_plain, row), strict=True))
-            yield stamp, number, f"{{{','.join(pairs)}}}".encode()
-
-
-class _Null:
-    def __repr__(self) -> str:
-        return "null"
-
-
-_NULL = _Null()
-
-
-def _plain(value: float) -> Any:
-    """JSON has no number for a missing sample."""
-    return value if math.isfinite(value) else _NULL
+            # JSON has no number for a missing sample.
+            texts = (repr(value) if math.isfinite(value) else "null" for value in row)
+            pairs = ",".join(f"{name}:{text}" for name, text in zip(names, texts, strict=True))
+            yield stamp, number, f"{{{pairs}}}".encode()
 
 
 WRITER = Writer("MCAP", FromSpool(write_mcap), require_mcap)

@@ -91,13 +91,9 @@ def _noises(result: ColumnIdentification) -> list[str]:
 
 
 def _correlation(result: ColumnIdentification) -> Table:
-    names = result.estimate.names
-    rows = tuple((name, *(f"{v:+.2f}".replace("-", "−") for v in row)) for name, row in _rows(result))
+    names, values = result.estimate.names, np.nan_to_num(result.estimate.correlation)
+    rows = tuple((name, *(f"{v:+.2f}".replace("-", "−") for v in row)) for name, row in zip(names, values, strict=True))
     return Table("Correlation of the estimates", ("", *names), rows)
-
-
-def _rows(result: ColumnIdentification) -> list[tuple[str, np.ndarray]]:
-    return list(zip(result.estimate.names, np.nan_to_num(result.estimate.correlation), strict=True))
 
 
 def _busiest(each: Shown) -> slice:
