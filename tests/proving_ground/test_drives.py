@@ -18,12 +18,12 @@ def level(course, *time):
     return change.offset
 
 
-def test_constant_step_and_ramp():
+def test_constant_step_and_straight_rise():
     time = (0.0, 9.999, 10.0, 15.0, 20.0, 30.0)
     np.testing.assert_array_equal(level(FrictionCourse.constant(4.0), *time), 4.0)
     np.testing.assert_array_equal(level(FrictionCourse.step(4.0, 8.0, 10.0), *time), [4, 4, 8, 8, 8, 8])
     np.testing.assert_array_equal(level(FrictionCourse.step(4, 8, 10), *time), [4, 4, 8, 8, 8, 8])
-    np.testing.assert_allclose(level(FrictionCourse.ramp(4.0, 8.0, 10.0, 20.0), *time), [4, 4, 4, 6, 8, 8])
+    np.testing.assert_allclose(level(FrictionCourse((10.0, 20.0), (4.0, 8.0)), *time), [4, 4, 4, 6, 8, 8])
 
 
 def test_several_corners():

@@ -211,7 +211,7 @@ def test_a_table():
 )
 def test_a_slip_is_named_with_its_line(text, words):
     with pytest.raises(ParameterError, match=r"drive.toml, " + words):
-        read(text).fitted(EpsCar(), SENSORS)
+        draws(read(text), EpsCar(), 1)
 
 
 def test_a_slip_in_python():

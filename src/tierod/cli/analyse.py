@@ -32,8 +32,7 @@ def analyse(
 ) -> int:
     """Analyse a part of a vehicle, in tables and charts: done (0), the recording does not fit (2), bad input (3)."""
     from tierod.cli.app import HEALTHY, NOT_JUDGED
-    from tierod.cli.terminal import messages, print_json, refuse_to_overwrite, show, write_page
-    from tierod.cli.terminal import output as console
+    from tierod.cli.terminal import present, refuse_to_overwrite
     from tierod.core.errors import ParameterError, nearest
     from tierod.report.analysis import SUBJECTS
     from tierod.report.analysis.analysis import facts_of
@@ -47,15 +46,9 @@ def analyse(
     target = (output or Path(f"{car.name}-{subject}.html")) if report else None
     refuse_to_overwrite(target, [car.path, recording, channel_map, *(dbc or [])])
     found = SUBJECTS[subject].analyse(car, _read(recording, dbc, channel_map, car))
-    if target is not None:
-        write_page(found, facts_of(car, recording.name if recording else ""), target, car.not_good_for)
-    if as_json:
-        content = {"subject": subject, "vehicle": car.name, "remarks": list(found.remarks), **found.document}
-        print_json({"schema": "tierod.analysis/1", **content})
-    else:
-        show(found)
-    if target is not None:
-        (messages() if as_json else console()).print(f"page: {target}", soft_wrap=True, markup=False)
+    content = {"subject": subject, "vehicle": car.name, "remarks": list(found.remarks), **found.document}
+    facts = facts_of(car, recording.name if recording else "")
+    present(found, {"schema": "tierod.analysis/1", **content}, as_json, target, facts, car.not_good_for)
     return HEALTHY if found.fits else NOT_JUDGED
 
 

@@ -48,8 +48,7 @@ def design(
     as_json: Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")] = False,
 ) -> int:
     """Design a stopping rule: threshold, expected delay, and the curve of delay against false alarms."""
-    from tierod.cli.terminal import messages, print_json, refuse_to_overwrite, show, write_page
-    from tierod.cli.terminal import output as console
+    from tierod.cli.terminal import present, refuse_to_overwrite
     from tierod.report.analysis.detector_tables import Wish
 
     if subject not in SUBJECTS:
@@ -64,14 +63,7 @@ def design(
     refuse_to_overwrite(output, residual or [])
     wish = Wish(sigma or 1.0, shift, seconds_between(false_alarms), rate, sides)
     found, facts = _found(wish, rule, residual or [], signal)
-    if output is not None:
-        write_page(found, facts, output, kind="design")
-    if as_json:
-        print_json({"schema": "tierod.detector/1", **found.document})
-    else:
-        show(found)
-    if output is not None:
-        (messages() if as_json else console()).print(f"page: {output}", soft_wrap=True, markup=False)
+    present(found, {"schema": "tierod.detector/1", **found.document}, as_json, output, facts, kind="design")
     return 0
 
 

@@ -23,8 +23,7 @@ def isolability(
 ) -> int:
     """Find detectable and isolable faults of sensors and actuators: done (0), bad input (3)."""
     from tierod.cli.app import HEALTHY
-    from tierod.cli.terminal import messages, print_json, refuse_to_overwrite, show, write_page
-    from tierod.cli.terminal import output as console
+    from tierod.cli.terminal import present, refuse_to_overwrite
     from tierod.report.analysis.analysis import facts_of
     from tierod.report.analysis.isolability import analyse
     from tierod.vehicles import load
@@ -33,13 +32,6 @@ def isolability(
     target = (output or Path(f"{car.name}-isolability.html")) if report else None
     refuse_to_overwrite(target, [car.path])
     found = analyse(car, without or ())
-    if target is not None:
-        write_page(found, facts_of(car, ""), target, car.not_good_for)
-    if as_json:
-        content = {"vehicle": car.name, "remarks": list(found.remarks), **found.document}
-        print_json({"schema": "tierod.isolability/1", **content})
-    else:
-        show(found)
-    if target is not None:
-        (messages() if as_json else console()).print(f"page: {target}", soft_wrap=True, markup=False)
+    content = {"vehicle": car.name, "remarks": list(found.remarks), **found.document}
+    present(found, {"schema": "tierod.isolability/1", **content}, as_json, target, facts_of(car, ""), car.not_good_for)
     return HEALTHY

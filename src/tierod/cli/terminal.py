@@ -9,7 +9,7 @@ import re
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -198,6 +198,37 @@ def write_page(
     from tierod.report.analysis.analysis import render_analysis
 
     write_text(target, render_analysis(found, facts, origin(), not_good_for, kind))
+
+
+def present(
+    found: Analysis,
+    document: Mapping[str, Any],
+    as_json: bool,
+    target: Path | None,
+    facts: Facts,
+    not_good_for: Sequence[str] = (),
+    kind: str = "analysis",
+) -> None:
+    """Write the page of an analysis, print its document or its tables, and where the page is.
+
+    Args:
+        found: the analysis
+        document: of it
+        as_json: whether the document is printed, and all else goes to stderr
+        target: of the page; None for none
+        facts, not_good_for, kind: as of `write_page`
+
+    Raises:
+        OutputError: the page cannot be written
+    """
+    if target is not None:
+        write_page(found, facts, target, not_good_for, kind)
+    if as_json:
+        print_json(document)
+    else:
+        show(found)
+    if target is not None:
+        (messages() if as_json else output()).print(f"page: {target}", soft_wrap=True, markup=False)
 
 
 def show(found: Analysis) -> None:

@@ -62,11 +62,6 @@ class FrictionCourse:
         """A jump from one level [N*m] to another at an instant [s]."""
         return cls((at, at), (before, after))
 
-    @classmethod
-    def ramp(cls, before: float, after: float, start: float, stop: float) -> FrictionCourse:
-        """A straight rise from one level [N*m] to another between two instants [s]."""
-        return cls((start, stop), (before, after))
-
     def behaviour(self) -> LevelCourse:
         """The course as the behaviour of a fault that acts from the beginning on; a step takes no sample's time."""
         times = np.array(self.times, dtype=float)

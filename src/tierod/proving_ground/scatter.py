@@ -195,15 +195,8 @@ class Scatter(UsualScatter):
         of_car = {path: value for path, value in changes.items() if path not in of_sensors}
         return replaced(car, of_car), replaced(sensors, of_sensors)
 
-    def fitted(self, car: Plant, sensors: SensorSet) -> dict[str, Spread]:
-        """The spreads of `parameters`, in the units of what they are about.
-
-        Raises:
-            ParameterError: a path that neither car nor sensors have, or a unit that does not fit
-        """
-        return self._fitted(_known(car, sensors))
-
     def _fitted(self, known: Mapping[str, Number]) -> dict[str, Spread]:
+        """The spreads of `parameters`, in the units of what they are about."""
         spreads = {}
         for path, spread in self.parameters.items():
             for each in (path, *spread.also):
