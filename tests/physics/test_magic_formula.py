@@ -36,6 +36,12 @@ def test_a_printed_curve_peaks_where_its_angle_is_a_quarter_turn_over_the_shape(
     assert mf.magic_angle(stiffness * at, curvature) == pytest.approx(0.5 * math.pi / shape, abs=1e-4)
 
 
+@pytest.mark.parametrize("share", [0.1, 0.7, 0.99])
+def test_the_slip_of_a_share_of_the_peak_gives_that_share(share):
+    scaled = mf.scaled_slip_of(share, SHAPE)
+    assert mf.magic_formula(scaled / 10.0, 10.0, SHAPE, 4000.0, 0.0) == pytest.approx(share * 4000.0, rel=1e-9)
+
+
 def test_curves_are_odd():
     for slip in (0.01, 0.1, 1.0):
         values = [mf.magic_formula(sign * slip, 10.0, SHAPE, 4000.0, CURVATURE) for sign in (1.0, -1.0)]

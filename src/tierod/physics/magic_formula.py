@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import arctan, cos, sin, sqrt
+from tierod.core.graph.maths import arcsin, arctan, cos, sin, sqrt
 
 REST = 1e-6
 """Normalised slip below which a tyre is taken as at rest [-]: only keeps the direction of no slip defined."""
@@ -50,6 +50,19 @@ def magic_formula(
     Source: Pacejka, 3rd ed., section 4.3: D sin(C arctan(B x - E (B x - arctan(B x)))).
     """
     return peak * sin(shape_factor * magic_angle(stiffness_factor * slip, curvature_factor))
+
+
+def scaled_slip_of(share: Scalar, shape_factor: Scalar) -> Scalar:
+    """Slip times the stiffness factor, B x [-], at which a force has reached a share of its peak; without curvature.
+
+    Args:
+        share: of the peak [-], below 1
+        shape_factor: C [-]
+
+    Source: Pacejka, 3rd ed., section 4.3, with E = 0, solved for the slip.
+    """
+    angle = arcsin(share) / shape_factor
+    return sin(angle) / cos(angle)
 
 
 def stiffness_per_load(load: Scalar, nominal_load: Scalar, greatest: Scalar, load_of_greatest: Scalar) -> Scalar:

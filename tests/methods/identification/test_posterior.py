@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tierod.core.block import Scalar
-from tierod.methods.identification.posterior import STALLED, Prior, Search, _stalled
+from tierod.methods.identification.posterior import STALLED, Prior, Search, _stalled, considering
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,30 @@ def test_noise_is_found_beside_the_level_and_longer_driving_narrows_no_further_t
         assert found.values["noise"] == pytest.approx(0.5, rel=0.03)
         deviations.append(found.deviations["level"])
     assert deviations[1] > 0.9 * deviations[0]
+
+
+def shifted(values, recording):
+    return Reading(values["level"] + values.get("offset", 0.0), 0.5)
+
+
+def test_the_deviation_of_a_held_parameter_goes_into_that_of_the_others_and_no_reading_lessens_it():
+    search = Search((Prior("level", 2.0, 1.0, positive=False),), [readings(3.0, 1)], shifted, 1, trusted=400.0)
+    found = search.run()
+    offset = Prior("offset", 0.0, 0.3, positive=False)
+    wider = considering(search, found, (offset,), {})
+    # Data hold 800 of the 801 units of precision: an offset of 0.3 moves the level by nearly as much.
+    assert wider.values == found.values
+    assert wider.deviations["level"] ** 2 == pytest.approx(1.0 / 801.0 + (0.3 * 800.0 / 801.0) ** 2, rel=1e-3)
+    assert considering(search, found, (), {}).deviations == found.deviations
+
+
+def test_an_error_of_the_model_is_relative_where_the_logarithm_is_looked_for():
+    for positive, error in ((False, 0.4), (True, 0.1)):
+        search = Search((Prior("level", 2.0, 1.0, positive),), [readings(3.0, 1)], built, 1)
+        found = search.run()
+        wider = considering(search, found, (), {"level": error, "other": 1.0})
+        added = wider.deviations["level"] ** 2 - found.deviations["level"] ** 2
+        assert added**0.5 == pytest.approx(error * (found.values["level"] if positive else 1.0), rel=1e-6)
 
 
 def test_a_prior_keeps_values_within_what_is_possible():

@@ -51,10 +51,13 @@ def test_pooling_counts_samples_drives_and_false_verdicts():
     each = pooled(every, "sideslip", BROCHURE)
     assert (each.coverage, each.worst, each.false, each.drives) == (0.8, 0.6, 1, 2)
     assert each.error == pytest.approx(0.2)
-    claims = {each.id: each for each in shown([Studied(tuple(every), (), "", 0.0)]) if isinstance(each, Claim)}
+    whole = Studied(tuple(every), ("mass",) * 4, (True, True, True, False), "", 0.0)
+    claims = {each.id: each for each in shown([whole]) if isinstance(each, Claim)}
     assert claims["unknown.sideslip-band"].met is False
     assert claims["verdicts.sideslip"].measured == 1
     assert claims["cost.sideslip"].measured == 2.5
+    assert claims["identified.parameters-band"].measured == 0.75
+    assert "1 of 4 lie outside" in claims["identified.parameters-band"].cause
 
 
 def test_monitors_see_no_truth():

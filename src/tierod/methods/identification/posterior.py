@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -87,10 +88,11 @@ class Posterior(NamedTuple):
     Args:
         priors: of what was looked for
         place: of the most probable parameters, in standard deviations of what is known before
-        covariance: of that place; holds with autocorrelated residuals
+        covariance: of that place, by what the recordings show
         at: the posterior there
         steps: of the search
         converged: whether it came to an end
+        unseen: covariance that held parameters and the model's errors add, see `considering`
     """
 
     priors: tuple[Prior, ...]
@@ -99,6 +101,7 @@ class Posterior(NamedTuple):
     at: Place
     steps: int
     converged: bool
+    unseen: np.ndarray
 
     @property
     def values(self) -> dict[str, float]:
@@ -107,8 +110,8 @@ class Posterior(NamedTuple):
 
     @property
     def deviations(self) -> dict[str, float]:
-        """One standard deviation of every parameter, in its unit."""
-        shares = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        """One standard deviation of every parameter, in its unit; at the most that of before."""
+        shares = np.sqrt(np.clip(np.diag(self.covariance + self.unseen), 0.0, 1.0))
         each = zip(self.priors, self.place, shares, strict=True)
         return {prior.name: prior.spread(float(x), float(share)) for prior, x, share in each}
 
@@ -210,7 +213,33 @@ class Search:
         converged = _ended(here, enough) or _stalled(costs, enough)
         covariance = np.linalg.inv(here.information)
         progress(1.0)
-        return Posterior(self.priors, place, covariance, here, steps, converged)
+        return Posterior(self.priors, place, covariance, here, steps, converged, np.zeros_like(covariance))
+
+
+def considering(
+    search: Search, found: Posterior, held: Sequence[Prior], model_errors: Mapping[str, float]
+) -> Posterior:
+    """The posterior with the covariance that held parameters and the model's errors add.
+
+    The deviation before of a parameter that the search has held moves the most probable place, and recordings do not
+    lessen it (consider parameters).
+
+    Args:
+        search: that has ended
+        found: where it ended
+        held: priors of the held parameters, at whose values it was searched
+        model_errors: standard deviations by name of a parameter, relative where its logarithm is looked for
+
+    Source: Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3, 1966.
+    """
+    count = len(found.place)
+    unseen = np.diag([(model_errors.get(each.name, 0.0) / each.scale) ** 2 for each in found.priors])
+    if not held:
+        return found._replace(unseen=unseen)
+    whole = dataclasses.replace(search, priors=(*search.priors, *held))
+    information = whole.at(np.concatenate([found.place, np.zeros(len(held))])).information
+    moved = np.linalg.solve(information[:count, :count], information[:count, count:])
+    return found._replace(unseen=unseen + moved @ moved.T)
 
 
 def _ended(here: Place, enough: float) -> bool:

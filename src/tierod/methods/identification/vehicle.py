@@ -19,7 +19,7 @@ from tierod.methods.identification.drive_model import DriveNoises, drive_filter
 from tierod.methods.identification.drive_samples import ANGLES, RATE, Drive, drives_of
 from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
 from tierod.methods.identification.fit_quality import white_noise
-from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Posterior, Prior, Search
+from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Posterior, Prior, Search, considering
 from tierod.methods.identification.vehicle_judgement import (
     CONTRADICTION,
     LEARNT,
@@ -33,7 +33,15 @@ from tierod.methods.identification.vehicle_judgement import (
     kept,
     odd_drive,
 )
-from tierod.methods.identification.vehicle_priors import NOISES, SHOWN, held_distances, priors_of, spread_of
+from tierod.methods.identification.vehicle_priors import (
+    MODEL_ERRORS,
+    NOISES,
+    SHOWN,
+    considered,
+    held_distances,
+    priors_of,
+    spread_of,
+)
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.single_track import understeer_gradient
@@ -128,7 +136,8 @@ def identify_vehicle(
     usual = _usual(drives)
     priors = priors_of(vehicle, usual, with_ratio=drives[0].angle != ANGLES[0], free=free)
     built = _built(vehicle, usual, drives[0].angle)
-    posterior = _searched(priors, drives, built, progress)
+    held = considered(vehicle, priors)
+    posterior = _searched(priors, drives, built, progress, held=held)
     alone = [_searched(priors, [each], built, start=posterior.place) for each in drives] if len(drives) > 1 else []
     return _concluded(vehicle, drives, posterior, alone, built, free)
 
@@ -139,20 +148,24 @@ def _searched(
     built: Built,
     progress: Callable[[float], None] = lambda share: None,
     start: np.ndarray | None = None,
+    held: Sequence[Prior] | None = None,
 ) -> Posterior:
-    """The end of the search: in all stages, or the last one alone from a start that is near."""
+    """The end of the search: in all stages, or the last one alone from a start that is near.
+
+    Its deviations hold those of `held` parameters and the errors of the model; None leaves both out, which all drives
+    of a car have alike.
+    """
     samples = [each.samples for each in drives]
     stages = STAGES if start is None else STAGES[-1:]
     for number, (share, enough) in enumerate(stages):
-        found = Search(priors, samples, built, OUTPUTS, share * TRUSTED).run(
-            start, partial(_part, progress, number), enough
-        )
+        search = Search(priors, samples, built, OUTPUTS, share * TRUSTED)
+        found = search.run(start, partial(_part, progress, number), enough)
         start = found.place
-    return found
+    return found if held is None else considering(search, found, held, MODEL_ERRORS)
 
 
 def _by_drives_alone(
-    posterior: Posterior, names: Sequence[str], drives: Sequence[Drive], built: Built
+    posterior: Posterior, names: Sequence[str], drives: Sequence[Drive], built: Built, held: Sequence[Prior]
 ) -> tuple[Contradiction, ...]:
     """File and drives, where they lie far apart: the drives with next to no knowledge before of such parameters."""
     far = [name for name in contradictory(posterior, names) if name not in LIKE_ROADS]
@@ -162,7 +175,7 @@ def _by_drives_alone(
         dataclasses.replace(each, deviation=WIDENED * each.deviation) if each.name in far else each
         for each in posterior.priors
     )
-    found = _searched(wide, drives, built)
+    found = _searched(wide, drives, built, held=held)
     return () if _unexplained(found) else contradictions(found, posterior.priors, far)
 
 
@@ -213,7 +226,7 @@ def _concluded(
     )
     noises = {name: (posterior.values[name], posterior.deviations[name]) for name in NOISES}
     noises |= _reading_noise([each.values for each in results])
-    against = _by_drives_alone(posterior, names, drives, built)
+    against = _by_drives_alone(posterior, names, drives, built, considered(vehicle, posterior.priors))
     odd = odd_drive(alone, names)
     learnt = [each for each in every if each.kind == LEARNT]
     found = [_found(each.name, vehicle, each.value, each.deviation) for each in learnt]

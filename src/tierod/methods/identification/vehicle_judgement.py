@@ -151,8 +151,9 @@ def contradictions(posterior: Posterior, priors: Sequence[Prior], names: Sequenc
     before = np.array([priors[k].deviation for k in places])
     apart = np.array([values[priors[k].name] - priors[k].value for k in places])
     spread = np.array([deviations[priors[k].name] for k in places])
-    own = np.sqrt(np.diag(posterior.covariance))[places]
-    correlation = posterior.covariance[np.ix_(places, places)] / np.outer(own, own)
+    whole = posterior.covariance + posterior.unseen
+    own = np.sqrt(np.diag(whole))[places]
+    correlation = whole[np.ix_(places, places)] / np.outer(own, own)
     both = correlation * np.outer(spread, spread) + np.diag(before**2)
     together = _normal_deviate(float(apart @ np.linalg.solve(both, apart)), len(places))
     distances = np.abs(apart) / np.sqrt(np.diag(both))

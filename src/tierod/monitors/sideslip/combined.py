@@ -281,13 +281,12 @@ class CombinedSideslip:
         seen = inputs._replace(vehicle_speed=after.vehicle_speed)
         if not self.filter.model.steering:
             seen = seen._replace(road_wheel_angle=after.road_wheel_angle)
-        fields = derived_fields(self.filter, after.belief, seen)
+        fields = derived_fields(self.filter, after.belief, seen, self.limit_share)
         missing = self.slip_error * fields["rear_slip_angle"]
         known = fields["sideslip_angle_deviation"]
         unseen = self.constant_error * self.constant_error + missing * missing
         fields["sideslip_angle_deviation"] = sqrt(known * known + unseen)
-        deviation = maximum(fields["front_friction_used_deviation"], 1e-9)
-        distance = (fields["front_friction_used"] - self.limit_share) / deviation
+        distance = fields.pop("limit_distance")
         _, near = self.limit_rule.step(self.limit_rule.init(), distance, running)
         return CombinedEstimate(
             **fields,

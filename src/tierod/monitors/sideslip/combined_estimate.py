@@ -6,10 +6,11 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.graph.derivatives import jacobian
-from tierod.core.graph.maths import absolute, arctan, exp, limit, sqrt
+from tierod.core.graph.maths import absolute, arctan, cos, exp, limit, maximum, sin, sqrt
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import congruence, diagonal
 from tierod.methods.estimators.shapes import Belief
+from tierod.physics.magic_formula import scaled_slip_of
 
 UNSEEN = 5e-4
 """Standard deviation of the sideslip angle [rad] that stays whatever the filter states: of what no state of the model
@@ -122,15 +123,20 @@ class Derived(NamedTuple):
     sideslip_angle: Annotated[Scalar, "rad"]
     self_aligning_torque: Annotated[Scalar, "N*m"]
     front_friction_used: Annotated[Scalar, ""]
+    front_scaled_slip: Annotated[Scalar, ""]
 
 
-def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Tree) -> dict[str, Scalar]:
+def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Tree, limit_share: Scalar) -> dict[str, Scalar]:
     """Fields of `CombinedEstimate` that follow from a belief.
 
     Args:
         filter: whose belief it is
         belief: after a sample
         inputs: of the model, every one finite
+        limit_share: of the greatest front force, from which `limit_distance` counts
+
+    The limit is looked for in the scaled slip, which grows on where the force no longer does: near the peak a slip that
+    is hardly known would give a force that seems known.
     """
     parameters = filter.parameters
 
@@ -140,10 +146,12 @@ def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Tree) -> dict[s
             arctan(mean.lateral_speed / inputs.vehicle_speed),
             forces.self_aligning_torque,
             absolute(forces.front.lateral) / forces.front.greatest,
+            absolute(sin(forces.front.angle) / cos(forces.front.angle)),
         )
 
     variance = Derived(*diagonal(congruence(jacobian(derived, belief.mean), belief.covariance)))
     at, forces = derived(belief.mean), filter.model.forces(belief.mean, inputs, parameters)
+    beyond = at.front_scaled_slip - scaled_slip_of(limit_share, parameters.car.front_force_shape)
     return {
         "sideslip_angle": at.sideslip_angle,
         "sideslip_angle_deviation": sqrt(variance.sideslip_angle + UNSEEN * UNSEEN),
@@ -157,6 +165,7 @@ def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Tree) -> dict[s
         "self_aligning_torque_deviation": sqrt(variance.self_aligning_torque),
         "front_friction_used": at.front_friction_used,
         "front_friction_used_deviation": sqrt(variance.front_friction_used),
+        "limit_distance": beyond / maximum(sqrt(variance.front_scaled_slip), 1e-9),
         "rear_friction_used": absolute(forces.rear.lateral) / forces.rear.greatest,
         **_unknowns(filter, belief),
     }

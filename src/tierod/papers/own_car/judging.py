@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,6 +13,7 @@ from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
 from tierod.io.derive import complete
+from tierod.methods.identification.experiment import Found
 from tierod.monitors.diagnose import find
 from tierod.monitors.harness.over_time import OverTime
 from tierod.monitors.harness.run import Run
@@ -103,12 +104,14 @@ class Studied(NamedTuple):
     Args:
         judged: every monitor on every drive with every file
         learnt: parameters that were identified; empty where that left a doubt
+        within: of each of them that has a true value, whether that lies in its 95 % interval
         doubt: why nothing was identified
         seconds: that the identification took
     """
 
     judged: tuple[Judged, ...]
     learnt: tuple[str, ...]
+    within: tuple[bool, ...]
     doubt: str
     seconds: float
 
@@ -122,13 +125,15 @@ def studied(case: Case) -> Studied:
     car = drawn(case.number, case.seed)
     files = {BROCHURE: car.brochure, TRUE: car.true}
     learnt: tuple[str, ...] = ()
+    within: tuple[bool, ...] = ()
     doubt, seconds = "", 0.0
     if case.learning:
         before = time.perf_counter()
         bare = without_truth(driven(car, case.learning, 100 * case.seed))
         found = identify_own_car({"learning": bare}, car.brochure)
         seconds, doubt = time.perf_counter() - before, found.doubt
-        learnt = () if doubt else tuple(each.name for each in found.found)
+        if not doubt:
+            learnt, within = tuple(each.name for each in found.found), tuple(_within(car.true, found.found))
         files[IDENTIFIED] = identified(car.brochure, found)
     judged: list[Judged] = []
     for place in range(case.drives):
@@ -136,7 +141,15 @@ def studied(case: Case) -> Studied:
         bare = without_truth(recording)
         for file, vehicle in files.items():
             judged += verdicts(car, file, vehicle, bare, recording, case.measured and not place and file == BROCHURE)
-    return Studied(tuple(judged), learnt, doubt, seconds)
+    return Studied(tuple(judged), learnt, within, doubt, seconds)
+
+
+def _within(true: Vehicle, found: Sequence[Found]) -> Iterator[bool]:
+    """Whether the interval of an identified parameter holds the true value, of those that the plant has."""
+    for each in found:
+        known = true.parameters.get(each.name)
+        if known is not None and known.standard_deviation == 0.0:
+            yield each.low <= known.value <= each.high
 
 
 def driven(car: UnknownCar, minutes: float, seed: int) -> Recording:

@@ -101,6 +101,8 @@ def shown(found: Sequence[Studied]) -> Iterator[Item]:
     yield _verdicts(judged)
     for monitor in ESTIMATES:
         yield from claims(monitor, of)
+    if within := [each for car in found for each in car.within]:
+        yield _of_parameters(within)
     for monitor in TRUTHS:
         yield from false_and_cost(monitor, judged, of)
 
@@ -236,6 +238,24 @@ def claims(monitor: str, of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
         f"{before:.2f} by the brochure.",
         cause=f"Errors {own.error:.3g} identified, {brochure.error:.3g} by the brochure: one drive "
         "shows little of what moves this estimate.",
+    )
+
+
+def _of_parameters(within: Sequence[bool]) -> Claim:
+    share = sum(within) / len(within)
+    return Claim(
+        "identified.parameters-band",
+        "Share of the true values in the 95 % intervals of identified parameters.",
+        GOAL,
+        None,
+        share,
+        WIDE,
+        "",
+        f"{len(within)} parameters.",
+        cause=f"{len(within) - sum(within)} of {len(within)} lie outside: the model of the motion lacks what a torsion "
+        "bar yields, load transfer and the place of the inertial unit do; `MODEL_ERRORS` holds what they did on others."
+        if share < WIDE.low
+        else "The errors of the model count for every car as on the worst of those that they were taken from.",
     )
 
 
