@@ -51,6 +51,18 @@ def test_remarks_on_values(values, expected):
     assert expected in remarks(values)
 
 
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        (np.full(len(TIME), 0.25), "constant at 14.3239 °/s throughout"),
+        (np.clip(np.sin(TIME), -0.7, 0.7), "saturated"),
+        (np.round(np.sin(TIME), 1), "coarse: 21 distinct values, 5.73 °/s apart"),
+    ],
+)
+def test_rounding_residues_hide_nothing(values, expected):
+    assert expected in remarks(values * (1.0 + 1e-15 * np.random.default_rng(2).standard_normal(len(TIME))))
+
+
 def test_a_turn_that_rests_at_zero_is_not_saturated():
     assert "saturated" not in remarks(np.maximum(0.5 * np.sin(0.2 * TIME), 0.0))
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from tierod.core.findings import ChannelQuality
 from tierod.core.recording import Channel
+from tierod.core.residues import levels_of, residue_between
 from tierod.core.series import longest_run, runs
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
@@ -209,13 +210,15 @@ def _value_remarks(
     if not len(seen):
         return []
     least, most = extremes
-    if least == most:
+    residue = residue_between(least, most)
+    if most - least <= residue:
         value = in_words(least, channel.unit, 6)
         return [f"constant at {value} throughout" if len(seen) > 1 else "holds a single sample"]
     remarks = []
     remarks += _saturation_remark(channel, seen, extremes, rate, limits)
     # A signal with many values shows them soon, and then need not be sorted.
-    if len(np.unique(seen[: 4 * limits.steps])) < limits.steps and len(values := np.unique(seen)) < limits.steps:
+    first = levels_of(seen[: 4 * limits.steps], residue)[0]
+    if len(first) < limits.steps and 1 < len(values := levels_of(seen, residue)[0]) < limits.steps:
         apart = in_words(float(np.diff(values).min()), channel.unit)
         remarks.append(f"coarse: {len(values)} distinct values, {apart} apart")
     return remarks
@@ -241,18 +244,21 @@ def _saturation_remark(
     channel: Channel, seen: np.ndarray, extremes: tuple[float, float], rate: float, limits: QualityLimits
 ) -> list[str]:
     needed = max(limits.saturation_samples, limits.saturation * rate if rate > 0.0 else 0.0)
+    residue = residue_between(*extremes)
     remarks = []
     for end, extreme in (("lower", extremes[0]), ("upper", extremes[1]))[::-1]:
-        at_end = seen == extreme
+        at_end = np.abs(seen - extreme) <= residue
         if np.count_nonzero(at_end) < needed:
             continue
         run = longest_run(at_end)
-        if run >= needed and extreme != 0.0 and _is_clipped(seen, extreme) and _stops_at(seen, extreme, run, rate):
+        if not (run >= needed and abs(extreme) > residue):
+            continue
+        if _is_clipped(seen, extreme, residue) and _stops_at(seen, at_end, extreme, run, rate, residue):
             remarks.append(f"saturated: {run} samples in a row at the {end} end, {in_words(extreme, channel.unit, 4)}")
     return remarks
 
 
-def _stops_at(seen: np.ndarray, extreme: float, run: int, rate: float) -> bool:
+def _stops_at(seen: np.ndarray, at_end: np.ndarray, extreme: float, run: int, rate: float, residue: float) -> bool:
     """Whether the longest run at the extreme begins and ends at the pace at which the signal moves elsewhere.
 
     What comes to rest there slows down before it and starts slowly; what is cut off does neither. A sensor that moves
@@ -260,22 +266,22 @@ def _stops_at(seen: np.ndarray, extreme: float, run: int, rate: float) -> bool:
     """
     width = max(round(APPROACH * rate), 1) if rate > 0.0 else 1
     moves = np.abs(seen[width:] - seen[:-width])
-    moving = moves[moves > 0.0]
+    moving = moves[moves > residue]
     if not len(moving):
         return False
-    starts, stops = runs(seen == extreme)
+    starts, stops = runs(at_end)
     first = int(starts[np.argmax(stops - starts >= run)])
     last = first + run - 1
     ends = [abs(seen[first - width] - extreme)] if first >= width else []
     ends += [abs(seen[last + width] - extreme)] if last + width < len(seen) else []
-    step = float(np.diff(np.unique(seen)).min())
+    step = float(np.diff(levels_of(seen, residue)[0]).min(initial=np.inf))
     return bool(ends) and min(ends) >= max(0.5 * float(np.median(moving)), 2.5 * step)
 
 
-def _is_clipped(seen: np.ndarray, extreme: float) -> bool:
+def _is_clipped(seen: np.ndarray, extreme: float, residue: float) -> bool:
     """Whether values pile up at the extreme: a free signal stays there no longer than on the levels beside it."""
-    levels, counts = np.unique(seen, return_counts=True)
-    if extreme == levels[0]:
+    levels, counts = levels_of(seen, residue)
+    if abs(extreme - levels[0]) <= residue:
         counts = counts[::-1]
     return piles_up(int(counts[-1]), counts[-LEVELS:-1].tolist())
 

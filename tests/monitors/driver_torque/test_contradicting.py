@@ -63,6 +63,7 @@ def test_noise_and_a_signal_that_stands_still_are_found(name):
     assert name in found(**{name: values + np.std(values) * noise}).names
     stuck = np.where(TIME < 20.0, values, values[2000])
     assert found(**{name: stuck}).names == (name,)
+    assert found(**{name: stuck * (1.0 + 1e-14 * noise)}).names == (name,)
 
 
 def test_gaps_and_too_few_samples_say_nothing():

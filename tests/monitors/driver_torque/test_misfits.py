@@ -4,9 +4,11 @@ import math
 
 import pytest
 
+from tierod.core.findings import Status
 from tierod.monitors.driver_torque.column_regression import ColumnGeometry
 from tierod.monitors.driver_torque.decisions import INERTIA_SPREAD, FitRules
 from tierod.monitors.driver_torque.drive import Drive
+from tierod.monitors.driver_torque.finding import judge
 from tierod.monitors.driver_torque.misfits import UNNAMED, misfits
 from tierod.vehicles import load
 
@@ -43,3 +45,11 @@ def test_innovations_are_named_where_nothing_else_explains_them(inertia_error, n
     found = misfits(drive(inertia_error, nis, seen), VEHICLE, RULES)
     assert len(found) == len(begins)
     assert all(text.startswith(begin) for text, begin in zip(found, begins, strict=True))
+
+
+@pytest.mark.parametrize(("nis", "doubted"), [(1.0, False), (3.0, False), (4.08, True), (math.nan, False)])
+def test_innovations_that_are_too_large_to_believe_the_deviation_are_remarked_upon(nis, doubted):
+    moved = drive(nis=nis)._replace(ready=60.0, torque_span=4.0, angle_span=1.0, hand_rms=1.0, hand_deviation=0.1)
+    finding = judge(moved, VEHICLE, "driver-torque", RULES)
+    assert finding.status is Status.HEALTHY
+    assert any("2.0 times as large" in each for each in finding.warnings) is doubted

@@ -28,6 +28,30 @@ def test_rounding_weighs_the_more_the_longer_it_stays():
     assert MARGIN * step / math.sqrt(12.0) < found.angle < MARGIN * step / math.sqrt(12.0) * math.sqrt(10.0) + 1e-12
 
 
+def rounded(values, step):
+    return np.round(values / step) * step
+
+
+def test_a_rounding_residue_in_one_reading_or_in_all_of_them_changes_nothing():
+    angle, torque = signals()
+    angle = rounded(angle, math.radians(0.1))
+    noise = measured_noise(angle, torque, RATE, FINE).angle
+    one = angle.copy()
+    one[2000] += 1e-13
+    assert measured_noise(one, torque, RATE, FINE).angle == pytest.approx(noise, rel=1e-6)
+    for residues in (1e-15 * np.random.default_rng(3).standard_normal(len(angle)), angle.astype(np.float32) - angle):
+        assert measured_noise(angle + residues, torque, RATE, FINE).angle == pytest.approx(noise, rel=1e-4)
+
+
+def test_single_readings_between_two_steps_are_not_taken_for_the_step():
+    angle, torque = signals()
+    angle = rounded(angle, math.radians(0.1))
+    noise = measured_noise(angle, torque, RATE, FINE).angle
+    turned = np.flatnonzero(np.diff(angle))[5]
+    angle[turned] += 0.03 * (angle[turned + 1] - angle[turned])
+    assert measured_noise(angle, torque, RATE, FINE).angle == pytest.approx(noise, rel=0.01)
+
+
 def test_missing_samples_are_left_out():
     draw, (angle, torque) = np.random.default_rng(2), signals()
     noisy = torque + 0.03 * draw.standard_normal(len(torque))

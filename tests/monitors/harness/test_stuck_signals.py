@@ -50,6 +50,13 @@ def test_a_signal_that_freezes_is_stuck_from_then_on_and_no_other(driven, name, 
     assert found == {name: pytest.approx(260.0, abs=0.06)}
 
 
+@pytest.mark.parametrize("name", SIGNALS)
+def test_a_signal_that_freezes_but_for_rounding_residues_is_stuck(driven, name):
+    values, at = driven.values.copy(), driven.names.index(name)
+    values[26000:, at] = values[26000, at] + 1e-13 * np.random.default_rng(6).standard_normal(len(values) - 26000)
+    assert watched(Aligned(driven.time, values, driven.names)) == {name: pytest.approx(260.0, abs=0.06)}
+
+
 def test_nothing_is_stuck_while_all_is_well(driven):
     assert not scan(StuckSignals(driven.names, (), 0.05), driven.values[::5]).values.any()
 

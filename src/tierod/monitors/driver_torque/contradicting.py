@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from tierod.core.residues import residue_between
 from tierod.core.series import Rows, Stride
 
 SIGNALS = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
@@ -187,7 +188,8 @@ def _left_by(values: np.ndarray, terms: np.ndarray) -> float:
 def _held(rows: np.ndarray) -> str:
     """The signal that stands still while the contradiction changes; "" where there is none."""
     energy = np.diff(rows.sum(axis=1)) ** 2
-    shares = ((np.diff(rows, axis=0) == 0.0) * energy[:, None]).sum(axis=0) / max(float(energy.sum()), 1e-300)
+    still = np.abs(np.diff(rows, axis=0)) <= [residue_between(column.min(), column.max()) for column in rows.T]
+    shares = (still * energy[:, None]).sum(axis=0) / max(float(energy.sum()), 1e-300)
     at = int(np.argmax(shares))
     return SIGNALS[at] if shares[at] >= HELD else ""
 

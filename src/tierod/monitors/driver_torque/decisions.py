@@ -27,6 +27,9 @@ LAG_SPREAD: Annotated[float, "s"] = 5e-4
 MISFIT_SPREAD = 0.62
 """Of the logarithm of the mean NIS per measurement: three times the noise that is expected is 3.7 of them away."""
 
+DOUBTED = 2.0
+"""Of these deviations from which a mean NIS is remarked upon: one fault-free recording in 44 is beyond it by chance."""
+
 FIT_DESIGN = RuleDesign(HoldRule(1), values=1e4, shift=6.0, spacing=math.inf)
 MISFIT_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=1e4, shift=6.0, spacing=math.inf)
 """One look at the end of a recording."""

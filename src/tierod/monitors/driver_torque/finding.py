@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from tierod.core.findings import Estimate, Finding, Status
-from tierod.monitors.driver_torque.decisions import MOTOR_INERTIA_SPREAD, FitRules
+from tierod.monitors.driver_torque.decisions import DOUBTED, MOTOR_INERTIA_SPREAD, FitRules, misfit
 from tierod.monitors.driver_torque.drive import Drive
 from tierod.monitors.driver_torque.misfits import distances, is_late, is_zeroed, misfits, suspected
 from tierod.vehicles import Vehicle
@@ -55,6 +55,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
         estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
     notices = _notices(drive, vehicle, rules)
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
+    notices += _doubts(drive)
     notices += () if drive.contradiction is not None else (UNCHECKED,)
     return Finding(
         name, Status.HEALTHY, _headline(drive), None, estimate, evidence, action=action, warnings=notices,
@@ -73,6 +74,16 @@ def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]
     return (
         f"motor_inertia, with the gear's, is {expected:.2g} kg·m² at the motor's shaft, but the motor turns as with "
         f"{drive.motor_inertia:.2g}; the disturbance torque is wrong by as much, the torque of the hands hardly",
+    )
+
+
+def _doubts(drive: Drive) -> tuple[str, ...]:
+    """Whether the observer claims to know more than it does, though not so much that the torque is withheld."""
+    if not drive.nis > 0.0 or misfit(drive.nis) <= DOUBTED:
+        return ()
+    return (
+        f"the innovations are {math.sqrt(drive.nis):.1f} times as large as the observer expects: the torque of the "
+        "hands may be as much less certain than stated",
     )
 
 

@@ -8,12 +8,16 @@ from typing import Annotated
 
 import numpy as np
 
+from tierod.core.residues import residue_of
+
 FEWEST = 500
 """Samples from which on noise is measured."""
 MARGIN = 1.25
 """What a filter expects over what was measured: motion hides some of the noise, and none of it is quite white."""
 LONGEST_STEP = 0.01
 """For so long the same rounding error stays while a wheel turns, at most [s]; a wheel at rest shows none of it."""
+SMALLER = 0.01
+"""Share of a signal's changes that may be smaller than a step of its sensor: an export interpolates single values."""
 SMOOTH = 1.4826 / math.sqrt(6.0)
 """Standard deviation of white noise over the median size of its second differences."""
 
@@ -56,17 +60,17 @@ def measured_noise(angle: np.ndarray, torque: np.ndarray, rate: float, usual: Se
         usual: for what is too short to be measured
     """
     return SensorNoise(
-        max(_noise(angle, rate, usual.angle), 0.5 * FINE.angle),
-        max(_noise(torque, rate, usual.torque), 0.5 * FINE.torque),
+        max(_noise("steering_wheel_angle", angle, rate, usual.angle), 0.5 * FINE.angle),
+        max(_noise("driver_torque", torque, rate, usual.torque), 0.5 * FINE.torque),
     )
 
 
-def _noise(values: np.ndarray, rate: float, usual: float) -> float:
+def _noise(name: str, values: np.ndarray, rate: float, usual: float) -> float:
     second, first = np.diff(values, 2), np.diff(values)
     second, first = second[np.isfinite(second)], np.abs(first[np.isfinite(first)])
-    changed = first[first > 0.0]
+    changed = first[first > residue_of(name)]
     if len(second) < FEWEST or len(changed) < FEWEST // 10:
         return usual
-    rounding = float(np.min(changed)) / math.sqrt(12.0)
+    rounding = float(np.quantile(changed, SMALLER, method="lower")) / math.sqrt(12.0)
     lasting = min(len(first) / len(changed), max(LONGEST_STEP * rate, 1.0))
     return MARGIN * max(SMOOTH * float(np.median(np.abs(second))), rounding * math.sqrt(lasting))

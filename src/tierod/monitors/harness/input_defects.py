@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -12,6 +13,7 @@ import numpy as np
 
 from tierod.core.findings import Defect, Finding, Status
 from tierod.core.recording import Aligned, Recording
+from tierod.core.residues import residue_of
 from tierod.core.shown import in_words
 from tierod.io.quality import LEVELS, piles_up
 from tierod.monitors.harness.delays import BLOCK, RATE, Lag, LagOverDrive
@@ -46,6 +48,16 @@ class Relation:
     gain: float
     words: tuple[str, str]
     quantities: Callable[[Mapping[str, np.ndarray]], tuple[np.ndarray, np.ndarray]]
+
+    @property
+    def usual(self) -> float:
+        """Delay of a fault-free car [s]: the middle of what is explained."""
+        return 0.5 * (self.earliest + self.latest)
+
+    @property
+    def usual_deviation(self) -> float:
+        """Its standard deviation from car to car [s]; the limits are two of them away."""
+        return 0.25 * (self.latest - self.earliest)
 
 
 CHARACTERISTIC_SPEED = 22.0
@@ -189,7 +201,8 @@ class InputDefects:
         for key, lag in self._lags.items():
             lag.add(*RELATIONS[key].quantities(block))
         for name, (low, high) in self._ends.items():
-            seen = block[name][np.isfinite(block[name])]
+            step = residue_of(name)
+            seen = np.round(block[name][np.isfinite(block[name])] / step) * step
             _count(low, seen, min, slice(None, LEVELS))
             _count(high, seen, max, slice(-LEVELS, None))
 
@@ -214,12 +227,14 @@ class InputDefects:
         for key, lag in lags.items():
             relation, margin = RELATIONS[key], CERTAIN * lag.deviation
             if lag.delay > relation.latest + margin:
-                late, beside, delay = relation.second[0], relation.first[0], lag.delay
+                late, beside = relation.second[0], relation.first[0]
             elif lag.delay < relation.earliest - margin:
-                late, beside, delay = relation.first[0], relation.second[0], -lag.delay
+                late, beside = relation.first[0], relation.second[0]
             else:
                 continue
-            sentence = f"{late} is late against {beside}, by {delay:.2f} ± {lag.deviation:.2f} s"
+            delay = abs(lag.delay - relation.usual)
+            deviation = math.hypot(lag.deviation, relation.usual_deviation)
+            sentence = f"{late} is late against {beside}, by {delay:.2f} ± {deviation:.2f} s"
             found.setdefault(late, Defect((late,), sentence))
         return list(found.values())
 

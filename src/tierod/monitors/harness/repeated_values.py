@@ -13,7 +13,7 @@ class EqualValues(NamedTuple):
     """Memory of one signal and its run of equal values.
 
     Args:
-        value: its last [its unit]
+        value: its last, the one that it repeats [its unit]
         seconds: for which it has repeated that [s]
         moving_seconds: ... of them while the car moved [s]
         longest: such time that ended with a change [s]
@@ -21,7 +21,7 @@ class EqualValues(NamedTuple):
         driven: ... of that while the car moved [s]
         low, high: least and greatest value [its unit]
         step: smallest change [its unit]
-        rests_at_zero: whether it was exactly zero before
+        rests_at_zero: whether it was zero before
         stuck: whether it is stuck
     """
 
@@ -42,7 +42,7 @@ NEW = EqualValues(math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, -math.inf, math.i
 """A signal that has not been seen yet."""
 
 
-def repeated(run: EqualValues, value: Scalar, moves: Scalar, sample_time: float) -> EqualValues:
+def repeated(run: EqualValues, value: Scalar, moves: Scalar, sample_time: float, residue: float = 0.0) -> EqualValues:
     """The run of a signal one sample on; a missing sample changes nothing.
 
     Args:
@@ -50,15 +50,16 @@ def repeated(run: EqualValues, value: Scalar, moves: Scalar, sample_time: float)
         value: of the signal; not finite where missing
         moves: whether the car moves
         sample_time: since the last sample [s]
+        residue: difference up to which values are equal [its unit], see `residue_of`
     """
     there = present(value)
     size = absolute(value - run.value)
-    equal = both(there, size <= 0.0)
+    equal = both(there, size <= residue)
     changed = both(there, negated(equal))
     proven = both(changed, run.stuck < 0.5)
     watched = both(there, run.stuck < 0.5)
     return EqualValues(
-        where(there, value, run.value),
+        where(changed, value, run.value),
         where(equal, run.seconds + sample_time, where(there, 0.0, run.seconds)),
         where(changed, 0.0, run.moving_seconds + where(both(equal, moves), sample_time, 0.0)),
         where(proven, maximum(run.longest, run.moving_seconds), run.longest),
@@ -67,7 +68,7 @@ def repeated(run: EqualValues, value: Scalar, moves: Scalar, sample_time: float)
         where(there, minimum(run.low, value), run.low),
         where(there, maximum(run.high, value), run.high),
         where(changed, minimum(run.step, size), run.step),
-        where(both(proven, absolute(run.value) <= 0.0), 1.0, run.rests_at_zero),
+        where(both(proven, absolute(run.value) <= residue), 1.0, run.rests_at_zero),
         where(changed, 0.0, run.stuck),
     )
 

@@ -19,6 +19,7 @@ from tierod.core.graph.maths import (
     present,
     where,
 )
+from tierod.core.residues import residue_of
 from tierod.monitors.harness.related_signals import (
     FOLLOWS,
     RATES,
@@ -173,7 +174,10 @@ class StuckSignals:
         now = dict(zip(self.all_names, sample, strict=True))
         before = dict(zip(self.all_names, state.runs, strict=True))
         moves = self._moves(now, before)
-        runs = {name: repeated(before[name], now[name], moves[name], self.sample_time) for name in self.all_names}
+        runs = {
+            name: repeated(before[name], now[name], moves[name], self.sample_time, residue_of(name))
+            for name in self.all_names
+        }
         offsets = tuple(
             self._offset(offset, now[rate], now[angle], before[angle].value)
             for offset, (rate, angle) in zip(state.offsets, self.rates, strict=True)
@@ -182,7 +186,7 @@ class StuckSignals:
         misfit = state.misfit_seconds + self._misfit(turn, runs)
         contradictions, stuck = self._contradicted(state, now, runs, offsets, turn)
         for name in self.names:
-            alone = self._rests_alone(runs[name], moves[name], is_ordered(name))
+            alone = self._rests_alone(runs[name], moves[name], name)
             found = either(alone, stuck.get(name, 0.0))
             still = both(runs[name].seconds > 0.0, either(runs[name].stuck, found))
             runs[name] = runs[name]._replace(stuck=where(still, 1.0, 0.0))
@@ -207,18 +211,19 @@ class StuckSignals:
             moves[name] = where(known, fast, most)
         return moves
 
-    def _rests_alone(self, run: EqualValues, moves: Scalar, ordered: bool) -> Scalar:
+    def _rests_alone(self, run: EqualValues, moves: Scalar, name: str) -> Scalar:
         """Whether a signal that changed with every sample rests at a value without reason."""
-        if ordered:
+        if is_ordered(name):
             return 0.0
-        resting = either(absolute(run.value) > 0.0, run.rests_at_zero < 0.5)
+        residue = residue_of(name)
+        resting = either(absolute(run.value) > residue, run.rests_at_zero < 0.5)
         return all_of(
             moves,
             run.moving_seconds > maximum(self.shortest, self.longer * run.longest),
             run.longest < self.jitter,
             run.driven > self.learning,
-            run.low < run.value,
-            run.value < run.high,
+            run.low + residue < run.value,
+            run.value < run.high - residue,
             resting,
         )
 

@@ -7,11 +7,13 @@ import pytest
 
 from tierod.monitors.condition.bank.smallest_steps import SmallestSteps
 
+RESIDUE = 1e-6
+
 
 def after(readings, coarsest=0.5):
     steps = SmallestSteps.unseen((coarsest,))
     for each in readings:
-        steps = steps.after((each,))
+        steps = steps.after((each,), (RESIDUE,))
     return steps.smallest[0]
 
 
@@ -20,9 +22,13 @@ def test_rounded_readings_show_their_step_and_its_variance():
     step = 0.0223
     rounded = step * np.round(fine / step)
     assert after(rounded.tolist()) == pytest.approx(step)
-    steps = SmallestSteps.unseen((0.5,)).after((step,))
+    steps = SmallestSteps.unseen((0.5,)).after((step,), (RESIDUE,))
     # The variance of the rounding error itself, over many readings.
     assert steps.variances[0] == pytest.approx(np.var(rounded - fine), rel=0.2)
+
+
+def test_a_rounding_residue_is_no_step():
+    assert after([0.0, 0.2, 0.2 + 1e-13, 0.4, 0.2]) == pytest.approx(0.2)
 
 
 def test_readings_that_repeat_or_are_missing_show_nothing():

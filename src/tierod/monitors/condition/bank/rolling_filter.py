@@ -12,6 +12,7 @@ import numpy as np
 from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import absolute, maximum, minimum, present, where
+from tierod.core.residues import residue_of
 from tierod.methods.estimators.kernels import predict_covariance
 from tierod.methods.estimators.linear_algebra import from_diagonal
 from tierod.models.rolling_car import LEAST_SPEED, RollingCar
@@ -225,7 +226,7 @@ class RollingFilter:
         expected = RollingCar.output(mean, (), p)
         derivatives = jacobian(lambda at: RollingCar.output(at, (), p), mean)
         readings = [getattr(sample, name) for name in expected._fields]
-        steps = state.steps.after(readings)
+        steps = state.steps.after(readings, [residue_of(name) for name in expected._fields])
         noise = [each + rounding for each, rounding in zip(self._noise(mean), steps.variances, strict=True)]
         alike = (1.0,) * len(ACCELERATIONS)
         trusted = (*(getattr(self.trusted, name) for name in OF_CARS), *alike)

@@ -19,7 +19,7 @@ class SmallestSteps(NamedTuple):
 
     Args:
         last: readings; one that is missing keeps the one before
-        smallest: change that is not zero, in the units of the readings
+        smallest: change that is no rounding residue, in the units of the readings
     """
 
     last: tuple[Scalar, ...]
@@ -34,11 +34,12 @@ class SmallestSteps(NamedTuple):
         """
         return cls((0.0,) * len(coarsest), tuple(coarsest))
 
-    def after(self, readings: Sequence[Scalar]) -> SmallestSteps:
+    def after(self, readings: Sequence[Scalar], residues: Sequence[float]) -> SmallestSteps:
         """Smallest steps after one more reading of every sensor.
 
         Args:
             readings: NaN where missing
+            residues: changes up to which arithmetic makes them, see `residue_of`
         """
         here = [present(each) for each in readings]
         changes = [
@@ -48,8 +49,8 @@ class SmallestSteps(NamedTuple):
         return SmallestSteps(
             tuple(where(there, each, before) for there, each, before in zip(here, readings, self.last, strict=True)),
             tuple(
-                where(both(there, change > 0.0), minimum(change, least), least)
-                for there, change, least in zip(here, changes, self.smallest, strict=True)
+                where(both(there, change > residue), minimum(change, least), least)
+                for there, change, least, residue in zip(here, changes, self.smallest, residues, strict=True)
             ),
         )
 
