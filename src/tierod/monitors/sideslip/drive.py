@@ -100,6 +100,7 @@ class EstimateFigures:
         self.peak = self.peak_deviation = self.deviation = self.fastest = 0.0
         self.squared_error = self.absolute_error = 0.0
         self._last_truth = math.nan
+        self._certain = -math.inf
 
     def add(
         self,
@@ -138,8 +139,11 @@ class EstimateFigures:
         self.absolute_error += float(np.abs(error).sum())
         known = running & (deviation < KNOWN)
         if known.any():
-            at = int(np.argmax(np.where(known, np.abs(sideslip), -1.0)))
-            if abs(sideslip[at]) > abs(self.peak):
+            # The largest by its lower bound: the largest value is often the one that is known least.
+            certain = np.where(known, np.abs(sideslip) - BAND * deviation, -math.inf)
+            at = int(np.argmax(certain))
+            if certain[at] > self._certain:
+                self._certain = float(certain[at])
                 self.peak, self.peak_deviation = float(sideslip[at]), float(deviation[at])
 
     def beside_truth(self) -> dict[str, float]:
