@@ -16,6 +16,8 @@ from tierod.monitors.driver_torque.column_regression import BelowBarOverDrive, C
 from tierod.monitors.driver_torque.contradicting import Contradiction, ContradictionOverDrive
 from tierod.monitors.driver_torque.hands import OFF, ON, UNCERTAIN
 from tierod.monitors.driver_torque.signs import SignVerdict, wrong_signs
+from tierod.monitors.driver_torque.tuning import usual_tuning
+from tierod.monitors.driver_torque.work import WorkOverDrive
 from tierod.vehicles import Vehicle
 
 TRUTH = "truth_hand_torque"
@@ -85,6 +87,7 @@ class Drive(NamedTuple):
         stretches: without hands
         contradiction: signal of the bar's three that contradicts the others; None where they do not show it
         motor: signal that the motor's torque was taken from; empty where there was none
+        doubts: a sentence for signals whose sign may be wrong
     """
 
     ready: Annotated[float, "s"]
@@ -108,6 +111,7 @@ class Drive(NamedTuple):
     stretches: tuple[Stretch, ...]
     contradiction: Contradiction | None = None
     motor: str = ""
+    doubts: tuple[str, ...] = ()
 
 
 class DriveFigures:
@@ -124,6 +128,8 @@ class DriveFigures:
         self._rate, self._stretches = rate, Stretches(1.0 / rate)
         self._geometry, self._below = GeometryOverDrive(rate), BelowBarOverDrive(ratio, rate)
         self._contradiction = ContradictionOverDrive(ratio, stiffness, rate)
+        # On a bench no motor assists: it may pull against hands throughout.
+        self._work = None if usual_tuning(vehicle).offset is None else WorkOverDrive(ratio, rate)
         self._consistency = ConsistencyAccumulator() if nis else None
         self.seen = self.ready = self.compared = 0
         self.hand = self.variance = self.error = self.peak = self.peak_deviation = 0.0
@@ -142,7 +148,10 @@ class DriveFigures:
         self._geometry.add(*bar)
         self._contradiction.add(*bar)
         given, wanted = signals["motor_torque"], signals["motor_target_torque"]
-        self._below.add(np.where(np.isfinite(given), given, wanted), *bar[1:])
+        motor = np.where(np.isfinite(given), given, wanted)
+        self._below.add(motor, *bar[1:])
+        if self._work is not None:
+            self._work.add(bar[0], bar[2], motor)
         if self._consistency is not None:
             self._consistency.add(result["nis"][ready], result["present"][ready])
         self.seen += len(ready)
@@ -178,7 +187,6 @@ class DriveFigures:
     def drive(self) -> Drive:
         """The figures so far."""
         count, rate, consistency = max(self.ready, 1), self._rate, self.consistency()
-        turned = {name: float(seen > MOSTLY * self.judged) for name, seen in self.turned.items()}
         torque, angle = (max(span[1] - span[0], 0.0) for span in self.spans.values())
         return Drive(
             ready=self.ready / rate,
@@ -198,10 +206,16 @@ class DriveFigures:
             torque_offset=self.torque_offset,
             geometry=self._geometry.found(),
             motor_inertia=self._below.inertia(),
-            turned=wrong_signs(
-                SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0), self.motor
-            ),
+            turned=self._turned(),
             stretches=tuple(self._stretches.found()),
             contradiction=self._contradiction.found(),
             motor=self.motor if self.powered else "",
+            doubts=self._work.doubts() if self._work is not None and not self.powered else (),
         )
+
+    def _turned(self) -> tuple[str, ...]:
+        """A sentence for every signal with the wrong sign: as the angles show it, or the work of the torques."""
+        turned = {name: float(seen > MOSTLY * self.judged) for name, seen in self.turned.items()}
+        verdict = SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0)
+        by_work = self._work.wrong_signs(self.motor) if self._work is not None else ()
+        return wrong_signs(verdict, self.motor) or by_work

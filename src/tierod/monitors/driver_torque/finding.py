@@ -23,6 +23,7 @@ MOST_LISTED = 20
 UNCHECKED = (
     "without motor_angle_mechanical gain and offset of driver_torque and of steering_wheel_angle are not checked"
 )
+UNSIGNED = "without motor_torque and motor_angle_mechanical the sign of driver_torque is not checked"
 
 
 def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding:
@@ -56,7 +57,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
     notices = _notices(drive, vehicle, rules)
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
     notices += _doubts(drive)
-    notices += () if drive.contradiction is not None else (UNCHECKED,)
+    notices += _unchecked(drive)
     return Finding(
         name, Status.HEALTHY, _headline(drive), None, estimate, evidence, action=action, warnings=notices,
         confirmed=drive.contradiction is not None,
@@ -85,6 +86,13 @@ def _doubts(drive: Drive) -> tuple[str, ...]:
         f"the innovations are {math.sqrt(drive.nis):.1f} times as large as the observer expects: the torque of the "
         "hands may be as much less certain than stated",
     )
+
+
+def _unchecked(drive: Drive) -> tuple[str, ...]:
+    """Properties of the signals that a recording does not show."""
+    if drive.contradiction is not None:
+        return ()
+    return (UNCHECKED,) if drive.motor else (*(drive.doubts or (UNSIGNED,)), UNCHECKED)
 
 
 def _headline(drive: Drive) -> str:

@@ -8,10 +8,8 @@ from tierod.core.findings import Status
 from tierod.core.statement import STATUSES
 from tierod.monitors.friction.judged import FrictionFigures, JudgedFriction, Obstacles
 from tierod.monitors.friction.verdict_tuning import AlarmTuning
+from tierod.monitors.harness.related_signals import WRONG_SIGN_SHARE
 from tierod.monitors.harness.verdict import Obstacle
-
-WRONG_SIGN_SHARE = 0.9
-"""Share of opposed torques above which a wrong sign of one is likelier than lane keeping."""
 
 Words = tuple[str, str]
 """Cause and action."""

@@ -48,6 +48,9 @@ FOLLOWS = (
 """(signal, other, share): the signal cannot rest while the other passes over this share of all that it has shown. The
 torques need a large share: assist has a dead band, and a lane keeping motor turns a wheel that no hand holds."""
 
+WRONG_SIGN_SHARE = 0.9
+"""Share of opposed torques of driver and motor above which a wrong sign of one is likelier than lane keeping."""
+
 ORDERED = ("target", "truth", "lane_keeping", "duty_cycle")
 """Parts of the names of signals that rest on request, or that no sensor measures."""
 

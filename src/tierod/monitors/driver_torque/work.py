@@ -1,0 +1,83 @@
+"""Signs of the torques by the work that hands and motor do on the column of a car, where no motor angle shows them."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+
+from tierod.monitors.harness.related_signals import WRONG_SIGN_SHARE
+
+WORKED: Annotated[float, "N*m"] = 0.5
+"""Torque of the bar from which the motor assists, as of the gate of the friction monitors."""
+
+LEAST_WORKED: Annotated[float, "s"] = 5.0
+"""Time with such torques that is needed. Fault-free drives oppose each other for 3 % of it at most."""
+
+LEAST_WORK: Annotated[float, "J"] = 10.0
+"""Work that a steering would have to give, from which a sign is wrong: it only takes work in the long run. An offset
+works between the first and the last angle alone: 0.8 N·m over two turns. Fault-free drives take 50 J a minute."""
+
+CORRECT = "correct it in the channel map (factor -1)"
+
+
+class WorkOverDrive:
+    """Work of the motor and of the bar, and how often hands and motor oppose each other, over pieces of a recording.
+
+    Args:
+        ratio: turns of the motor per turn of the wheel
+        rate: of the samples [Hz]
+    """
+
+    def __init__(self, ratio: float, rate: float) -> None:
+        self._ratio, self._rate, self._angle = ratio, rate, np.nan
+        self._worked = self._opposed = 0
+        self._motor = self._bar = self._alone = 0.0
+
+    def add(self, angle: np.ndarray, bar: np.ndarray, motor: np.ndarray) -> None:
+        """The next piece; NaN where a value is missing.
+
+        Args:
+            angle: of the wheel [rad], (n,)
+            bar: its torque [N*m], (n,)
+            motor: torque at its shaft [N*m], (n,)
+        """
+        worked = (np.abs(bar) > WORKED) & np.isfinite(motor) & (motor != 0.0)
+        self._worked += int(np.count_nonzero(worked))
+        self._opposed += int(np.count_nonzero(worked & (bar * motor < 0.0)))
+        travel = np.diff(angle, prepend=self._angle)
+        by_motor, by_bar = self._ratio * motor * travel, bar * travel
+        together = np.isfinite(by_motor) & np.isfinite(by_bar)
+        self._motor += float(by_motor[together].sum())
+        self._bar += float(by_bar[together].sum())
+        self._alone += float(by_bar[np.isfinite(by_bar)].sum())
+        self._angle = float(angle[-1]) if len(angle) else self._angle
+
+    def wrong_signs(self, motor: str) -> tuple[str, ...]:
+        """A sentence for the signal with the wrong sign; none where all signs may be right.
+
+        Args:
+            motor: the signal that the motor's torque was taken from
+        """
+        share = self._opposed / max(self._worked, 1)
+        if self._worked >= LEAST_WORKED * self._rate and share > WRONG_SIGN_SHARE:
+            # Hands may pull against a motor that turns the wheel; a motor that only brakes assists nobody.
+            name, work = ("driver_torque", self._bar) if self._bar < self._motor else (motor, self._motor)
+            drawn = f", and it draws {-work:.0f} J of work from the steering" if work < 0.0 else ""
+            opposed = f"driver and motor pull against each other {share:.0%} of the time"
+            return (f"{name} has the wrong sign: {opposed}{drawn}; {CORRECT}",)
+        if self._motor + self._bar < -LEAST_WORK:
+            return (
+                f"steering_wheel_angle has the wrong sign, or both driver_torque and {motor}: the torques draw "
+                f"{-self._motor - self._bar:.0f} J of work from a steering that only takes it; {CORRECT}",
+            )
+        return ()
+
+    def doubts(self) -> tuple[str, ...]:
+        """A remark where the torque of the bar draws work from the steering: without the motor's, no more shows."""
+        if self._alone >= -LEAST_WORK:
+            return ()
+        return (
+            f"the hands draw {-self._alone:.0f} J of work from the steering, as with lane keeping, or with a wrong "
+            "sign of driver_torque or steering_wheel_angle",
+        )
