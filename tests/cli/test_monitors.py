@@ -84,3 +84,21 @@ def test_says_which_parameters_and_signals_a_vehicle_lacks(tmp_path, monkeypatch
     (found,) = json.loads(capsys.readouterr().out)["monitors"].values()
     assert found["stator-frame"]["needed"] == []
     assert found["stator-frame"]["needed_signals"] is None
+
+
+def test_ranks_the_guesses_of_a_vehicle_file_and_lists_no_default_of_another_kind_of_car(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "car.toml", "--class", "midsize"]) == 0
+    capsys.readouterr()
+    assert main(["monitors", "sideslip", "--vehicle", "car.toml"]) == 0
+    printed = capsys.readouterr().out
+    assert "steering_ratio" in printed
+    assert "known to ±8%" in printed
+    assert "'tierod diagnose' ranks the guesses" in printed
+    assert main(["monitors", "sideslip", "--vehicle", "car.toml", "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["monitors"].values()
+    guessed = found["combined"]["guessed"]
+    assert guessed.index("front_cornering_stiffness") < guessed.index("rear_distance")
+    assert not {"wheelbase", "yaw_rate_noise"} & set(guessed)
+    assert "power_assist_factor" not in found["combined"]["optional"]
+    assert "yaw_rate_noise" in found["combined"]["optional"]

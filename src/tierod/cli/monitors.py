@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from tierod.monitors.harness.decision import Decision
     from tierod.monitors.harness.session import Monitor
     from tierod.monitors.needs import Lacking
+    from tierod.vehicles import Parameter, Vehicle
 
 
 def monitors(
@@ -56,10 +57,18 @@ def _for_vehicle(name: str | None, vehicle: str, json: bool) -> None:
         print_json({"vehicle": car.name, "monitors": rows_of})
         return
     for monitor in chosen:
-        _show_lacking(monitor, found[monitor.name], car.name, name is not None)
+        _show_lacking(monitor, found[monitor.name], car, name is not None)
 
 
-def _show_lacking(monitor: Monitor, found: Mapping[str, Lacking], car: str, whole: bool) -> None:
+def _spread(parameter: Parameter) -> str:
+    """Standard deviation of a parameter in words: relative, or in its unit where its value is zero."""
+    deviation = parameter.standard_deviation or 0.0
+    if parameter.value == 0.0:
+        return f"±{deviation:.2g} {written(parameter.unit)}".rstrip()
+    return f"±{deviation / abs(parameter.value):.0%}"
+
+
+def _show_lacking(monitor: Monitor, found: Mapping[str, Lacking], car: Vehicle, whole: bool) -> None:
     """Whether a monitor can run with a vehicle, and what the default variant, or the first one, lacks."""
     from tierod.core.signals import SIGNALS
     from tierod.vehicles import QUANTITIES
@@ -67,7 +76,7 @@ def _show_lacking(monitor: Monitor, found: Mapping[str, Lacking], car: str, whol
     console = output()
     able = [name for name, each in found.items() if not each.obstacle and not each.needed_signals]
     console.print(
-        f"[bold]{monitor.name}[/bold]: {'can run as ' + ', '.join(able) if able else 'cannot run'} with {car}"
+        f"[bold]{monitor.name}[/bold]: {'can run as ' + ', '.join(able) if able else 'cannot run'} with {car.name}"
     )
     name = monitor.default or next(iter(found))
     each = found[name]
@@ -76,13 +85,18 @@ def _show_lacking(monitor: Monitor, found: Mapping[str, Lacking], car: str, whol
     if each.obstacle and not each.needed:
         console.print(each.obstacle, markup=False)
     if whole:
-        cells += [(p, "parameter", "replaces a default", QUANTITIES[p].meaning) for p in each.optional]
+        cells += [(p, "guess", f"known to {_spread(car.parameters[p])}", QUANTITIES[p].meaning) for p in each.guessed]
         more = [s for s in each.optional_signals or () if s in SIGNALS]
         cells += [(s, "signal", "makes it better", SIGNALS[s].meaning) for s in more]
+        cells += [(p, "parameter", "replaces a default", QUANTITIES[p].meaning) for p in each.optional]
         if each.needed_signals is None:
-            console.print(f"{car} names no channel map, so that its signals are not known; 'tierod inspect' knows them")
+            console.print(
+                f"{car.name} names no channel map: its signals are not known here, 'tierod inspect' finds them"
+            )
+        if each.guessed:
+            console.print("'tierod diagnose' ranks the guesses by how far each moves the result of a recording")
     if cells:
-        console.print(rows(("missing", "kind", "what it brings", "meaning"), cells))
+        console.print(rows(("missing or guessed", "kind", "what it brings", "meaning"), cells))
     console.print()
 
 

@@ -17,7 +17,11 @@ from tierod.io.readers import load_channel_map
 from tierod.monitors.harness.session import Monitor, Variant
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import QUANTITIES, Parameter, Vehicle, load, shipped
+from tierod.vehicles.uncertain import is_guess, may_move
 from tierod.vehicles.vehicle import Parameters
+
+GUESSED = 0.03
+"""Relative standard deviation from which a parameter is a guess: a tape and a scale are better []."""
 
 
 @dataclass
@@ -119,12 +123,15 @@ class Lacking:
     Args:
         obstacle: why the variant cannot run with this vehicle; "" where it can
         needed, optional: parameters that the vehicle file does not give, by use
+        guessed: parameters of the file that the variant reads and that are known to no better than `GUESSED`, the
+            least known one first
         needed_signals, optional_signals: that its channel map does not name; None where the vehicle names no map
     """
 
     obstacle: str
     needed: tuple[str, ...]
     optional: tuple[str, ...]
+    guessed: tuple[str, ...]
     needed_signals: tuple[str, ...] | None
     optional_signals: tuple[str, ...] | None
 
@@ -140,9 +147,11 @@ def lacking(monitor: Monitor, variant: Variant, car: Vehicle) -> Lacking:
     cars = readings(monitor.name).get(variant.name, {}) if monitor.name in MONITORS.own else {}
     needed = set.intersection(*(each.needed for each in cars.values())) if cars else set()
     used = set().union(*(each.needed | each.optional for each in cars.values())) - needed
+    read: set[str] = set()
     try:
-        variant.open(car, monitor.rate, None)
-        obstacle = ""
+        reading = _reading(variant, car, monitor.rate)
+        obstacle, read = "", reading.needed | reading.optional
+        used &= read
     except TierodError as error:
         obstacle = str(error)
     absent = [name for name in QUANTITIES if name not in car]
@@ -151,9 +160,18 @@ def lacking(monitor: Monitor, variant: Variant, car: Vehicle) -> Lacking:
         obstacle,
         tuple(name for name in absent if name in needed),
         tuple(name for name in absent if name in used),
+        _guessed(car, read),
         _unmapped(required, car),
         _unmapped(tuple(name for name in monitor.optional if name not in required), car),
     )
+
+
+def _guessed(car: Vehicle, read: set[str]) -> tuple[str, ...]:
+    """The parameters among those that are read which the file of a car gives as guesses, the least known one first."""
+    known = [each for name, each in car.parameters.items() if name in read and may_move(name)]
+    guessed = [each for each in known if is_guess(each, GUESSED)]
+    ordered = sorted(guessed, key=lambda each: -(each.standard_deviation or 0.0) / max(abs(each.value), 1e-9))
+    return tuple(each.name for each in ordered)
 
 
 def _unmapped(names: tuple[str, ...], car: Vehicle) -> tuple[str, ...] | None:
