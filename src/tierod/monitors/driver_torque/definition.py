@@ -51,12 +51,12 @@ def _opener(name: str, observer: Observer, lacking: tuple[str, ...] = (), delay:
                 "give the N·m of one count in the channel map, and take torque_unit out of the vehicle file"
             )
 
-        def build(noise: SensorNoise, with_motor: bool) -> DriverTorqueMonitor:
-            hands = HandsMonitor.of_vehicle(vehicle, 1.0 / rate, noise=noise)
+        def build(column: Vehicle, noise: SensorNoise, with_motor: bool) -> DriverTorqueMonitor:
+            hands = HandsMonitor.of_vehicle(column, 1.0 / rate, noise=noise)
             signs = ColumnSigns(
-                vehicle["motor_ratio"], 1.0 / rate, torsion_bar_stiffness=vehicle["torsion_bar_stiffness"]
+                column["motor_ratio"], 1.0 / rate, torsion_bar_stiffness=column["torsion_bar_stiffness"]
             )
-            return DriverTorqueMonitor(observer(vehicle, rate, noise, with_motor), hands, signs)
+            return DriverTorqueMonitor(observer(column, rate, noise, with_motor), hands, signs)
 
         remark = LATER if delay > 0.0 else ""
         if name not in PRINTED and gear_is_too_fast(vehicle, 1.0 / rate):

@@ -26,7 +26,7 @@ UNCHECKED = (
 UNSIGNED = "without motor_torque and motor_angle_mechanical the sign of driver_torque is not checked"
 
 
-def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding:
+def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: tuple[str, ...] = ()) -> Finding:
     """The finding over a drive.
 
     Args:
@@ -34,6 +34,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
         vehicle: whose column it is
         name: of monitor and variant
         rules: whether vehicle file and recording fit
+        remarks: notices on what the observer was fitted to
     """
     evidence = _evidence(drive, vehicle, rules)
     if reason := _obstacle(drive):
@@ -44,7 +45,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
         cause = "; ".join((*wrong, *suspected(drive, wrong)))
         action = "correct the vehicle file, or identify the column; if it is right, look for a sensor's gain or delay"
         headline = f"Torque of the driver's hands: withheld; vehicle file and recording do not fit: {cause}."
-        notice = ("the torque of the hands, and when they were on the wheel, are withheld",)
+        notice = ("the torque of the hands, and when they were on the wheel, are withheld", *remarks)
         decided_by = tuple(name for name, distance in distances(drive, vehicle).items() if rules.beyond(name, distance))
         return Finding(
             name, Status.SUSPECT, headline, evidence=evidence, cause=cause, action=action, warnings=notice,
@@ -56,7 +57,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules) -> Finding
         estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
     notices = _notices(drive, vehicle, rules)
     action = "correct the vehicle file before the disturbance torque is used" if notices else "none"
-    notices += _doubts(drive)
+    notices += (*remarks, *_doubts(drive))
     notices += _unchecked(drive)
     return Finding(
         name, Status.HEALTHY, _headline(drive), None, estimate, evidence, action=action, warnings=notices,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from tierod.monitors.driver_torque import guessed_ratio
 from tierod.monitors.driver_torque.contradicting import described
 from tierod.monitors.driver_torque.decisions import (
     COLUMN,
@@ -156,7 +157,8 @@ def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
     apart = {"inertia": drive.inertia_error / (INERTIA_SPREAD * vehicle["steering_wheel_inertia"])}
     if (found := drive.geometry) is None:
         return apart
-    apart["ratio"] = (found.ratio / vehicle["motor_ratio"] - 1.0) / math.hypot(RATIO_SPREAD, found.ratio_uncertainty)
+    spread = math.hypot(RATIO_SPREAD, found.ratio_uncertainty, guessed_ratio.spread_of(vehicle))
+    apart["ratio"] = (found.ratio / vehicle["motor_ratio"] - 1.0) / spread
     apart["lag"] = found.lag / LAG_SPREAD if abs(found.lag) > drive.sample_time else 0.0
     bar = found.stiffness / vehicle["torsion_bar_stiffness"]
     apart["stiffness"] = math.log(bar) / STIFFNESS_SPREAD if bar > 0.0 else -math.inf

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
+from tierod.monitors.driver_torque import guessed_ratio
+from tierod.monitors.driver_torque.contradicting import SIGNALS
 from tierod.monitors.driver_torque.decisions import FitRules
-from tierod.monitors.driver_torque.drive import TRUTH, DriveFigures
+from tierod.monitors.driver_torque.drive import TRUTH, Drive, DriveFigures
 from tierod.monitors.driver_torque.finding import judge
 from tierod.monitors.driver_torque.misfits import distances
 from tierod.monitors.driver_torque.monitor import DriverTorqueMonitor
@@ -41,10 +44,27 @@ TRACES = {
 """Outputs of the block that a report shows."""
 
 MEASURED = 60.0
-"""The noise of the sensors is measured on so much of a recording [s]."""
+"""The noise of the sensors is measured on so much of a recording, and a guessed motor ratio [s]."""
 
-Builder = Callable[[SensorNoise, bool], DriverTorqueMonitor]
-"""Makes the block for sensors with this noise, with the motor's angle or without it."""
+
+class Fitted(NamedTuple):
+    """To what of a recording the block is fitted.
+
+    Args:
+        noise: of the sensors
+        with_motor: whether the observer takes the motor's angle
+        motor_ratio: as the angles show it, in place of a guess of the vehicle file; None where that counts
+        hidden: whether the motor's angle is there and not used: its ratio is a guess, and the angles do not show it
+    """
+
+    noise: SensorNoise
+    with_motor: bool
+    motor_ratio: float | None = None
+    hidden: bool = False
+
+
+Builder = Callable[[Vehicle, SensorNoise, bool], DriverTorqueMonitor]
+"""Makes the block of a vehicle for sensors with this noise, with the motor's angle or without it."""
 
 
 class DriverTorqueSession(BlockSession):
@@ -76,24 +96,30 @@ class DriverTorqueSession(BlockSession):
         remark: str = "",
     ):
         shown = {key: each for key, each in TRACES.items() if key not in lacking}
-        super().__init__(build(usual, True), shown)
-        self._build, self._usual, self.vehicle, self.rate, self.name = build, usual, vehicle, rate, name
+        super().__init__(build(vehicle, usual, True), shown)
+        self._build, self._usual, self.rate, self.name = build, usual, rate, name
+        self.vehicle = self._given = vehicle
+        self._fitted = Fitted(usual, True)
         self.traces = {**self.traces, "true_hand_torque": "N*m"}
         self.signals = (*self.signals, TRUTH)
-        self._figures, self._remark, self.rules = DriveFigures(vehicle, rate, "nis" not in lacking), remark, FitRules()
+        self._has_nis, self._remark, self.rules = "nis" not in lacking, remark, FitRules()
+        self._figures = DriveFigures(vehicle, rate, self._has_nis)
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
 
     def prepared(self, aligned: Aligned) -> Aligned:
-        """The next piece with the truth as late as the observer; the first one shows the noise of the sensors."""
+        """The next piece with the truth as late as the observer; the first one shows what the block is fitted to."""
         columns = aligned.columns
-        if not self._figures.seen:
+        if self.fitted is None:
             self.refit(self._suited(columns))
-        if not len(self._truth):
+        if not self._fitted.hidden and not len(self._truth):
             return aligned
-        truth = np.concatenate([self._truth, columns[TRUTH]])
-        kept = len(truth) - len(self._truth)
-        values, at = aligned.values.copy(), aligned.names.index(TRUTH)
-        values[:, at], self._truth = truth[:kept], truth[kept:]
+        values = aligned.values.copy()
+        if self._fitted.hidden:
+            values[:, aligned.names.index("motor_angle_mechanical")] = np.nan
+        if len(self._truth):
+            truth = np.concatenate([self._truth, columns[TRUTH]])
+            kept = len(truth) - len(self._truth)
+            values[:, aligned.names.index(TRUTH)], self._truth = truth[:kept], truth[kept:]
         return replace(aligned, values=values)
 
     def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
@@ -101,26 +127,45 @@ class DriverTorqueSession(BlockSession):
         shown = {**super().taken(aligned, result), "true_hand_torque": aligned.columns[TRUTH]}
         return {name: self._nis if name == "nis" else trace for name, trace in shown.items()}
 
-    def refit(self, fitted: tuple[SensorNoise, bool]) -> None:
+    def refit(self, fitted: Fitted) -> None:
         """Make the block for the noise of a recording's sensors, with the motor's angle or without it."""
-        self.fitted, self.block = fitted, self._build(*fitted)
+        self.fitted = self._fitted = fitted
+        if fitted.motor_ratio is not None:
+            self.vehicle = guessed_ratio.with_ratio(self._given, fitted.motor_ratio)
+            self._figures = DriveFigures(self.vehicle, self.rate, self._has_nis)
+        self.block = self._build(self.vehicle, fitted.noise, fitted.with_motor)
 
-    def _suited(self, columns: Mapping[str, np.ndarray]) -> tuple[SensorNoise, bool]:
-        """Noise of the sensors of a recording, and whether it brings the motor's angle, from its first piece."""
+    def _suited(self, columns: Mapping[str, np.ndarray]) -> Fitted:
+        """Noise of the sensors of a recording, and what it brings of the motor's angle, from its first piece."""
         first = slice(round(MEASURED * self.rate))
-        pair = columns["steering_wheel_angle"][first], columns["driver_torque"][first]
-        noise = measured_noise(*pair, self.rate, self._usual)
-        return noise, bool(np.isfinite(columns["motor_angle_mechanical"]).any())
+        wheel, motor, torque = (columns[name][first] for name in SIGNALS)
+        noise = measured_noise(wheel, torque, self.rate, self._usual)
+        if not np.isfinite(columns["motor_angle_mechanical"]).any():
+            return Fitted(noise, False)
+        if not guessed_ratio.is_guessed(self._given):
+            return Fitted(noise, True)
+        ratio = guessed_ratio.seen(self._given, wheel, motor, torque, self.rate)
+        if ratio is None:
+            return Fitted(noise, False, hidden=True)
+        return Fitted(noise, True, ratio if guessed_ratio.is_of_file(self._given, ratio, self.rules) else None)
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         """Torques, states of the hands and innovations of one piece."""
         self._nis = result["nis"] / np.where(result["present"] > 0.0, result["present"], np.nan)
         self._figures.add(time, signals, result)
 
+    def _remarks(self, drive: Drive) -> tuple[str, ...]:
+        """Notices on a motor ratio that the vehicle file guesses."""
+        seen = self._fitted.motor_ratio
+        if seen is None and not self._fitted.hidden:
+            return ()
+        over_drive = seen if seen is None or drive.geometry is None else drive.geometry.ratio
+        return (guessed_ratio.remark(self._given, over_drive),)
+
     def conclude(self) -> Conclusion:
         """The finding, and how consistent the observer was."""
         drive, found = self._figures.drive(), self._figures.consistency()
-        finding = judge(drive, self.vehicle, self.name, self.rules)
+        finding = judge(drive, self.vehicle, self.name, self.rules, self._remarks(drive))
         fits = finding.status is Status.HEALTHY
         unfit = finding.status is Status.SUSPECT
         withheld = (TRUTH,) if fits else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))

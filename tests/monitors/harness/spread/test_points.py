@@ -102,3 +102,16 @@ def test_short_pieces_as_those_of_a_live_drive_wait_for_no_further_kernel(count,
     monkeypatch.setattr(found._lanes, "scan", lambda blocks, *given: taken.append(blocks) or batch(blocks, *given))
     found.absorb(parts[1])
     assert bool(taken) is abreast
+
+
+def test_moved_vehicles_are_fitted_to_what_the_session_of_the_file_was(recording):
+    found, monitor = sessions("driver-torque")
+    session = opened(monitor, monitor.variants[monitor.default], load("midsize-eps"))
+    found.fit_as(session)
+    assert all(each.session.fitted is None for each in found.running.values())
+    session.absorb(recording.align(session.signals, monitor.rate, maximum_age=0.1))
+    found.fit_as(session)
+    assert all(each.session.fitted == session.fitted for each in found.running.values())
+    short = recording.align(session.signals, monitor.rate, maximum_age=0.1, stop=30.0)
+    found.absorb(short)
+    assert all(each.session.fitted == session.fitted for each in found.running.values())

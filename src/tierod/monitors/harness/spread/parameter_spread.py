@@ -102,6 +102,7 @@ class ParameterSpread:
         rate: Annotated[float, "Hz"],
     ):
         self.vehicle, self.names, self._open, self._rate = vehicle, tuple(names), open_, rate
+        self._session = session
         self._pairs, self._main = pairs_of(session.traces), main_result(session, decisions)
         self._unit = session.traces[self._main.pair.value] if self._main else ""
         self._stretch = int(min(SHORTEST * rate, MOST_SAMPLES))
@@ -117,6 +118,7 @@ class ParameterSpread:
     def _screened(self, length: int, fresh: bool) -> Screen:
         with Rows.growing():
             points = Points(self._open, self.vehicle, moves_alone(self.names, fresh))
+            points.fit_as(self._session)
         return Screen(points, self.names, self._main, length, self._block, fresh)
 
     def reopen(self, alone: Sequence[Mapping[str, float]], along: Sequence[Mapping[str, float]]) -> None:
@@ -137,6 +139,8 @@ class ParameterSpread:
             aligned: the piece
             shown: its traces for the vehicle as it is
         """
+        if not self._seen and self._screen is not None:
+            self._screen.points.fit_as(self._session)
         count, done = len(aligned.time), 0
         variances = {pair.value: np.zeros(count) for pair in self._pairs}
         known = np.zeros(count, bool) if self._main is None else where_known(shown, self._main)
@@ -224,6 +228,7 @@ class ParameterSpread:
                 return
         directions = found.directions(FEW if screen.fresh else MANY)
         points = Points(self._open, self.vehicle, moves_along(directions, screen.fresh))
+        points.fit_as(self._session)
         self._carried = Carried(points, directions, screen.fresh)
         self._carried.catch_up(screen.buffer)
 

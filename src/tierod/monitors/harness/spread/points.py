@@ -81,6 +81,20 @@ class Points:
                 session.moved, session.pictured = True, False
             self.running[place] = Point(by, session)
 
+    def fit_as(self, session: Session) -> None:
+        """Fit blocks that are fitted to a recording as that of the vehicle as it is: parameters alone tell them apart.
+
+        Args:
+            session: for the vehicle as it is, after its first piece
+        """
+        if not isinstance(session, BlockSession) or session.fitted is None:
+            return
+        for place in list(self.running):
+            with self._refusing(place):
+                moved_one = self.running[place].session
+                assert isinstance(moved_one, BlockSession)
+                moved_one.refit(session.fitted)
+
     def absorb(self, aligned: Aligned) -> dict[int, Mapping[str, np.ndarray]]:
         """Take in one more piece: traces by place of the vehicle."""
         shown: dict[int, Mapping[str, np.ndarray]] = {}

@@ -1,0 +1,73 @@
+"""A motor ratio that the vehicle file only guesses is taken from the angles, and contradicts no sensor."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from exact_vehicle import diagnose
+from tierod.core.findings import Status
+from tierod.core.recording import Recording
+from tierod.monitors import diagnose as with_spread
+from tierod.proving_ground import SensorSet, run
+from tierod.proving_ground.cars import catalogue as cars
+from tierod.proving_ground.courses import catalogue as courses
+from tierod.vehicles import load
+
+CAR = load("midsize-eps")
+CHANNELS = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
+RATIO = CAR["motor_ratio"]
+
+
+@pytest.fixture(scope="module")
+def drive():
+    sensors = SensorSet.production().only(CHANNELS).at_rate(100.0)
+    return run(cars.load("midsize-eps").block, courses.load("mixed"), 120.0, 3, sensors).recording
+
+
+def guessed(value, deviation):
+    known = replace(CAR.parameters["motor_ratio"], value=value, standard_deviation=deviation)
+    return replace(CAR, parameters={**CAR.parameters, "motor_ratio": known})
+
+
+def judged(recording, car):
+    return diagnose(recording, car, "driver-torque").findings[0]
+
+
+@pytest.mark.parametrize("value", [21.0, 18.0, 24.0])
+def test_a_ratio_within_the_deviation_of_the_file_is_taken_from_the_angles(drive, value):
+    exact, finding = judged(drive, CAR), judged(drive, guessed(value, 2.5))
+    assert exact.status is finding.status is Status.HEALTHY
+    assert finding.confirmed
+    assert any(f"the angles go by {RATIO:.4g}, which is used: enter motor_ratio = {RATIO:.4g}" in each
+               for each in finding.warnings)  # fmt: skip
+    assert not any("motor_ratio" in each for each in exact.warnings)
+    for name in ("error_against_truth_rms_Nm", "hand_torque_rms_Nm"):
+        assert finding.evidence[name] == pytest.approx(exact.evidence[name], rel=0.05)
+
+
+@pytest.mark.parametrize(("value", "deviation"), [(21.0, 0.0), (21.0, None), (12.0, 1.0)])
+def test_a_ratio_beyond_the_deviation_of_the_file_is_still_a_contradiction(drive, value, deviation):
+    finding = judged(drive, guessed(value, deviation))
+    assert finding.status is Status.SUSPECT
+    assert f"motor_ratio is {value:g}, but the angles go by {RATIO:.4g}" in finding.cause
+
+
+def test_without_a_ratio_the_angle_of_the_motor_is_not_used(drive):
+    start = drive["motor_angle_mechanical"]
+    still = replace(start, values=np.where(start.time < 61.0, np.nan, start.values))
+    channels = {**drive.channels, "motor_angle_mechanical": still}
+    finding = judged(Recording(channels, drive.metadata), guessed(24.0, 2.5))
+    assert finding.status is Status.HEALTHY
+    assert any("motor_angle_mechanical is not used: motor_ratio is 24 ± 2.5" in each for each in finding.warnings)
+    del channels["motor_angle_mechanical"]
+    bare = judged(Recording(channels, drive.metadata), guessed(24.0, 2.5))
+    assert finding.evidence["hand_torque_rms_Nm"] == pytest.approx(bare.evidence["hand_torque_rms_Nm"])
+
+
+def test_the_spread_of_a_ratio_that_was_seen_moves_nothing(drive):
+    found = with_spread.diagnose(drive, guessed(21.0, 2.5), "driver-torque")
+    assert found.findings[0].status is Status.HEALTHY
+    effects = {each.name: each.effect for each in found.parameter_effects}
+    assert abs(effects.get("motor_ratio", 0.0)) < 1e-9
+    assert max(map(abs, effects.values())) > 1e-3
