@@ -61,7 +61,7 @@ class WorkOverDrive:
         """
         share = self._opposed / max(self._worked, 1)
         if self._worked >= LEAST_WORKED * self._rate and share > WRONG_SIGN_SHARE:
-            # Hands may pull against a motor that turns the wheel; a motor that only brakes assists nobody.
+            # Hands may pull against a motor that turns the wheel; a motor that only brakes is no assistance.
             name, work = ("driver_torque", self._bar) if self._bar < self._motor else (motor, self._motor)
             drawn = f", and it draws {-work:.0f} J of work from the steering" if work < 0.0 else ""
             opposed = f"driver and motor pull against each other {share:.0%} of the time"

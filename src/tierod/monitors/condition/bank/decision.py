@@ -164,8 +164,7 @@ class Decision:
         good = self.returning.good(state.good, suspected, readings, seen, effects)
         kept = self.returning.after(self.weighing, state.active, suspected, good)
 
-        shows = both(follows, seen.driven)
-        small = self._small_lead_counts(state, ranking, likelihoods, shows, unread, grip)
+        small = self._small_lead_counts(state, ranking, likelihoods, both(follows, seen.driven), unread, grip)
         led, exceeded = (where(grip.slides, 0.0, count) for count in self._counted(state, ranking, small))
         active = where(self._declares(ranking, led), ranking.best, kept)
         changed = negated(active == state.active)
