@@ -100,6 +100,20 @@ def test_turns_of_the_wheels_get_their_radius_from_the_speed(tmp_path):
     assert found.values == pytest.approx(1.02 * signals["wheel_speed_rear_left"], rel=0.01)
 
 
+def test_a_wheel_that_turns_otherwise_than_its_axle_gets_no_factor_that_hides_it(tmp_path):
+    time, signals = truth()
+    titles = TITLES | {"wheel_speed_rear_left": "n_HL", "wheel_speed_rear_right": "n_HR", "vehicle_speed": "v_kmh"}
+    turns = 0.29 * np.pi / 30.0
+    factors = {"wheel_speed_rear_left": turns / 1.1, "wheel_speed_rear_right": turns, "vehicle_speed": KMH}
+    path = written(tmp_path, signals, time, titles, factors)
+    entries = {each.signal: each for each in propose(path).entries}
+    left, right = (entries[f"wheel_speed_rear_{side}"] for side in ("left", "right"))
+    assert left.factor == right.factor
+    assert not left.unit.decided
+    assert "than which it turns 9% more: check" in left.unit.reason
+    assert "than which" not in right.unit.reason
+
+
 def test_without_wheels_the_odd_one_is_turned_and_the_side_is_left_to_check(tmp_path):
     time, signals = truth()
     kept = {name: each for name, each in signals.items() if "wheel_speed" not in name}

@@ -56,6 +56,11 @@ class Proposed:
         return not self.unit.decided or "check" in self.sign.reason
 
 
+LIKE_OTHERS = 0.03
+"""Relative difference up to which the tyres of an axle differ by wear and pressure []: a wheel that turns otherwise has
+a fault, which a factor of its own would hide."""
+
+
 @dataclass(frozen=True)
 class Proposal:
     """A channel map for a recording.
@@ -157,14 +162,47 @@ def _entry(
 ) -> Proposed:
     if not unit.unit.turns:
         return Proposed(signal, column, meant, unit, sign, 1.0, others)
-    factor, reason = unit.unit.factor, f"{unit.reason}; give that of your wheels"
-    by = units.get("vehicle_speed")
-    speed, values = motion.columns.get("vehicle_speed"), motion.columns.get(signal)
-    if by is not None and by.decided and speed is not None and values is not None:
+    radii = _radii(motion, units)
+    factor, decided = unit.unit.factor, unit.decided
+    if signal in radii:
+        usual = _beside_its_axle(signal, radii)
+        odd = radii[signal] / usual - 1.0
+        factor, decided = factor * usual, decided and not odd
+        reason = f"turns of the wheel, {unit.unit.name}; factor from the vehicle speed"
+        if odd:
+            differs = f"{abs(odd):.0%} {'less' if odd > 0.0 else 'more'}"
+            reason = f"{reason} and the other wheel of the axle, than which it turns {differs}: check"
+    else:
+        reason = f"{unit.reason}; give that of your wheels"
+    speed_unit = Unit("m/s", factor, stated=unit.unit.stated)
+    return Proposed(signal, column, meant, Chosen(speed_unit, reason, decided), sign, factor, others)
+
+
+def _beside_its_axle(signal: str, radii: dict[str, float]) -> float:
+    """Radius of a wheel; that of the other one of its axle where it is the odd one of the two."""
+    sides = ("left", "right") if signal.endswith("left") else ("right", "left")
+    partner = signal.removesuffix(sides[0]) + sides[1]
+    own, other = radii[signal], radii.get(partner)
+    if other is None or abs(own / other - 1.0) <= LIKE_OTHERS:
+        return own
+    rest = [radius for name, radius in radii.items() if name not in (signal, partner)] or [1.0]
+    middle = float(np.median(rest))
+    return other if abs(own / middle - 1.0) > abs(other / middle - 1.0) else own
+
+
+def _radii(motion: Motion, units: dict[str, Chosen]) -> dict[str, float]:
+    """Radius of each wheel that counts turns over the usual one, by a vehicle speed whose unit is decided."""
+    by, speed = units.get("vehicle_speed"), motion.columns.get("vehicle_speed")
+    found: dict[str, float] = {}
+    if by is None or not by.decided or speed is None:
+        return found
+    for signal, unit in units.items():
+        values = motion.columns.get(signal)
+        if not unit.unit.turns or values is None:
+            continue
         good = np.isfinite(speed) & np.isfinite(values)
         turns = float(np.mean(values[good])) if np.any(good) else 0.0
-        found = by.unit.factor * float(np.mean(speed[good])) / turns if turns else math.nan
-        if 0.7 < found / factor < 1.4:
-            factor, reason = found, f"turns of the wheel, {unit.unit.name}; factor from the vehicle speed"
-    speed_unit = Unit("m/s", factor, stated=unit.unit.stated)
-    return Proposed(signal, column, meant, Chosen(speed_unit, reason, unit.decided), sign, factor, others)
+        radius = by.unit.factor * float(np.mean(speed[good])) / turns / unit.unit.factor if turns else math.nan
+        if 0.7 < radius < 1.4:
+            found[signal] = radius
+    return found
