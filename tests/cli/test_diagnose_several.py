@@ -9,10 +9,11 @@ import pytest
 
 import tierod.report
 from tierod.cli import main
+from tierod.cli.terminal import origin
 from tierod.core.findings import Finding, Status
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose as run
-from tierod.monitors.several import Judged
+from tierod.monitors.several import Judged, NotRun
 from tierod.proving_ground import drive
 from tierod.report import several
 from tierod.vehicles import VEHICLES
@@ -114,6 +115,46 @@ def test_what_is_wrong_is_said_and_nothing_is_written(arguments, sentence, folde
     assert sentence in capsys.readouterr().err
     assert not list(folder.glob("*.html"))
     assert not (folder / "memory.json").exists()
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_a_recording_that_cannot_be_used_takes_no_verdict_from_the_others(place, folder, capsys):
+    (folder / "torn.parquet").write_bytes((folder / "a.parquet").read_bytes()[:50_000])
+    given = ["a.parquet", "b.parquet"]
+    given.insert(place, "torn.parquet")
+    code = main(["diagnose", *given, "--vehicle", "car.toml", "--monitor", "sideslip", "--json"])
+    document = json.loads(capsys.readouterr().out)
+    assert document["exit_code"] == code == 2
+    torn = document["recordings"].pop(place)
+    assert torn["diagnoses"] == {}
+    assert torn["not_run"][0]["monitor"] == "sideslip"
+    assert "torn.parquet" in torn["not_run"][0]["reason"]
+    assert [one["diagnoses"]["sideslip"]["exit_code"] for one in document["recordings"]] == [0, 0]
+    page = (folder / "recordings-sideslip.html").read_text(encoding="utf-8")
+    assert "1 of 3 recordings could not be judged: torn.parquet." in page
+
+
+def test_a_stretch_that_one_recording_lacks_takes_no_verdict_from_the_others(folder, capsys):
+    write(drive(minutes=1.0, seed=5), folder / "short.parquet")
+    arguments = ["a.parquet", "short.parquet", "--vehicle", "car.toml", "--from", "70", "--no-report"]
+    assert main(["diagnose", *arguments]) == 2
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "short.parquet all short.parquet holds nothing between 70 and inf s" in printed
+    assert "a.parquet sideslip" in printed
+
+
+def test_a_recording_without_a_verdict_is_no_excuse_for_a_fault(folder):
+    usual = run(folder / "a.parquet", "midsize-eps", "friction")
+    faulty = dataclasses.replace(usual, findings=(dataclasses.replace(usual.findings[0], status=Status.FAULT),))
+    found = [
+        Judged(folder / "a.parquet", "car", {"friction": faulty}),
+        Judged(folder / "b.parquet", "car", {}, (NotRun("friction", "torn"), NotRun("sideslip", "torn"))),
+    ]
+    assert several.worst(found) is Status.FAULT
+    assert several.not_run(found) == [("b.parquet", "all", "torn")]
+    page = several.render(found, origin())
+    assert "The worst of" not in page
+    assert "Not judged: b.parquet." in page
 
 
 def test_a_monitor_that_cannot_run_names_the_one_that_can(capsys):

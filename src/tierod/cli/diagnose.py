@@ -203,28 +203,17 @@ def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target:
     from tierod.cli.terminal import output as console
     from tierod.core.errors import InputError
     from tierod.core.files import write_text
-    from tierod.monitors.several import judge
+    from tierod.io.readers.opening import require_there
     from tierod.report import several
 
+    for recording in recordings:
+        require_there(recording)
     judged = []
     for place, (recording, car) in enumerate(zip(recordings, reading.cars, strict=True)):
         with progress(f"judging {recording.name} ({place + 1} of {len(recordings)})") as advance:
-            judged.append(
-                judge(
-                    recording,
-                    car,
-                    None if monitor is None else [monitor],
-                    dbc=reading.dbc,
-                    channel_map=reading.channel_map,
-                    start=reading.start,
-                    stop=reading.stop,
-                    spread=reading.spread,
-                    command=_command(),
-                    progress=advance,
-                )
-            )
+            judged.append(_judged(recording, car, monitor, reading, len(recordings) == 1, advance))
     if not any(one.diagnoses for one in judged):
-        reasons = "; ".join(f"{name}: {short(reason)}" for _, name, reason in several.not_run(judged))
+        reasons = "; ".join(_of(name, short(reason)) for _, name, reason in several.not_run(judged))
         raise InputError(
             f"no monitor can run on {', '.join(map(str, recordings))}: {reasons}. 'tierod inspect' says more"
         )
@@ -237,6 +226,38 @@ def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target:
     if target is not None:
         (messages() if as_json else console()).print(f"report: {target}", soft_wrap=True, markup=False)
     return several.worst(judged).exit_code
+
+
+def _judged(
+    recording: Path,
+    car: Vehicle,
+    monitor: str | None,
+    reading: _Reading,
+    alone: bool,
+    progress: Callable[[float], None],
+) -> Judged:
+    """One recording, or what stands for it where it cannot be used and others are judged beside it."""
+    from tierod.core.errors import InputError, MissingExtra
+    from tierod.monitors.several import judge, not_judged
+
+    monitors = None if monitor is None else [monitor]
+    try:
+        return judge(
+            recording,
+            car,
+            monitors,
+            dbc=reading.dbc,
+            channel_map=reading.channel_map,
+            start=reading.start,
+            stop=reading.stop,
+            spread=reading.spread,
+            command=_command(),
+            progress=progress,
+        )
+    except (InputError, MissingExtra) as error:
+        if alone:
+            raise
+        return not_judged(recording, car, monitors, " ".join(str(error).split()))
 
 
 def _show_all(judged: Sequence[Judged], console: Console) -> None:
@@ -252,6 +273,13 @@ def _show_all(judged: Sequence[Judged], console: Console) -> None:
     if missed:
         console.print("\n[bold]Did not run[/bold]")
         console.print(rows(("recording", "monitor", "why"), missed))
+
+
+def _of(monitors: str, reason: str) -> str:
+    """A reason behind the monitors that it stops, where it does not stop every one."""
+    from tierod.monitors.several import ALL
+
+    return reason if monitors == ALL else f"{monitors}: {reason}"
 
 
 def short(reason: str) -> str:

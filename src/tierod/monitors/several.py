@@ -96,6 +96,19 @@ def judge(
     return Judged(path, car.name, found, tuple(NotRun(name, reasons[name]) for name in names if name in reasons))
 
 
+def not_judged(path: Path, car: Vehicle, monitors: Sequence[str] | None, reason: str) -> Judged:
+    """What stands for a recording that no monitor could look at.
+
+    Args:
+        path: of the recording
+        car: as which it was to be judged
+        monitors: names; all of them where None
+        reason: why
+    """
+    names = tuple(MONITORS) if monitors is None else tuple(monitors)
+    return Judged(path, car.name, {}, tuple(NotRun(name, reason) for name in names))
+
+
 def source_of(
     path: Path, car: Vehicle, dbc: Any, channel_map: Any, start: float | None, stop: float | None
 ) -> Path | Recording:

@@ -9,7 +9,7 @@ from typing import Any
 
 from tierod.core.content import Table
 from tierod.core.findings import Diagnosis, Status, Trace
-from tierod.monitors.several import Judged
+from tierod.monitors.several import ALL, Judged
 from tierod.report.charts.decisions import decision_figure, looks_figure
 from tierod.report.charts.elements import state_figure
 from tierod.report.charts.figure import Figure, drawn_from
@@ -31,8 +31,9 @@ HEADER = ("recording", "monitor", "verdict", "why")
 
 
 def worst(judged: Sequence[Judged]) -> Status:
-    """The worst status of all: a fault before what could not be judged, that before healthy."""
+    """The worst status of all: a fault before what could not be judged, as a recording without a verdict."""
     found = [overall(each) for one in judged for each in one.diagnoses.values()]
+    found += [Status.NOT_AVAILABLE for one in judged if not one.diagnoses]
     return max(found, key=lambda status: _RANK[status.exit_code], default=Status.NOT_AVAILABLE)
 
 
@@ -46,14 +47,18 @@ def overview(judged: Sequence[Judged]) -> list[tuple[str, str, str, str]]:
 
 
 def not_run(judged: Sequence[Judged]) -> list[tuple[str, str, str]]:
-    """Rows of recordings, monitor and reason; recordings that lack the same are one row."""
-    reasons: dict[tuple[str, str], list[str]] = {}
+    """Rows of recordings, monitors and reason; recordings that lack the same are one row, and monitors as well."""
+    rows: dict[tuple[str, str], list[str]] = {}
     for one in judged:
+        monitors: dict[str, list[str]] = {}
         for monitor, reason in one.not_run:
-            reasons.setdefault((monitor, reason), []).append(one.path.name)
+            monitors.setdefault(reason, []).append(monitor)
+        for reason, alike in monitors.items():
+            whole = 1 < len(alike) == len(one.not_run) and not one.diagnoses
+            rows.setdefault((ALL if whole else ", ".join(alike), reason), []).append(one.path.name)
     return [
-        ("all" if len(names) == len(judged) else ", ".join(names), monitor, reason)
-        for (monitor, reason), names in reasons.items()
+        ("all" if len(names) == len(judged) else ", ".join(names), monitors, reason)
+        for (monitors, reason), names in rows.items()
     ]
 
 
@@ -97,14 +102,19 @@ def render(judged: Sequence[Judged], origin: Origin) -> str:
 def _head(judged: Sequence[Judged]) -> dict[str, Any]:
     """Worst verdict in text and looks, and of how many it is the worst."""
     found = [each for one in judged for each in one.diagnoses.values()]
+    missed = [one.path.name for one in judged if not one.diagnoses]
     decisive = next((each.findings[0] for each in found if each.findings and overall(each) is worst(judged)), None)
     if decisive is None:
         nothing = appearance(Status.NOT_AVAILABLE)
         looks = Looks(nothing.symbol, nothing.kind, str(Status.NOT_AVAILABLE))
-        return {"looks": looks, "title": "No monitor ran on these recordings.", "summary": (NOTHING_RAN,)}
+        if not found:
+            return {"looks": looks, "title": "No monitor ran on these recordings.", "summary": (NOTHING_RAN,)}
+        title = f"{len(missed)} of {len(judged)} recordings could not be judged: {', '.join(missed)}."
+        return {"looks": looks, "title": title, "summary": ("In the others no monitor declares a fault.",)}
     seen = shown_as(decisive)
-    over = f"{len(judged)} recordings" if len(judged) > 1 else "the recording"
-    summary = (f"The worst of {len(found)} verdicts on {over}.",) if len(found) > 1 else ()
+    over = f"{len(judged) - len(missed)} recordings" if len(judged) > 1 else "the recording"
+    summary = [f"The worst of {len(found)} verdicts on {over}."] if len(found) > 1 else []
+    summary += [f"Not judged: {', '.join(missed)}."] if missed else []
     looks = Looks(seen.symbol, seen.kind, decisive.shown_status)
     return {"looks": looks, "title": sentence(decisive.headline), "summary": summary}
 

@@ -1,11 +1,15 @@
 """Text tables of all makes: delimiters, decimal comma, units in titles and rows, vendor headers, damage."""
 
+import sys
+
 import numpy as np
 import pytest
 
 from tierod.core.errors import InputError
 from tierod.io.readers import csv_cells, read
+from tierod.io.readers.content import content_of
 from tierod.io.readers.csv import _past_midnight
+from tierod.io.readers.csv_layout import find_layout
 
 
 def written(tmp_path, text, name="drive.csv", encoding="utf-8"):
@@ -169,6 +173,20 @@ def test_only_the_column_with_the_bad_cell_is_read_as_text(tmp_path, monkeypatch
     assert found["count"].values.tolist() == list(range(3000))
     assert found["vehicle_speed"].values[-1] == 3009.0
     assert found["vehicle_speed"].note == ""
+
+
+def test_no_thread_of_the_library_holds_memory_of_python(tmp_path):
+    """It would free it as the process ends, and abort it."""
+    path = tmp_path / "drive.csv"
+    path.write_bytes(b"time,yaw_rate,steps\n" + b"1,2,3\n" * 2000 + b"1,2\n")
+    content = content_of(path, packed=False)
+    table = csv_cells.counted(content, find_layout(csv_cells.head_of(content)), b"\n")
+    (block,) = table.blocks()
+    held = sys.getrefcount(block)
+    for _ in range(400):
+        rows, _, _ = csv_cells.numbers(block, table, ["time", "yaw_rate", "steps"])
+        assert rows.broken == 1
+        assert sys.getrefcount(block) == held
 
 
 def test_without_names_the_counting_column_is_the_time(tmp_path):

@@ -166,9 +166,9 @@ def _rows(block: bytes, table: Table, names: Sequence[str], kind: pa.DataType) -
         return "skip"
 
     found = text.read_csv(
-        pa.BufferReader(_in_unicode(block)),
+        pa.BufferReader(_copied(_in_unicode(block))),
         read_options=text.ReadOptions(
-            column_names=[column.name for column in layout.columns], block_size=3 * len(block) + 1
+            column_names=[column.name for column in layout.columns], block_size=3 * len(block) + 1, use_threads=False
         ),
         parse_options=text.ParseOptions(
             delimiter=layout.delimiter,
@@ -185,6 +185,19 @@ def _rows(block: bytes, table: Table, names: Sequence[str], kind: pa.DataType) -
         ),
     )
     return Rows(found, len(broken))
+
+
+def _copied(block: bytes) -> pa.Buffer:
+    """The block in memory of Arrow: a thread of the library that frees Python's as the process ends aborts it.
+
+    For the same reason `skip` is called on this thread alone.
+    """
+    import pyarrow as pa
+
+    memory = pa.allocate_buffer(len(block))
+    with pa.FixedSizeBufferWriter(memory) as writer:
+        writer.write(block)
+    return memory
 
 
 def _in_unicode(block: bytes) -> bytes:

@@ -113,12 +113,26 @@ def _content(path: Path) -> Content:
                 return spooled(path, file)
             return content_of(path, file.read(2) == b"\x1f\x8b")
     except FileNotFoundError:
-        other = "; what comes through a pipe is named /dev/stdin" if str(path) == "-" else "; check the path"
-        raise InputError(f"there is no file {path}{other}") from None
+        raise _absent(path) from None
     except IsADirectoryError:
         raise InputError(f"{path} is a folder; give one recording in it") from None
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror or error}); check the rights") from None
+
+
+def require_there(path: Path) -> None:
+    """Raise the error of an absent file without opening one.
+
+    Raises:
+        InputError: there is none
+    """
+    if not os.path.exists(path):
+        raise _absent(path)
+
+
+def _absent(path: Path) -> InputError:
+    other = "what comes through a pipe is named /dev/stdin" if str(path) == "-" else "check the path"
+    return InputError(f"there is no file {path}; {other}")
 
 
 def _recognised(path: Path, head: bytes) -> Format:
