@@ -28,6 +28,7 @@ def test_an_estimate_is_never_called_healthy(status, confirmed, word):
     [
         ("", "none", ("late", "repair")),
         ("drift", "calibrate", ("late; drift", "repair; calibrate")),
+        ("", "none; store the level", ("late", "repair")),
     ],
 )
 def test_a_cause_before_another_keeps_no_empty_words(cause, action, joined):

@@ -121,10 +121,11 @@ class Finding:
             cause: that comes first
             action: that comes first
         """
+        nothing = self.action in ("", "none") or self.action.startswith("none;")
         return replace(
             self,
             cause=f"{cause}; {self.cause}" if self.cause else cause,
-            action=action if self.action in ("", "none") else f"{action}; {self.action}",
+            action=action if nothing else f"{action}; {self.action}",
         )
 
     def screen(self) -> Screen:

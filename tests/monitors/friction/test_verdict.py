@@ -56,7 +56,7 @@ def test_a_step_to_5_5_is_rising_within_25_s_enabled(seed):
     finding = MONITOR.finding(result, start_time=1000.0)
     assert finding.status is Status.RISING
     assert finding.since == pytest.approx(1000.0 + CHANGE, abs=60.0)
-    assert "baseline" in finding.cause
+    assert "learnt in this recording" in finding.cause
 
 
 @pytest.mark.parametrize(
@@ -284,18 +284,35 @@ def test_friction_above_the_rising_limit_but_within_the_margin_is_said_so():
 def test_a_verdict_by_the_ratio_says_so_and_draws_it():
     finding = judged(FrictionVerdict(LIMITS), estimates((160.0, 4.0), (30.0, 7.32)))[2]
     assert finding.status is Status.FAULT
-    assert "fault, 1.83 times its baseline of 4.00 N·m, fault from 1.6 times" in finding.headline
+    assert "fault, 1.83 times the 4.00 N·m learnt in this recording, fault from 1.6 times" in finding.headline
     assert "7.5" not in finding.headline
     assert "fault from 1.6 times (6.40 N·m)" in finding.cause
     assert finding.estimate.reference["fault"] == pytest.approx(6.4)
     assert finding.estimate.reference["rising"] == pytest.approx(4.8)
 
 
+def test_limits_by_the_ratio_are_said_to_be_multiples_of_the_level_and_of_which_one():
+    """1.2 times the level of a car with little friction is below the nominal friction of its class."""
+    finding = judged(FrictionVerdict(LIMITS), estimates((140.0, 3.0)))[2]
+    assert finding.status is Status.HEALTHY
+    learnt = "1.00 times the 3.00 N·m learnt in this recording"
+    assert f"{learnt}, rising from 1.2 times (3.60 N·m), fault from 1.6 times (4.80 N·m)" in finding.headline
+    assert finding.headline.endswith("; nominal 4 N·m.")
+    given = judged(FrictionVerdict(LIMITS, learnt_level=3.0), estimates((140.0, 3.0)))[2]
+    assert "1.00 times its baseline of 3.00 N·m, rising from" in given.headline
+
+
+def test_without_a_level_the_limits_are_those_of_the_vehicle_file():
+    finding = judged(FrictionVerdict(LIMITS), estimates((60.0, 4.0)))[2]
+    assert "healthy, nominal 4 N·m, rising from 5.2" in finding.headline
+    assert "times" not in finding.headline
+
+
 def test_an_absolute_fault_of_a_car_that_only_rose_by_the_ratio_names_the_absolute_limit():
     finding = judged(FrictionVerdict(FrictionLimits(4.0, 5.9, 6.0)), estimates((160.0, 5.0), (30.0, 6.8)))[2]
     assert finding.status is Status.FAULT
     assert "above the fault limit of 6 N·m, which acts from" in finding.headline
-    assert "1.36 times its baseline" in finding.headline
+    assert "1.36 times the 5.00 N·m learnt in this recording" in finding.headline
     assert "limit of the vehicle file" in finding.cause
     assert finding.since == pytest.approx(160.0, abs=0.1)
 
@@ -310,7 +327,11 @@ def test_rising_friction_close_to_a_fault_is_not_just_watched(friction, words):
 @pytest.mark.parametrize(
     ("verdict", "course", "words"),
     [
-        (FrictionVerdict(LIMITS), ((160.0, 4.0), (1.0, 5.4)), "1.35 times its baseline, rising from 1.2 times"),
+        (
+            FrictionVerdict(LIMITS),
+            ((160.0, 4.0), (1.0, 5.4)),
+            "1.35 times the 4.00 N·m learnt in this recording, rising from 1.2 times",
+        ),
         (FrictionVerdict(LIMITS), ((60.0, 4.0), (1.0, 5.5)), "5.50 N·m, rising from 5.2"),
     ],
 )

@@ -141,6 +141,20 @@ class Limit:
         return min(self.absolute_from, self.relative_from)
 
     @property
+    def by_ratio(self) -> bool:
+        """Whether that is a multiple of the baseline, which may be below the nominal friction of other cars."""
+        return self.relative_from < self.absolute_from
+
+    def acting(self, word: str) -> str:
+        """From where it acts, in words.
+
+        Args:
+            word: what begins there
+        """
+        at = f"{self.acts_from:.2f} N·m"
+        return f"{word} from {self.ratio:.4g} times ({at})" if self.by_ratio else f"{word} from {at}"
+
+    @property
     def in_margin(self) -> bool:
         """Whether friction is above the limit of the vehicle file, but not by more than the margin."""
         return self.absolute < self.friction <= self.absolute_from
@@ -185,11 +199,11 @@ def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
         parts = []
         if run.judged.implausible > 0.5:
             parts.append(f"implausible, below {run.verdict.tuning.smallest_friction:.2g} times nominal")
-        parts.append(
-            f"nominal {run.limits.nominal_friction:.4g}, rising from {limits.rising.acts_from:.2f}, fault "
-            f"from {limits.fault.acts_from:.2f} N·m"
-        )
-        parts += [ratio, *(_margins(run, limits, status) if status is Status.HEALTHY else [])]
+        acting = f"{limits.rising.acting('rising')}, {limits.fault.acting('fault')}"
+        nominal = f"nominal {run.limits.nominal_friction:.4g} N·m"
+        by_ratio = limits.rising.by_ratio or limits.fault.by_ratio
+        parts += [f"{ratio}, {acting}", nominal] if by_ratio else [f"{nominal}, {acting}", ratio]
+        parts += _margins(run, limits, status) if status is Status.HEALTHY else []
     return "; ".join(part for part in parts if part)
 
 
@@ -219,7 +233,13 @@ def explained(run: FrictionRun, limits: Limits, status: Status) -> tuple[str, st
 def _ratio(run: FrictionRun) -> str:
     if run.judged.known_level <= 0.0:
         return ""
-    return f"{run.judged.ratio:.2f} times its baseline of {run.judged.known_level:.2f} N·m"
+    return f"{run.judged.ratio:.2f} times {_level(run)}"
+
+
+def _level(run: FrictionRun) -> str:
+    """The level that friction is compared with: a baseline that was given, or what this very drive taught."""
+    level = f"{run.judged.known_level:.2f} N·m"
+    return f"the {level} learnt in this recording" if run.verdict.learnt_level is None else f"its baseline of {level}"
 
 
 def _fault_to_come(limits: Limits) -> str:
@@ -271,7 +291,7 @@ def _suspect(run: FrictionRun, limits: Limits) -> tuple[str, str]:
     if run.judged.pending > 0.5:
         own = run.friction > limits.rising.relative_from
         above = (
-            f"{run.judged.ratio:.2f} times its baseline, rising from {limits.rising.ratio:.4g} times"
+            f"{_ratio(run)}, rising from {limits.rising.ratio:.4g} times"
             if own
             else f"{run.friction:.2f} N·m, rising from {limits.rising.absolute_from:.2f}"
         )
@@ -291,6 +311,6 @@ def _alarm(run: FrictionRun, limit: Limit, status: Status) -> str:
             f"{limit.absolute:.4g} N·m, which acts from {limit.absolute_from:.2f}"
         )
     return (
-        f"friction rose above this car's baseline of {run.judged.known_level:.2f} N·m: {run.judged.ratio:.2f} "
-        f"times it, {status.value} from {limit.ratio:.4g} times ({limit.relative_from:.2f} N·m)"
+        f"friction rose above {_level(run)}: {run.judged.ratio:.2f} times it, {status.value} from {limit.ratio:.4g} "
+        f"times ({limit.relative_from:.2f} N·m)"
     )

@@ -40,6 +40,21 @@ def test_a_fault_of_another_sensor_for_a_car_within_the_spread_turns_the_verdict
     assert {each.name: each.status for each in said.elements}["yaw_rate"] is Status.SUSPECT
 
 
+def test_a_verdict_that_turns_is_not_called_healthy_but_for_the_car_of_the_file():
+    estimate = Estimate("friction", 4.5, 0.4, "N*m", {"rising": 5.2, "fault": 7.0})
+    finding = Finding("friction", Status.HEALTHY, "Friction 4.50 ± 0.40 N·m: healthy, rising from 5.20 N·m.",
+                      estimate=estimate, action="none; store the learnt level")  # fmt: skip
+    effect = ParameterEffect("track_width", 1.6, 0.1, "m", 0.4, "N*m", 1.0)
+    found = turn_by_estimate(finding, 0.2, [effect], CAR)
+    assert found is not None
+    said = turned(Conclusion(finding), found, CAR).finding
+    assert said.headline == (
+        "Friction 4.50 ± 0.40 N·m: not identifiable, rising from 5.20 N·m. But track_width decides: as the file gives "
+        "it this is healthy, within the spread this is rising."
+    )
+    assert "store" not in said.action
+
+
 @pytest.mark.parametrize("names", [("yaw_rate",), ("yaw_rate", "steering_wheel_angle")])
 def test_the_same_sensor_at_fault_for_every_car_does_not_turn(names):
     own = concluded(Status.FAULT, "yaw_rate")

@@ -144,10 +144,14 @@ def turned(conclusion: Conclusion, found: Turn, vehicle: Vehicle) -> Conclusion:
     other = _as_found(found, finding.confirmed is not None)
     cause = f"the verdict depends on parameters of the vehicle file: within their spread ({given}) it is {other}"
     action = f"measure {names} first, enter value and standard_deviation in the vehicle file, and judge anew"
+    status = Status.SUSPECT if alarm else Status.NOT_IDENTIFIABLE
+    headline = finding.headline.replace(f": {finding.status},", f": {status},", 1)
+    it = "it" if len(found.names) == 1 else "them"
+    as_given = f"as the file gives {it} this is {finding.status}, " if headline != finding.headline else ""
     finding = replace(
         finding.after(cause, action),
-        status=Status.SUSPECT if alarm else Status.NOT_IDENTIFIABLE,
-        headline=f"{finding.headline} But {names} {_decide(found.names)}: within the spread this is {other}.",
+        status=status,
+        headline=f"{headline} But {names} {_decide(found.names)}: {as_given}within the spread this is {other}.",
     )
     return replace(
         conclusion,
