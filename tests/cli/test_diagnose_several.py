@@ -139,7 +139,7 @@ def test_a_stretch_that_one_recording_lacks_takes_no_verdict_from_the_others(fol
     arguments = ["a.parquet", "short.parquet", "--vehicle", "car.toml", "--from", "70", "--no-report"]
     assert main(["diagnose", *arguments]) == 2
     printed = " ".join(capsys.readouterr().out.split())
-    assert "short.parquet all short.parquet holds nothing between 70 and inf s" in printed
+    assert "short.parquet all short.parquet holds nothing from 70 s on" in printed
     assert "a.parquet sideslip" in printed
 
 

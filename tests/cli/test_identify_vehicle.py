@@ -2,18 +2,22 @@
 
 import json
 import re
+import struct
 import tomllib
 from pathlib import Path
 
 import pytest
 
 from report_pages import Page
+from shared_data import shared_data
 from tierod.cli import main
 from tierod.cli.identify import _next
+from tierod.core.errors import InputError
 from tierod.io.writers import write
 from tierod.proving_ground.courses.natural import City, Country
 from tierod.proving_ground.drives import CHANNELS, drive
 from tierod.proving_ground.sensors import SensorSet
+from tierod.report.identification.vehicle import VEHICLE
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
 
@@ -81,9 +85,10 @@ def test_the_terminal_says_what_stays_and_why(folder, capsys):
 
 def test_the_next_command_judges_the_drives_with_the_written_file():
     drives = [Path("a drive.csv"), Path("b.csv")]
-    assert _next(drives, Path("car.toml"), None) == "go on with: tierod diagnose 'a drive.csv' b.csv --vehicle car.toml"
-    assert _next(drives, Path("car.toml"), Path("m.toml")).endswith("--map m.toml")
-    assert "--output" in _next(drives, None, None)
+    assert _next(drives, Path("car.toml")) == "go on with: tierod diagnose 'a drive.csv' b.csv --vehicle car.toml"
+    read_so = {"start": 10.0, "dbc": [Path("a.dbc")], "channel_map": Path("m.toml")}
+    assert _next(drives, Path("car.toml"), **read_so).endswith("--from 10.0 --dbc a.dbc --map m.toml")
+    assert "--output" in _next(drives, None)
 
 
 def test_a_contradiction_leaves_the_file_as_it_was(folder, capsys):
@@ -98,3 +103,68 @@ def test_a_contradiction_leaves_the_file_as_it_was(folder, capsys):
 def test_a_shipped_file_is_not_written_over(folder, capsys):
     assert identify(folder, "--vehicle", "midsize-eps", "-o", str(SHIPPED / "midsize-eps.toml")) == 3
     assert "give --output" in capsys.readouterr().err
+
+
+DBC = """VERSION ""
+NS_ :
+BS_:
+BU_: CAR
+BO_ 36 MOTION: 8 CAR
+ SG_ YawRate : 0|16@1- (0.01,0) [0|0] "deg/s" CAR
+ SG_ Speed : 16|16@1- (0.01,0) [0|0] "km/h" CAR
+"""
+MAP = """[signals.yaw_rate]
+source = "MOTION.YawRate"
+[signals.vehicle_speed]
+source = "MOTION.Speed"
+"""
+
+
+@pytest.fixture
+def bus(tmp_path, monkeypatch):
+    """A CAN log of a minute, its database, and a vehicle file that names that and a channel map."""
+    monkeypatch.chdir(tmp_path)
+    frames = (struct.pack("<hhi", k % 100, 3600, 0).hex().upper() for k in range(600))
+    lines = [f"({0.1 * k + 1e9:.6f}) can0 024#{frame}\n" for k, frame in enumerate(frames)]
+    for name, text in (("can.log", "".join(lines)), ("car.dbc", DBC), ("car.channels.toml", MAP)):
+        Path(name).write_text(text, encoding="utf-8")
+    named = '[channels]\nmap = "car.channels.toml"\ndbc = "car.dbc"\n'
+    Path("car.toml").write_text(f"{guessed()}\n{named}", encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def looked_at(monkeypatch):
+    """Recordings that an identification would look at."""
+    seen = {}
+
+    def refuse(car, recordings, *_):
+        seen.update(recordings)
+        raise InputError("seen")
+
+    monkeypatch.setattr("tierod.report.identification.subject_of", lambda name: VEHICLE._replace(identify=refuse))
+    return seen
+
+
+def test_recordings_are_read_as_a_diagnosis_reads_them(bus, looked_at, capsys):
+    assert main(["identify", "vehicle", "can.log", "--vehicle", "car.toml"]) == 3
+    assert "seen" in capsys.readouterr().err
+    speed = looked_at["can.log"]["vehicle_speed"]
+    assert speed.values == pytest.approx(10.0)
+    assert len(speed.values) == 600
+    # Another vehicle names neither database nor map.
+    other = ["--vehicle", "midsize-eps", "--dbc", "car.dbc", "--map", "car.channels.toml"]
+    assert main(["identify", "vehicle", "can.log", *other, "--from", "10", "--to", "20"]) == 3
+    first, last = looked_at["can.log"].span
+    assert 10.0 <= first <= last <= 20.0
+
+
+def test_a_stretch_outside_the_recording_is_refused(bus, capsys):
+    assert main(["identify", "vehicle", "can.log", "--vehicle", "car.toml", "--from", "100"]) == 3
+    assert "can.log holds nothing from 100 s on" in capsys.readouterr().err
+
+
+def test_a_real_bus_log_is_read_by_the_database_that_the_vehicle_file_names(capsys):
+    log = str(shared_data("rav4_highway_minute", "can.log"))
+    assert main(["identify", "vehicle", log, "--vehicle", "rav4", "--free", "front_cornering_stiffness"]) in (0, 2)
+    assert "can.log" in capsys.readouterr().out

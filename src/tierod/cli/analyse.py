@@ -57,6 +57,7 @@ def _read(path: Path | None, dbc: list[Path] | None, channel_map: Path | None, c
         return None
     from tierod.io.derive import complete
     from tierod.io.readers import read
+    from tierod.vehicles.reading import read_by
 
-    databases = dbc or ([car.database] if car.database else None)
-    return complete(read(path, dbc=databases, channel_map=channel_map or car.channel_map))
+    databases, used = read_by(car, dbc, channel_map)
+    return complete(read(path, dbc=databases, channel_map=used))

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tierod.cli.diagnose import ChannelMap, Databases, StretchStop
+
 if TYPE_CHECKING:
     from tierod.report.identification import Identification
     from tierod.report.identification.subject import Subject
     from tierod.vehicles import Vehicle
+
+
+StretchStart = Annotated[
+    float | None,
+    typer.Option("--from", help="Begin of the stretch of every recording that is used, in its own time [s]."),
+]
 
 
 def identify(
@@ -29,9 +38,10 @@ def identify(
     ] = None,
     in_place: Annotated[bool, typer.Option("--in-place", help="Write into the vehicle file that was given.")] = False,
     report: Annotated[Path | None, typer.Option(help="HTML page to write; none where not given.")] = None,
-    channel_map: Annotated[
-        Path | None, typer.Option("--map", help="TOML file: source name, unit, sign and offset of each signal.")
-    ] = None,
+    start: StretchStart = None,
+    stop: StretchStop = None,
+    dbc: Databases = None,
+    channel_map: ChannelMap = None,
     false_alarms: Annotated[
         str | None, typer.Option(help='Of thresholds: false alarms that one can bear, "1 per 1000 h" where not given.')
     ] = None,
@@ -49,9 +59,12 @@ def identify(
     # The file of a car is what its drives add to: the same name in both options says so.
     in_place, output = _same_file(subject, car, output, in_place)
     target = _target(car, output, in_place)
-    _require_places(car, recordings, channel_map, target, in_place, report)
+    _require_places(car, [*recordings, *(dbc or []), channel_map], target, in_place, report)
     with progress(f"identifying the {subject} of {car.name}") as advance:
-        found = run(subject, recordings, car, _names(free), channel_map=channel_map, hours=hours, progress=advance)
+        found = run(
+            subject, recordings, car, _names(free), dbc=dbc, channel_map=channel_map, start=start, stop=stop,
+            hours=hours, progress=advance,
+        )  # fmt: skip
     if report is not None:
         found.write_html(report, origin())
     if target is not None and found.doubt:
@@ -68,16 +81,24 @@ def identify(
         if path is not None:
             messages().print(f"{what}: {path}", soft_wrap=True, markup=False)
     if subject == "vehicle" and not found.doubt:
-        messages().print(_next(recordings, target, channel_map), soft_wrap=True, markup=False)
+        messages().print(_next(recordings, target, start, stop, dbc, channel_map), soft_wrap=True, markup=False)
     return NOT_JUDGED if found.doubt else HEALTHY
 
 
-def _next(recordings: list[Path], written: Path | None, channel_map: Path | None) -> str:
-    """The command that follows, or what this one lacked."""
+def _next(
+    recordings: list[Path],
+    written: Path | None,
+    start: float | None = None,
+    stop: float | None = None,
+    dbc: list[Path] | None = None,
+    channel_map: Path | None = None,
+) -> str:
+    """The command that follows, with the same options of reading, or what this one lacked."""
     if written is None:
         return "nothing is written: say where with --output car.toml"
     words = ["tierod", "diagnose", *map(str, recordings), "--vehicle", str(written)]
-    words += [] if channel_map is None else ["--map", str(channel_map)]
+    reading = [("--from", start), ("--to", stop), *(("--dbc", each) for each in dbc or []), ("--map", channel_map)]
+    words += [str(word) for option in reading if option[1] is not None for word in option]
     return f"go on with: {shlex.join(words)}"
 
 
@@ -120,8 +141,7 @@ def _target(car: Vehicle, output: Path | None, in_place: bool) -> Path | None:
 
 def _require_places(
     car: Vehicle,
-    recordings: list[Path],
-    channel_map: Path | None,
+    given: Sequence[Path | None],
     target: Path | None,
     in_place: bool,
     report: Path | None,
@@ -130,7 +150,6 @@ def _require_places(
     from tierod.cli.terminal import refuse_to_overwrite
     from tierod.core.files import require_folder
 
-    given = [*recordings, channel_map]
     refuse_to_overwrite(report, [*given, car.path, target], "page", "--report")
     if not in_place:
         refuse_to_overwrite(target, [car.path], "vehicle file", "--output, or say --in-place")

@@ -23,6 +23,7 @@ from tierod.monitors.harness.session import Monitor
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import Vehicle, load
 from tierod.vehicles.classes import typical
+from tierod.vehicles.reading import read_by
 
 
 @dataclass(frozen=True)
@@ -118,8 +119,8 @@ def inspect(
     if isinstance(source, Recording):
         whole = source
     else:
-        databases = dbc or ([car.database] if car and car.database else None)
-        whole = read(source, dbc=databases, channel_map=channel_map or (car.channel_map if car else None))
+        databases, used = read_by(car, dbc, channel_map)
+        whole = read(source, dbc=databases, channel_map=used)
     progress(1.0)
     car = car or _named_in(whole)
     monitors = tuple(Readiness(each, _reasons(each, car, whole)) for each in MONITORS.values())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +15,7 @@ from tierod.monitors.harness.pieces import joined, pieces_of, share_read
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.together import Chosen, Together
 from tierod.vehicles import Vehicle
+from tierod.vehicles.reading import read_by
 
 ALL = "all"
 """Name that stands for every monitor that can run."""
@@ -110,9 +111,19 @@ def not_judged(path: Path, car: Vehicle, monitors: Sequence[str] | None, reason:
 
 
 def source_of(
-    path: Path, car: Vehicle, dbc: Any, channel_map: Any, start: float | None, stop: float | None
+    path: Path,
+    car: Vehicle,
+    dbc: Any,
+    channel_map: Any,
+    start: float | None,
+    stop: float | None,
+    names: Iterable[str] | None = None,
 ) -> Path | Recording:
     """The path itself, or the stretch of the recording where one is given.
+
+    Args:
+        path, car, dbc, channel_map, start, stop: as of `judge`
+        names: of the signals wanted; all where not given
 
     Raises:
         InputError: nothing is recorded there
@@ -123,7 +134,7 @@ def source_of(
     if not first < last:
         raise InputError(f"a stretch from {first:g} to {last:g} s is empty; give --from before --to")
     whole, seen = None, (float("inf"), float("-inf"))
-    for piece in _pieces(path, car, dbc, channel_map, LOOK):
+    for piece in _pieces(path, car, dbc, channel_map, LOOK, names):
         seen = (min(seen[0], piece.span[0]), max(seen[1], piece.span[1]))
         part = piece.slice(first, last)
         if any(len(channel.time) for channel in part.channels.values()):
@@ -131,9 +142,9 @@ def source_of(
         if piece.span[0] >= last:
             break
     if whole is None:
-        raise InputError(
-            f"{path} holds nothing between {first:g} and {last:g} s; it goes from {seen[0]:.6g} to {seen[1]:.6g} s"
-        )
+        where = f"from {first:g} s on" if stop is None else f"between {first:g} and {last:g} s"
+        where = f"before {last:g} s" if start is None else where
+        raise InputError(f"{path} holds nothing {where}; it goes from {seen[0]:.6g} to {seen[1]:.6g} s")
     return whole
 
 
@@ -158,12 +169,10 @@ def able(path: Path, car: Vehicle, dbc: Any, channel_map: Any) -> tuple[str, ...
     return tuple(each.name for each in usual if taken(each, refusals(each, car, piece)))
 
 
-def _pieces(path: Path, car: Vehicle, dbc: Any, channel_map: Any, seconds: float) -> Any:
+def _pieces(
+    path: Path, car: Vehicle, dbc: Any, channel_map: Any, seconds: float, names: Iterable[str] | None = None
+) -> Iterator[Recording]:
     from tierod.io.readers import open_chunks
 
-    return open_chunks(
-        path,
-        seconds=seconds,
-        dbc=car.database if dbc is None else dbc,
-        channel_map=car.channel_map if channel_map is None else channel_map,
-    )
+    databases, used = read_by(car, dbc, channel_map)
+    return open_chunks(path, seconds=seconds, names=names, dbc=databases, channel_map=used)

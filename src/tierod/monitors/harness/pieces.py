@@ -13,6 +13,7 @@ from tierod.core.errors import InputError
 from tierod.core.recording import Aligned, Recording
 from tierod.io.readers import SHARE_READ
 from tierod.vehicles import Vehicle
+from tierod.vehicles.reading import read_by
 
 CHUNK = 120.0
 """Seconds of recording in memory at a time: what a monitor gives over ten minutes takes 120 MB more."""
@@ -44,13 +45,8 @@ def pieces_of(
         return
     from tierod.io.readers import open_chunks
 
-    yield from open_chunks(
-        source,
-        seconds=CHUNK,
-        names=needs,
-        dbc=vehicle.database if dbc is None else dbc,
-        channel_map=vehicle.channel_map if channel_map is None else channel_map,
-    )
+    databases, used = read_by(vehicle, dbc, channel_map)
+    yield from open_chunks(source, seconds=CHUNK, names=needs, dbc=databases, channel_map=used)
 
 
 def refuse_leap(last: float, following: float) -> None:

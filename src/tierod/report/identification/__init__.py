@@ -6,6 +6,7 @@ import hashlib
 import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,14 @@ from tierod.core.files import holding, write_text
 from tierod.core.recording import Recording
 from tierod.core.user_files import read_text
 from tierod.io.readers import ChannelMap, read
+from tierod.io.readers.opening import Paths
 from tierod.methods.identification.experiment import Found
+from tierod.monitors.several import source_of
 from tierod.report.analysis.analysis import Analysis, render_analysis
 from tierod.report.html import Origin
 from tierod.report.identification.subject import Subject
 from tierod.vehicles import QUANTITIES, Vehicle, load
+from tierod.vehicles.reading import read_by
 from tierod.vehicles.writer import Change, changed, with_thresholds
 
 SUBJECTS = {
@@ -162,7 +166,10 @@ def identify(
     vehicle: Vehicle | str | Path,
     free: Sequence[str] = (),
     *,
+    dbc: Paths = None,
     channel_map: str | Path | ChannelMap | None = None,
+    start: float | None = None,
+    stop: float | None = None,
     hours: float | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Identification:
@@ -173,7 +180,9 @@ def identify(
         recordings: paths, or recordings by name; one experiment each or more
         vehicle: where the search starts: a parameter set, its name, or the path of its file
         free: names of the parameters to find; the usual ones of the subject where not given
+        dbc: path(s) of CAN databases; the vehicle's own where not given
         channel_map: path of a channel map; the vehicle's own where not given
+        start, stop: of the stretch of every file that is looked at [s]; all of it where not given
         hours: of thresholds: wanted mean time between false alarms [h]; 1000 where not given
         progress: called with the share done, 0 to 1
 
@@ -190,23 +199,40 @@ def identify(
         known = dict(recordings)
     else:
         files = tuple(map(Path, recordings))
-        known = _read(files, channel_map or car.channel_map, wanted.signals())
+        _refuse_twice(files)
+        read_one = partial(_read, car, dbc, channel_map, start, stop, wanted.signals())
+        known = {_name(path, files): read_one(path) for path in files}
     rate = {} if hours is None else {"hours": hours}
     result = wanted.identify(car, known, tuple(free), progress, **rate)
     return Identification(wanted, car, result, known, files)
 
 
-def _read(
-    paths: Sequence[Path], channel_map: str | Path | ChannelMap | None, signals: tuple[str, ...] | None
-) -> dict[str, Recording]:
-    """Recordings by a name of their own, with the signals that are looked at, all where None."""
-    found: dict[str, Recording] = {}
+def _refuse_twice(paths: Sequence[Path]) -> None:
     for path in paths:
         if any(path.resolve() == other.resolve() for other in paths if other is not path):
             raise InputError(f"{path} is given twice; every experiment counts once")
-        name = path.name if [each.name for each in paths].count(path.name) == 1 else str(path)
-        found[name] = read(path, channel_map=channel_map, names=signals)
-    return found
+
+
+def _name(path: Path, paths: Sequence[Path]) -> str:
+    """A name of its own for one of several files."""
+    return path.name if [each.name for each in paths].count(path.name) == 1 else str(path)
+
+
+def _read(
+    car: Vehicle,
+    dbc: Paths,
+    channel_map: str | Path | ChannelMap | None,
+    start: float | None,
+    stop: float | None,
+    signals: tuple[str, ...] | None,
+    path: Path,
+) -> Recording:
+    """A recording as a diagnosis reads it, with the signals that are looked at, all where None."""
+    source = source_of(path, car, dbc, channel_map, start, stop, signals)
+    if isinstance(source, Recording):
+        return source
+    databases, used = read_by(car, dbc, channel_map)
+    return read(source, dbc=databases, channel_map=used, names=signals)
 
 
 def _source(path: Path) -> str:
