@@ -5,12 +5,14 @@ import json
 from pathlib import Path
 
 import jsonschema
+import numpy as np
 import pytest
 
 import tierod.report
 from tierod.cli import main
 from tierod.cli.terminal import origin
 from tierod.core.findings import Finding, Status
+from tierod.core.signals import SIGNALS
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose as run
 from tierod.monitors.several import Judged, NotRun
@@ -155,6 +157,23 @@ def test_a_recording_without_a_verdict_is_no_excuse_for_a_fault(folder):
     page = several.render(found, origin())
     assert "The worst of" not in page
     assert "Not judged: b.parquet." in page
+
+
+def test_a_column_that_one_recording_lacks_stops_only_what_needs_it(folder, capsys):
+    time = np.arange(6000) / 100.0
+    names = ("driver_torque", "vehicle_speed", "yaw_rate", "steering_wheel_angle")
+    table = ",".join(("time [s]", *(f"c_{name}" for name in names[1:])))
+    columns = (time, 15.0 + np.cos(time), 0.1 * np.sin(time), 0.5 * np.sin(time))
+    np.savetxt(folder / "part.csv", np.column_stack(columns), delimiter=",", header=table, comments="", fmt="%.5f")
+    entries = "".join(f'[signals.{name}]\nsource = "c_{name}"\nunit = "{SIGNALS[name].unit}"\n' for name in names)
+    (folder / "part.channels.toml").write_text(entries, encoding="utf-8")
+    asked = ["diagnose", "part.csv", "--vehicle", "car.toml", "--map", "part.channels.toml", "--no-report"]
+    assert main([*asked, "--monitor", "sideslip"]) in (0, 2)
+    assert "sideslip, combined" in capsys.readouterr().out
+    assert main([*asked, "--monitor", "driver-torque"]) == 3
+    refused = capsys.readouterr().err
+    assert "names 'c_driver_torque' for driver_torque, which is no column of the file" in refused
+    assert "did you mean" not in refused
 
 
 def test_a_monitor_that_cannot_run_names_the_one_that_can(capsys):

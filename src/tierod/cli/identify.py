@@ -168,5 +168,6 @@ def _show(found: Identification) -> None:
         cells = [[row[k] for k in kept] for row in table.rows]
         console.print(rows([table.header[k] for k in kept], cells, range(1, len(kept) - ("unit" in table.header))))
         console.print("")
-    for line in (*subject.lines(found.result), *(f"To know: {remark}" for remark in found.remarks)):
+    warnings = [f"{name}: {text}" for name, each in found.recordings.items() for text in each.warnings]
+    for line in (*subject.lines(found.result), *(f"To know: {remark}" for remark in (*found.remarks, *warnings))):
         console.print(line, markup=False, soft_wrap=True)

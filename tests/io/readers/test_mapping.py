@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import InputError
-from tierod.io.readers import load_channel_map, parse_channel_map, read
+from tierod.io.readers import LACKING, load_channel_map, parse_channel_map, read
+from tierod.io.writers import write
 
 TABLE = "time,T_hand,SWA,speed [km/h],ay [g],b_raw,foo [bananas]\n" + "".join(
     f"{0.01 * k:.2f},{k},{k % 7},36,1,{2 * k},{k}\n" for k in range(50)
@@ -125,6 +126,48 @@ def test_no_map(tmp_path):
 def test_an_optional_source_may_be_absent(drive, tmp_path):
     text = '[signals.motor_torque]\nsource = "absent"\nunit = "N*m"\noptional = true\n'
     assert "motor_torque" not in read(drive, channel_map=mapped(tmp_path, text))
+
+
+BOTH = (
+    '[signals.driver_torque]\nsource = "T_hnd"\nunit = "N*m"\n'
+    '[signals.steering_wheel_angle]\nsource = "SWA"\nunit = "deg"\n'
+)
+
+
+def test_a_source_that_the_file_lacks_leaves_the_others(drive, tmp_path):
+    found = read(drive, channel_map=mapped(tmp_path, BOTH))
+    assert "driver_torque" not in found
+    assert "steering_wheel_angle" in found
+    (warning,) = [each for each in found.warnings if "driver_torque" in each]
+    assert "car.toml names 'T_hnd' for driver_torque, which is no column of the file; did you mean 'T_hand'?" in warning
+    assert "optional = true below [signals.driver_torque]" in warning
+    optional = mapped(tmp_path, BOTH.replace('"T_hnd"', '"T_hnd"\noptional = true'))
+    assert not any("driver_torque" in each for each in read(drive, channel_map=optional).warnings)
+    unasked = read(drive, channel_map=mapped(tmp_path, BOTH), names=["steering_wheel_angle"])
+    assert not any("driver_torque" in each for each in unasked.warnings)
+
+
+def test_no_column_is_proposed_that_the_map_uses_already(drive, tmp_path):
+    text = BOTH + '[signals.motor_torque]\nsource = "T_hand"\nunit = "N*m"\n'
+    (warning,) = [each for each in read(drive, channel_map=mapped(tmp_path, text)).warnings if "T_hnd" in each]
+    assert "T_hand" not in warning
+
+
+def test_a_sum_that_lacks_a_source_is_left_out(drive, tmp_path):
+    text = BOTH.replace('"T_hnd"', '["T_hand", "absent"]')
+    found = read(drive, channel_map=mapped(tmp_path, text))
+    assert "driver_torque" not in found
+    assert any("names 'absent' for driver_torque" in each for each in found.warnings)
+
+
+def test_where_all_that_is_asked_for_is_lacking_the_column_is_named(drive, tmp_path):
+    with pytest.raises(InputError, match=r"drive.csv: .*names 'T_hnd' for driver_torque"):
+        read(drive, channel_map=mapped(tmp_path, BOTH), names=["driver_torque"])
+
+
+def test_a_written_recording_lacks_nothing_of_a_map(drive, tmp_path):
+    write(read(drive, channel_map=mapped(tmp_path, BOTH)), tmp_path / "again.parquet")
+    assert LACKING not in read(tmp_path / "again.parquet").metadata
 
 
 def test_a_source_is_found_without_regard_to_case_and_punctuation(drive):

@@ -8,7 +8,7 @@ import pytest
 from exact_vehicle import diagnose
 from tierod.cli import main
 from tierod.core.errors import TierodError
-from tierod.io.readers import read
+from tierod.io.readers import LACKING, read
 from tierod.monitors.harness.acceptance import refusals, taken
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
@@ -84,6 +84,16 @@ def test_inspection_refuses_what_a_diagnosis_refuses(recorded, name, change):
             refused = refusal_of(whole, car, monitor.name, variant)
             known = reason if reason != "the recording has none of its signals" else refused
             assert bool(known) == bool(refused), f"{monitor.name}, {variant}: '{reason}' but '{refused}'"
+
+
+def test_a_monitor_names_the_column_that_the_map_gives_for_its_signal_in_vain(recorded):
+    whole = recorded("drive")
+    rest = {name: each for name, each in whole.channels.items() if name != "motor_torque"}
+    absent = {LACKING: {"motor_torque": "car.toml names 'Tm' for motor_torque, which is no column of the file."}}
+    part = replace(whole, channels=rest, metadata={**whole.metadata, **absent})
+    reasons = refusals(MONITORS["friction"], load("midsize-eps"), part)
+    assert "which the recording does not have: car.toml names 'Tm' for motor_torque" in reasons["pre-sliding"]
+    assert not refusals(MONITORS["sideslip"], load("midsize-eps"), part)["combined"]
 
 
 def refusal_of(*asked):

@@ -6,7 +6,7 @@ sign = -1                     # 1 where not given
 factor = 1.0
 offset = 0.0
 unit = "deg"                  # of all that; what the file says where not given; "count" stays a raw count
-optional = false              # true: no error where the file lacks the source
+optional = false              # true: no warning where the file lacks the source
 note = "why"
 
 [time]                        # of a table (CSV, Parquet, MATLAB); left out, the column that is called so

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from tierod.core.errors import InputError, nearest
 from tierod.core.signals import SIGNALS, Signal, match, plain
@@ -47,11 +47,13 @@ class Plan:
         picks: the channels to be made
         warnings: what was guessed
         channel_map: the path of the map that decided; "" where none did
+        lacking: by signal, which column the map names for it that the file lacks, as a sentence
     """
 
     picks: tuple[Pick, ...]
     warnings: tuple[str, ...] = ()
     channel_map: str = ""
+    lacking: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -74,7 +76,7 @@ def plan(
         silent: columns that are known, and of which the file has no value
 
     Raises:
-        InputError: a wanted name or a source that is not known, or a wanted unit that cannot be read
+        InputError: a wanted name or unit that is not known, or a file without any column of the map
     """
     by_name = {column.name: column for column in columns}
     wanted = None if names is None else _wanted(tuple(names), by_name)
@@ -83,14 +85,19 @@ def plan(
         warnings.append(f"{channel_map.path} names no column of this file, whose signals have their names already")
         channel_map = None
     entries = channel_map.entries if channel_map else {}
+    lacking = _lacking(channel_map, by_name, silent, wanted) if channel_map else {}
     taken: set[str] = set()
     for name, entry in entries.items():
+        if name in lacking:
+            if wanted is None or name in wanted:
+                warnings.append(_left_out(name, lacking[name]))
+            continue
         unheard = [source for source in entry.source if source in silent and _find(source, by_name) is None]
         if unheard:
             if not entry.optional and (wanted is None or name in wanted):
                 warnings.append(f"{name} is not in the recording: {', '.join(unheard)} never came on the bus")
             continue
-        pick = _mapped(name, entry, by_name, channel_map, wanted is None or name in wanted)
+        pick = _mapped(name, entry, by_name, channel_map)
         if pick is not None:
             taken.update(pick.columns)
             if wanted is None or name in wanted:
@@ -106,7 +113,41 @@ def plan(
             if column.name not in taken or raw:
                 picks.append(pick)
             warnings.append(warning)
-    return Plan(tuple(picks), tuple(filter(None, warnings)), channel_map.path if channel_map else "")
+    used = channel_map.path if channel_map else ""
+    return Plan(tuple(picks), tuple(filter(None, warnings)), used, lacking)
+
+
+def _lacking(
+    channel_map: ChannelMap, columns: dict[str, Column], silent: Sequence[str], wanted: set[str] | None
+) -> dict[str, str]:
+    """By signal, the column that a map requires for it and the file lacks.
+
+    Raises:
+        InputError: the file has no column that the map names, and one of its signals is wanted
+    """
+    there = {source: _find(source, columns) for entry in channel_map.entries.values() for source in entry.source}
+    found = {column.name for column in there.values() if column is not None}
+    fits = bool(found) or any(source in silent for source in there)
+    free = [name for name in columns if name not in found]
+    lacking = {}
+    for name, entry in channel_map.entries.items():
+        absent = [source for source in entry.source if there[source] is None and source not in silent]
+        if not absent or entry.optional:
+            continue
+        near = nearest(absent[0], free) if free else "."
+        if not fits and (wanted is None or name in wanted):
+            where = f"{channel_map.path}: [signals.{name}]"
+            raise InputError(f"{where} source '{absent[0]}' is not in the file{near}")
+        lacking[name] = f"{channel_map.path} names '{absent[0]}' for {name}, which is no column of the file{near}"
+    return lacking
+
+
+def _left_out(name: str, why: str) -> str:
+    """A warning of a signal whose column is absent."""
+    return (
+        f"{name} is left out: {why} Correct the map, or write optional = true below [signals.{name}] where recordings "
+        "may lack it"
+    )
 
 
 def _fits(channel_map: ChannelMap, columns: dict[str, Column]) -> bool:
@@ -126,17 +167,13 @@ def _wanted(names: tuple[str, ...], columns: dict[str, Column]) -> set[str]:
     return set(ingredients(names))
 
 
-def _mapped(
-    name: str, entry: Entry, columns: dict[str, Column], origin: ChannelMap | None, needed: bool
-) -> Pick | None:
+def _mapped(name: str, entry: Entry, columns: dict[str, Column], origin: ChannelMap | None) -> Pick | None:
     where = f"{origin.path if origin else 'the channel map'}: [signals.{name}]"
     sources = []
     for source in entry.source:
         found = _find(source, columns)
         if found is None:
-            if entry.optional or not needed:
-                return None
-            raise InputError(f"{where} source '{source}' is not in the file{nearest(source, columns)}")
+            return None
         sources.append(found)
     units = dict.fromkeys(source.unit or split_suffix(source.name)[1] for source in sources)
     if entry.unit is None and len(units) > 1:

@@ -13,7 +13,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
 from tierod.core.timestamps import CALENDAR
-from tierod.io.derive import RECIPES, complete
+from tierod.io.derive import RECIPES, complete, ingredients
 from tierod.io.readers.channel_map import ChannelMap, load_channel_map, load_maps_beside
 from tierod.io.readers.chunks import slices
 from tierod.io.readers.limits import Allowance
@@ -24,6 +24,10 @@ from tierod.io.readers.source import Source
 
 SHARE_READ = "share_read"
 """Metadata of a slice: how much of the file had been read when it was given out, 0 to 1."""
+
+
+LACKING = "lacking_columns"
+"""Metadata of a recording: by signal, which column its channel map names that the file lacks, as a sentence."""
 
 
 def open_chunks(
@@ -87,6 +91,8 @@ def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, na
     except InputError as error:
         # The map or a name is at fault; of several recordings the user must know which one it does not fit.
         raise InputError(f"{path}: {error}") from None
+    if not made.picks and (absent := [made.lacking[name] for name in ingredients(names or ()) if name in made.lacking]):
+        raise InputError(f"{path}: {absent[0]} Correct the channel map")
     if not made.picks and source.silent:
         raise InputError(
             f"{path}: no message with a wanted signal came on the bus ({', '.join(source.silent[:4])}, ...); record "
@@ -139,7 +145,9 @@ class Reading:
             raise InputError(f"{self.path} holds no samples of the wanted channels; check that the file is whole")
 
     def _recording(self, channels: list[Channel], share: float) -> Recording:
-        mapped = {"channel_map": self.plan.channel_map} if self.plan.channel_map else {}
+        mapped: dict[str, object] = {"channel_map": self.plan.channel_map} if self.plan.channel_map else {}
+        if self.plan.lacking:
+            mapped[LACKING] = dict(self.plan.lacking)
         origin = self.source.origin or self._origin
         metadata = {**self.source.metadata, **mapped, "path": str(self.path), "origin": origin, SHARE_READ: share}
         recording = Recording({channel.name: channel for channel in channels}, metadata)

@@ -15,6 +15,9 @@ from tierod.core.recording import Channel, Recording
 from tierod.io.layout import plain
 from tierod.io.readers.content import Kept
 
+_OF_READING = ("origin", "format", "share_read", "lacking_columns")
+"""Metadata of a recording that the next reader finds anew."""
+
 ROWS = 1 << 15
 """Rows that a writer takes at a time."""
 
@@ -158,7 +161,7 @@ class Spool:
     def description(self, found: tuple[SpooledGroup, ...]) -> dict[str, Any]:
         """Description beside the numbers: layout version, clocks, unit, source and note per channel, metadata."""
         origin = self.metadata.get("origin", 0.0)
-        metadata = {key: value for key, value in self.metadata.items() if key not in ("origin", "format", "share_read")}
+        metadata = {key: value for key, value in self.metadata.items() if key not in _OF_READING}
         return {
             "layout": 1,
             "origin": float(origin) if isinstance(origin, int | float) else 0.0,

@@ -10,6 +10,7 @@ from tierod.core.shown import written
 from tierod.core.signals import SIGNALS
 from tierod.core.units import COUNT
 from tierod.io.derive import RECIPES, complete, ingredients
+from tierod.io.readers import LACKING
 from tierod.monitors.harness.named_vehicle import made_with
 from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
 from tierod.monitors.harness.session import Monitor, Variant, opened
@@ -37,10 +38,13 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recordin
                 f"the monitor '{monitor.name}' needs {', '.join(missing)}, which the recording does not have; it was "
                 f"made with the vehicle '{other}', not with '{vehicle.name}': judge it with --vehicle {other}"
             )
+        needed = f"the monitor '{monitor.name}' needs {', '.join(map(_with_ingredients, missing))}, which the recording"
+        instead = _in_their_place(monitor, missing)
+        if absent := _named_in_vain(missing, piece):
+            raise InputError(f"{needed} does not have: {absent} {instead}Correct the channel map, or record it")
         raise InputError(
-            f"the monitor '{monitor.name}' needs {', '.join(map(_with_ingredients, missing))}, which the "
-            f"recording does not have{near} {_in_their_place(monitor, missing)}Give a channel map that names it; "
-            "'tierod inspect' shows what the recording has"
+            f"{needed} does not have{near} {instead}Give a channel map that names it; 'tierod inspect' shows what the "
+            "recording has"
         )
     if vehicle is not None:
         _refuse_counts(monitor, vehicle, piece)
@@ -56,6 +60,12 @@ def _refuse_counts(monitor: Monitor, vehicle: Vehicle, piece: Recording) -> None
                 f"{name} is in raw counts, but the vehicle '{vehicle.name}' needs {written(SIGNALS[name].unit)}; "
                 f"give unit and factor (the {written(SIGNALS[name].unit)} of one count) in the channel map{other}"
             )
+
+
+def _named_in_vain(missing: list[str], piece: Recording) -> str:
+    """Which columns the channel map names for the missing signals that the file lacks, as sentences."""
+    absent = piece.metadata.get(LACKING, {})
+    return " ".join(absent[name] for name in ingredients(missing) if name in absent)
 
 
 def _in_their_place(monitor: Monitor, missing: list[str]) -> str:
