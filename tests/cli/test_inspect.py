@@ -1,16 +1,19 @@
 import json
 import shlex
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from shared_data import shared_data
 from tierod.cli import main
+from tierod.cli.terminal import without_advice
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.registry import MONITORS
+from tierod.proving_ground import drive
 from tierod.vehicles import load
 
 
@@ -189,3 +192,22 @@ def test_a_motor_that_is_sampled_too_slowly_cannot_be_judged_whether_a_vehicle_i
         refused = capsys.readouterr().err
         assert found["can_run"] is (code != 3)
         assert found["can_run"] or found["obstacles"][0][:40] in refused
+
+
+def test_inspection_and_diagnosis_say_the_same_and_what_cannot_run_leaves_the_exit_code(tmp_path, capsys):
+    motion = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "steering_wheel_angle")
+    whole, car = drive(minutes=1.0, seed=3), str(tmp_path / "car.toml")
+    write(replace(whole, channels={name: whole[name] for name in motion}), tmp_path / "slip.parquet")
+    assert main(["new", car, "--class", "midsize"]) == 0
+    given = [str(tmp_path / "slip.parquet"), "--vehicle", car]
+    capsys.readouterr()
+    inspected = states(given[0], capsys, *given[1:])
+    assert main(["diagnose", *given, "--no-report", "--json"]) == 0
+    (judged,) = json.loads(capsys.readouterr().out)["recordings"]
+    missed = {each["monitor"]: without_advice(each["reason"]) for each in judged["not_run"]}
+    assert judged["diagnoses"].keys() == {name for name, each in inspected.items() if each["can_run"]} == {"sideslip"}
+    assert missed == {
+        name: without_advice(each["obstacles"][0]) for name, each in inspected.items() if not each["can_run"]
+    }
+    assert missed["condition"].startswith("fewer than 4 sensors give a reading")
+    assert missed["hysteresis"] == "needs driver_torque, motor_torque, which the recording does not have"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -199,7 +198,7 @@ def _naming_others(recording: Path, monitor: str, reading: _Reading) -> Iterator
 
 def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target: Path | None, as_json: bool) -> int:
     """Several recordings, or every monitor: one page, one document, the worst exit code."""
-    from tierod.cli.terminal import messages, origin, print_json, progress
+    from tierod.cli.terminal import messages, origin, print_json, progress, without_advice
     from tierod.cli.terminal import output as console
     from tierod.core.errors import InputError
     from tierod.core.files import write_text
@@ -213,7 +212,7 @@ def _all(recordings: list[Path], monitor: str | None, reading: _Reading, target:
         with progress(f"judging {recording.name} ({place + 1} of {len(recordings)})") as advance:
             judged.append(_judged(recording, car, monitor, reading, len(recordings) == 1, advance))
     if not any(one.diagnoses for one in judged):
-        reasons = "; ".join(_of(name, short(reason)) for _, name, reason in several.not_run(judged))
+        reasons = "; ".join(_of(name, without_advice(reason)) for _, name, reason in several.not_run(judged))
         raise InputError(
             f"no monitor can run on {', '.join(map(str, recordings))}: {reasons}. 'tierod inspect' says more"
         )
@@ -262,14 +261,14 @@ def _judged(
 
 def _show_all(judged: Sequence[Judged], console: Console) -> None:
     """A table of the verdicts, then what to know of them, and why the other monitors did not run."""
-    from tierod.cli.terminal import rows
+    from tierod.cli.terminal import rows, without_advice
     from tierod.report import several
 
     console.print(rows(several.HEADER, several.overview(judged)))
     if known := several.to_know(judged):
         console.print("\n[bold]To know[/bold]")
         console.print(rows(("recording", "monitor", "what"), known))
-    missed = [(where, name, short(reason)) for where, name, reason in several.not_run(judged)]
+    missed = [(where, name, without_advice(reason)) for where, name, reason in several.not_run(judged)]
     if missed:
         console.print("\n[bold]Did not run[/bold]")
         console.print(rows(("recording", "monitor", "why"), missed))
@@ -280,12 +279,6 @@ def _of(monitors: str, reason: str) -> str:
     from tierod.monitors.several import ALL
 
     return reason if monitors == ALL else f"{monitors}: {reason}"
-
-
-def short(reason: str) -> str:
-    """The reason of a refusal without its advice and without the name of the monitor that stands beside it."""
-    bare = re.sub(r"^the monitor '[^']*' (?:cannot run as '[^']*': )?", "", reason)
-    return re.split(r"; did you mean|; known: |; none of the|\. (?=[A-Z])", bare)[0].rstrip(".")
 
 
 def _command() -> str:

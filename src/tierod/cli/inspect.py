@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,12 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tierod.cli.terminal import messages, output, print_json, progress, rows
+from tierod.cli.terminal import messages, output, print_json, progress, rows, without_advice
 
 if TYPE_CHECKING:
     from tierod.core.findings import ChannelQuality
     from tierod.io.proposal import Proposal
-    from tierod.monitors.inspection import Inspection, Readiness
+    from tierod.monitors.harness.acceptance import Readiness
+    from tierod.monitors.inspection import Inspection
     from tierod.vehicles import Vehicle
 
 _SHOWN = 40
@@ -147,11 +147,9 @@ def _show(found: Inspection, every: bool, channel_map: Path | None) -> None:
     console.print("\n[bold]Monitors[/bold]")
     verdict = "can run" if found.vehicle else "can run with a vehicle file"
     for each in found.monitors:
-        lack = each.obstacles
-        console.print(Text(f"  {each.monitor.name}: {'cannot run' if lack else _can_run(each, verdict)}"))
-        # Other variants than the default lack as much, or they would run in its place.
-        for obstacle in dict.fromkeys(map(_short, lack[:1] if each.monitor.default else lack)):
-            console.print(Text(f"    - {obstacle}"))
+        console.print(Text(f"  {each.monitor.name}: {'cannot run' if each.reason else _can_run(each, verdict)}"))
+        if each.reason:
+            console.print(Text(f"    - {without_advice(each.reason)}"))
     if any(each.obstacles for each in found.monitors):
         messages().print(
             "Signals under other names need a channel map: --write-map car.channels.toml proposes one"
@@ -161,19 +159,11 @@ def _show(found: Inspection, every: bool, channel_map: Path | None) -> None:
         )  # fmt: skip
 
 
-def _short(reason: str) -> str:
-    """A reason without its advice, which is printed once for all monitors below the list."""
-    return re.split(r"; did you mean|; known: |; none of the|\\. (?=[A-Z])", reason)[0].rstrip(".")
-
-
 def _can_run(ready: Readiness, verdict: str) -> str:
     """Whether the monitor can run, on what condition, as which variant, and whether a variant must be chosen."""
-    monitor, free = ready.monitor, ready.variants
-    condition = f" if {monitor.condition}" if monitor.condition else ""
-    if monitor.default is None:
-        return f"{verdict}{condition}; choose --variant {' or '.join(free)}"
-    alone = "" if len(free) == len(ready.reasons) else f", as {', '.join(free)} only"
-    return f"{verdict}{condition}{alone}"
+    free = ready.variants
+    alone = "" if not ready.monitor.default or len(free) == len(ready.reasons) else f", as {', '.join(free)} only"
+    return f"{verdict}{ready.choice}{alone}"
 
 
 def _say_which_vehicle(car: Vehicle | None) -> None:

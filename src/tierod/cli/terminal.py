@@ -36,6 +36,12 @@ def visible(text: str) -> str:
     return _STEERING.sub(lambda found: _spelt(found[0]), text)
 
 
+def without_advice(reason: str) -> str:
+    """The reason of a refusal without its advice and without the name of the monitor that stands beside it."""
+    bare = re.sub(r"^the monitor '[^']*' (?:cannot run as '[^']*': )?", "", reason)
+    return re.split(r"; did you mean|; known: |; none of the|\. (?=[A-Z])", bare)[0].rstrip(".")
+
+
 def say(text: str, end: str = "\n") -> None:
     """Print a text to stdout, with control characters as escapes."""
     print(visible(text), end=end)

@@ -17,39 +17,13 @@ from tierod.io.layout import plain
 from tierod.io.quality import channel_quality
 from tierod.io.readers import ChannelMap, read
 from tierod.io.signs import sign_warnings, turn_warnings
-from tierod.monitors.harness.acceptance import refusals, taken
+from tierod.monitors.harness.acceptance import Readiness, refusals
 from tierod.monitors.harness.named_vehicle import vehicle_named_in
 from tierod.monitors.harness.session import Monitor
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import Vehicle, load
 from tierod.vehicles.classes import typical
 from tierod.vehicles.reading import read_by
-
-
-@dataclass(frozen=True)
-class Readiness:
-    """Whether a monitor could judge a recording.
-
-    Args:
-        monitor: that is asked for
-        reasons: by the name of every variant, why it would refuse the recording; "" where it would run
-    """
-
-    monitor: Monitor
-    reasons: Mapping[str, str]
-
-    @property
-    def variants(self) -> tuple[str, ...]:
-        """The variants that would run: the default first, where the monitor has one."""
-        return taken(self.monitor, self.reasons)
-
-    @property
-    def obstacles(self) -> tuple[str, ...]:
-        """Why no variant runs, the default's reason first and each reason once; empty where one would."""
-        if self.variants:
-            return ()
-        ordered = sorted(self.reasons, key=lambda name: name != self.monitor.default)
-        return tuple(dict.fromkeys(self.reasons[name] for name in ordered))
 
 
 @dataclass(frozen=True)

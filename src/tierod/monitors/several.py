@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 from tierod.core.errors import InputError
 from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
+from tierod.monitors.every import Every, Look, read_by_any
 from tierod.monitors.harness.acceptance import refusals, taken
-from tierod.monitors.harness.pieces import joined, pieces_of, share_read
+from tierod.monitors.harness.pieces import CHUNK, joined, pieces_of, share_read
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.together import Chosen, Together
 from tierod.vehicles import Vehicle
@@ -20,8 +21,8 @@ from tierod.vehicles.reading import read_by
 ALL = "all"
 """Name that stands for every monitor that can run."""
 
-LOOK = 600.0
-"""Seconds at the beginning of a recording by which it is decided which monitors can run."""
+SLICE = 600.0
+"""Seconds of a recording that are read at a time where a stretch is sought."""
 
 
 class NotRun(NamedTuple):
@@ -66,7 +67,7 @@ def judge(
     Args:
         path: of the recording
         car: as which it is judged
-        monitors: names; every one that needs no choice of a variant where None
+        monitors: names; where None every one that can run and needs no choice of a variant
         dbc, channel_map: as of `diagnose`
         start, stop: of the stretch that is judged, in the time of the recording [s]; all of it where not given
         spread: as of `diagnose`
@@ -78,23 +79,24 @@ def judge(
         ParameterError: no such monitor
     """
     source = source_of(path, car, dbc, channel_map, start, stop)
-    if isinstance(source, Path):
-        require_readable(path, car, dbc, channel_map)
-    names = tuple(MONITORS) if monitors is None else tuple(monitors)
-    undecided = {name for name in names if MONITORS.required(name).default is None and monitors is None}
-    together = Together(car, [Chosen(name) for name in names if name not in undecided], spread)
+    watching: Every | Together
+    if monitors is None:
+        watching = Every(car, look_at(source, car, dbc, channel_map), spread)
+    else:
+        for name in monitors:
+            MONITORS.required(name)
+        require_readable(source, car, dbc, channel_map)
+        watching = Together(car, [Chosen(name) for name in monitors], spread)
     try:
-        for piece in pieces_of(source, together.needs, car, dbc, channel_map):
-            together.add(piece)
+        for piece in pieces_of(source, watching.needs, car, dbc, channel_map):
+            watching.add(piece)
             progress(share_read(piece))
     except InputError as error:
-        for name in names:
-            together.refuse(name, str(error))
-    found = {name: each.diagnosis for name, each in together.concluded(command)}
-    reasons = together.refused | {
-        name: f"it has no default variant: choose with --monitor {name} and --variant" for name in undecided
-    }
-    return Judged(path, car.name, found, tuple(NotRun(name, reasons[name]) for name in names if name in reasons))
+        watching.refuse_all(str(error))
+    found = {name: each.diagnosis for name, each in watching.concluded(command)}
+    names = tuple(MONITORS) if monitors is None else tuple(monitors)
+    missed = (NotRun(name, watching.refused[name]) for name in names if name in watching.refused)
+    return Judged(path, car.name, found, tuple(missed))
 
 
 def not_judged(path: Path, car: Vehicle, monitors: Sequence[str] | None, reason: str) -> Judged:
@@ -134,7 +136,7 @@ def source_of(
     if not first < last:
         raise InputError(f"a stretch from {first:g} to {last:g} s is empty; give --from before --to")
     whole, seen = None, (float("inf"), float("-inf"))
-    for piece in _pieces(path, car, dbc, channel_map, LOOK, names):
+    for piece in _pieces(path, car, dbc, channel_map, SLICE, names):
         seen = (min(seen[0], piece.span[0]), max(seen[1], piece.span[1]))
         part = piece.slice(first, last)
         if any(len(channel.time) for channel in part.channels.values()):
@@ -148,25 +150,39 @@ def source_of(
     return whole
 
 
-def require_readable(path: Path, car: Vehicle, dbc: Any, channel_map: Any) -> None:
+def require_readable(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) -> None:
     """Raise the errors of the file itself, once and not for every monitor.
 
     Raises:
         InputError: it cannot be read, or its channel map or database does not fit
     """
-    if not path.is_fifo():
-        next(iter(_pieces(path, car, dbc, channel_map, 1.0)))
+    if isinstance(source, Path) and not source.is_fifo():
+        next(iter(_pieces(source, car, dbc, channel_map, 1.0)))
 
 
-def able(path: Path, car: Vehicle, dbc: Any, channel_map: Any) -> tuple[str, ...]:
-    """The monitors that would take a recording, judged by its first ten minutes.
+def look_at(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) -> Look | None:
+    """The beginning of a recording, by which it is decided which monitors can run; None of a pipe.
 
     Raises:
         InputError: it cannot be read
     """
-    piece = next(iter(_pieces(path, car, dbc, channel_map, LOOK)))
-    usual = (each for each in MONITORS.values() if each.default is not None and not each.condition)
-    return tuple(each.name for each in usual if taken(each, refusals(each, car, piece)))
+    if isinstance(source, Recording):
+        return Look(source, whole=True)
+    if source.is_fifo():
+        return None
+    piece = next(iter(_pieces(source, car, dbc, channel_map, CHUNK, read_by_any())))
+    return Look(piece, whole=share_read(piece) >= 1.0)
+
+
+def able(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) -> tuple[str, ...]:
+    """The monitors that would take a recording, judged by its beginning.
+
+    Raises:
+        InputError: it cannot be read
+    """
+    look = look_at(source, car, dbc, channel_map)
+    usual = [each for each in MONITORS.values() if each.default is not None and not each.condition]
+    return tuple(each.name for each in usual if look and taken(each, refusals(each, car, look.recording)))
 
 
 def _pieces(

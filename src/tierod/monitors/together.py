@@ -81,11 +81,24 @@ class Together:
         self.metadata: Mapping[str, object] = {}
         self._before: Recording | None = None
         self._runs: dict[str, Run] = {}
-        self._asked = {each.monitor: each.variant for each in chosen}
+        self._asked: dict[str, str] = {}
+        self._spread, self._signals_shown = spread, signals_shown
         for each in chosen:
-            with self._refusing(each.monitor):
-                definition, variant = find(each.monitor, each.variant or None)
-                self._runs[each.monitor] = Run(definition, variant, car, uncertain=spread, signals_shown=signals_shown)
+            self.begin(each)
+
+    def begin(self, chosen: Chosen) -> None:
+        """Let a monitor judge too, before the first piece; it may have been refused as another variant.
+
+        Args:
+            chosen: the monitor
+        """
+        self.refused.pop(chosen.monitor, None)
+        self._asked[chosen.monitor] = chosen.variant
+        with self._refusing(chosen.monitor):
+            definition, variant = find(chosen.monitor, chosen.variant or None)
+            self._runs[chosen.monitor] = Run(
+                definition, variant, self.car, uncertain=self._spread, signals_shown=self._signals_shown
+            )
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -138,6 +151,11 @@ class Together:
         """Leave a monitor out from now on."""
         self._runs.pop(name, None)
         self.refused[name] = reason
+
+    def refuse_all(self, reason: str) -> None:
+        """Leave all out that are still at work."""
+        for name in list(self._runs):
+            self.refuse(name, reason)
 
 
 class _Refusing:

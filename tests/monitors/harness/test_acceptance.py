@@ -8,10 +8,14 @@ import pytest
 from exact_vehicle import diagnose
 from tierod.cli import main
 from tierod.core.errors import TierodError
+from tierod.core.findings import Finding, Status
+from tierod.core.recording import Channel, Recording
+from tierod.core.signals import SIGNALS
 from tierod.io.readers import LACKING, read
-from tierod.monitors.harness.acceptance import refusals, taken
+from tierod.monitors.harness.acceptance import refusals, taken, unable
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
+from tierod.vehicles.classes import typical
 
 RECORDINGS = {
     "drive": ("step-steer", "8", "midsize-eps"),
@@ -94,6 +98,38 @@ def test_a_monitor_names_the_column_that_the_map_gives_for_its_signal_in_vain(re
     reasons = refusals(MONITORS["friction"], load("midsize-eps"), part)
     assert "which the recording does not have: car.toml names 'Tm' for motor_torque" in reasons["pre-sliding"]
     assert not refusals(MONITORS["sideslip"], load("midsize-eps"), part)["combined"]
+
+
+def test_signals_that_begin_late_are_waited_for():
+    time = np.arange(12_000) / 100.0
+    names = ("yaw_rate", "steering_wheel_angle", "wheel_speed_rear_left", "wheel_speed_rear_right")
+    values = (0.1 * np.sin(time), np.sin(time), 10.0 + np.cos(time), 10.0 - np.cos(time))
+    late = {name: slice(6_000 if name.startswith("wheel") else 0, None) for name in names}
+    channels = {
+        name: Channel(name, time[late[name]], each[late[name]], SIGNALS[name].unit)
+        for name, each in zip(names, values, strict=True)
+    }
+    car = load("midsize-eps")
+    car = replace(car, parameters={**typical("midsize"), **car.parameters})
+    assert not refusals(MONITORS["condition"], car, Recording(channels))["bank"]
+    few = Recording({name: channels[name] for name in names[:2]})
+    assert refusals(MONITORS["condition"], car, few)["bank"].startswith("fewer than 4 sensors")
+
+
+def test_what_shows_only_over_the_whole_is_not_asked_of_a_beginning(recorded):
+    beginning = changed(recorded("drive"), "steering_wheel_angle", lambda x: 0.0 * x + 1.0)
+    friction, car = MONITORS["friction"], load("midsize-eps")
+    assert "constant" in refusals(friction, car, beginning)["pre-sliding"]
+    assert not refusals(friction, car, beginning, whole=False)["pre-sliding"]
+
+
+def test_a_signal_that_was_lost_on_the_way_is_a_verdict_and_no_refusal(recorded):
+    lost = Finding("sideslip", Status.NOT_AVAILABLE, "lost", since=3.0, cause="the angle was lost")
+    motion = Recording({name: recorded("drive")[name] for name in ("vehicle_speed", "yaw_rate")})
+    sideslip = MONITORS["sideslip"]
+    assert unable(sideslip, lost, motion) == ""
+    assert unable(sideslip, replace(lost, since=None), motion) == "the angle was lost"
+    assert unable(sideslip, replace(lost, since=None), recorded("drive")) == "", "a stuck sensor is to be named"
 
 
 def refusal_of(*asked):

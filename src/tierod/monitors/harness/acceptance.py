@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from tierod.core.errors import InputError, TierodError, nearest
+from tierod.core.findings import Finding, Status
 from tierod.core.recording import Recording
 from tierod.core.shown import written
 from tierod.core.signals import SIGNALS
@@ -89,22 +91,63 @@ SEEN = 1.0
 """Seconds of a recording that a session sees before it refuses it."""
 
 TRIED = 30.0
-"""Seconds that a monitor without required signals judges before it is known whether it has enough of them."""
+"""Seconds that a monitor judges before it is known whether it has enough of the signals that it can do without."""
 
 TOO_FEW = "fewer than"
-"""How the cause of such a monitor begins that has not."""
+"""How the cause of a monitor without required signals begins that has too few."""
 
 
-def refusals(monitor: Monitor, vehicle: Vehicle | None, recording: Recording) -> Mapping[str, str]:
+@dataclass(frozen=True)
+class Readiness:
+    """Whether a monitor could judge a recording.
+
+    Args:
+        monitor: that is asked for
+        reasons: by the name of every variant, why it would refuse the recording; "" where it would run
+    """
+
+    monitor: Monitor
+    reasons: Mapping[str, str]
+
+    @property
+    def variants(self) -> tuple[str, ...]:
+        """The variants that would run: the default first, where the monitor has one."""
+        return taken(self.monitor, self.reasons)
+
+    @property
+    def obstacles(self) -> tuple[str, ...]:
+        """Why no variant runs, the default's reason first and each reason once; empty where one would."""
+        if self.variants:
+            return ()
+        ordered = sorted(self.reasons, key=lambda name: name != self.monitor.default)
+        return tuple(dict.fromkeys(self.reasons[name] for name in ordered))
+
+    @property
+    def reason(self) -> str:
+        """Why no variant runs; "" where one would. Other variants than the first lack as much, or they would run."""
+        return next(iter(self.obstacles), "")
+
+    @property
+    def choice(self) -> str:
+        """On what condition it can run, and what must be chosen, as a half-sentence behind "can run"."""
+        monitor = self.monitor
+        condition = f" if {monitor.condition}" if monitor.condition else ""
+        return condition if monitor.default else f"{condition}; choose --variant {' or '.join(self.variants)}"
+
+
+def refusals(monitor: Monitor, vehicle: Vehicle | None, recording: Recording, whole: bool = True) -> Mapping[str, str]:
     """Reason why a diagnosis would refuse the recording, by variant; "" where it would run.
 
     Args:
         monitor: that is asked for
         vehicle: as which it would be judged; None where none is given, so that only the signals are checked
-        recording: the whole
+        recording: the whole, or its beginning
+        whole: whether it is the whole; what shows only over the whole is not asked of a beginning
     """
-    whole = complete(recording, [*monitor.required, *monitor.optional])
-    return {variant.name: _refusal(monitor, variant, vehicle, whole) for variant in monitor.variants.values()}
+    complete_one = complete(recording, [*monitor.required, *monitor.optional])
+    return {
+        variant.name: _refusal(monitor, variant, vehicle, complete_one, whole) for variant in monitor.variants.values()
+    }
 
 
 def taken(monitor: Monitor, reasons: Mapping[str, str]) -> tuple[str, ...]:
@@ -118,32 +161,66 @@ def taken(monitor: Monitor, reasons: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(sorted(free, key=lambda name: name != monitor.default))
 
 
-def _refusal(monitor: Monitor, variant: Variant, vehicle: Vehicle | None, whole: Recording) -> str:
-    suited = monitor.needing(variant).suited_to(whole)
-    if not any(name in whole for name in (*suited.required, *suited.optional)):
+def unable(monitor: Monitor, finding: Finding, recording: Recording) -> str:
+    """Why a monitor could state nothing on a recording for the signals that this does not have; "" else.
+
+    Args:
+        monitor: that judged
+        finding: of the whole, or of a stretch
+        recording: the whole, or its beginning
+    """
+    too_few = not monitor.required and finding.cause.startswith(TOO_FEW)
+    without = finding.status is Status.NOT_AVAILABLE and finding.since is None and _may_lack(monitor, recording)
+    return finding.cause if too_few or without else ""
+
+
+def _may_lack(monitor: Monitor, recording: Recording) -> bool:
+    """Whether more than one of the signals is absent on which the result rests: for one alone another may stand."""
+    return sum(name not in recording for name in monitor.rests_on) > 1
+
+
+def _refusal(monitor: Monitor, variant: Variant, vehicle: Vehicle | None, recording: Recording, whole: bool) -> str:
+    suited = monitor.needing(variant).suited_to(recording)
+    if not suited.required and not any(name in recording for name in suited.optional):
         return "the recording has none of its signals"
     try:
-        refuse_unsuitable(suited, vehicle, whole)
+        refuse_unsuitable(suited, vehicle, recording)
         quality = QualityOverChunks(ingredients(suited.required))
-        quality.add(whole)
+        quality.add(recording)
         quality.refuse_slow(suited.required, suited.minimum_rate)
-        quality.refuse_unusable(suited.required)
-        if vehicle is not None:
-            session, start = opened(suited, variant, vehicle), whole.span[0]
-            age = suited.maximum_age
-            session.refuse(whole.align(session.signals, suited.rate, maximum_age=age, start=start, stop=start + SEEN))
-            # Whether the recording is a condition test shows only at its end; such recordings are short.
-            if monitor.condition:
-                session.absorb(whole.align(session.signals, suited.rate, maximum_age=age))
-                session.conclude()
-            elif not suited.required:
-                stop = min(start + TRIED, whole.span[1])
-                aligned = whole.align(session.signals, suited.rate, maximum_age=age, start=start, stop=stop)
-                if not len(aligned.time):
-                    return "the recording holds a single instant, or none"
-                session.absorb(aligned)
-                finding = session.conclude().finding
-                return finding.cause if finding.cause.startswith(TOO_FEW) else ""
+        if whole:
+            quality.refuse_unusable(suited.required)
+        return "" if vehicle is None else _refusal_of_session(suited, variant, vehicle, recording, whole)
     except TierodError as error:
         return str(error)
+
+
+def _refusal_of_session(suited: Monitor, variant: Variant, vehicle: Vehicle, recording: Recording, whole: bool) -> str:
+    """Why its session refuses, or would state nothing.
+
+    Raises:
+        InputError: it refuses
+        ParameterError: it cannot run with this vehicle
+    """
+    session, (start, end), age = opened(suited, variant, vehicle), recording.span, suited.maximum_age
+    session.refuse(recording.align(session.signals, suited.rate, maximum_age=age, start=start, stop=start + SEEN))
+    if not whole:
+        return ""
+    # Whether the recording is a condition test shows only at its end; such recordings are short.
+    if suited.condition:
+        session.absorb(recording.align(session.signals, suited.rate, maximum_age=age))
+        session.conclude()
+    elif not suited.required or _may_lack(suited, recording):
+        begun = max((recording[name].time[0] for name in session.signals if _is_there(name, recording)), default=start)
+        start = max(start, min(float(begun), end - TRIED))
+        stop = min(start + TRIED, end)
+        aligned = recording.align(session.signals, suited.rate, maximum_age=age, start=start, stop=stop)
+        if not len(aligned.time):
+            return "the recording holds a single instant, or none"
+        session.absorb(aligned)
+        return unable(suited, session.conclude().finding, recording)
     return ""
+
+
+def _is_there(name: str, recording: Recording) -> bool:
+    return name in recording and len(recording[name].time) > 0
