@@ -184,6 +184,14 @@ def test_a_monitor_that_cannot_run_names_the_one_that_can(capsys):
     assert "friction" in error
 
 
+def test_a_stretch_that_is_not_recorded_is_refused_without_naming_monitors_that_fail_as_well(capsys):
+    arguments = ["diagnose", "a.parquet", "--vehicle", "midsize-eps", "--monitor", "friction", "--from", "400"]
+    assert main(arguments) == 3
+    error = capsys.readouterr().err
+    assert "a.parquet holds nothing from 400 s on" in error
+    assert "--monitor" not in error
+
+
 @pytest.mark.parametrize(
     ("statuses", "expected"),
     [

@@ -1,8 +1,11 @@
 import shlex
+from dataclasses import replace
 
 import pytest
 
 from tierod.cli import main
+from tierod.io.writers import write
+from tierod.proving_ground import drive
 from tierod.vehicles import load
 
 MAP = '[signals.yaw_rate]\nsource = "Gierrate"\nunit = "deg/s"\n'
@@ -71,3 +74,47 @@ def test_torques_in_counts_take_no_friction_from_another_car(tmp_path, capsys):
     car = load("car.toml")
     assert car.torque_unit == "count"
     assert "nominal_friction" not in car
+
+
+MOTION = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "steering_wheel_angle")
+
+
+@pytest.fixture(scope="module")
+def drives(tmp_path_factory):
+    """A drive, half a minute too short to identify from, and one without speed and steering angle."""
+    folder, whole = tmp_path_factory.mktemp("drives"), drive(minutes=1.5, seed=3)
+    parts = {"town": (MOTION, 90.0), "short": (MOTION, 15.0), "imu": (MOTION[1:3], 90.0)}
+    for name, (signals, end) in parts.items():
+        part = replace(whole, channels={each: whole[each] for each in signals}).slice(0.0, end)
+        write(part, folder / f"{name}.parquet")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (["town"], {"identify": ["town"], "diagnose": ["town"]}),
+        (["short"], {"diagnose": ["short"]}),
+        (["imu"], {"inspect": ["imu"]}),
+        (
+            ["town", "short", "imu", "gone"],
+            {"identify": ["town", "gone"], "diagnose": ["town", "short", "gone"], "inspect": ["imu"]},
+        ),
+        ([], {"identify": ["DRIVE"], "diagnose": ["DRIVE"]}),
+    ],
+)
+def test_recommends_for_each_recording_what_works(drives, names, expected, monkeypatch, capsys):
+    monkeypatch.chdir(drives)
+    given = [word for name in names for word in ("--drive", f"{name}.parquet")]
+    assert main(["new", "car.toml", "--class", "midsize", "--overwrite", *given]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    commands = [shlex.split(line.partition(": tierod ")[2]) for line in lines if ": tierod " in line]
+    files = {
+        verb: [each.removesuffix(".parquet") for each in words[: words.index("--vehicle")] if each != "vehicle"]
+        for verb, *words in commands
+    }
+    assert files == expected
+    refused = [line for line in lines if line.startswith("identify would refuse it: ")]
+    assert len(refused) == len({"short", "imu"} & {*names})
+    if names and "gone" not in names:
+        assert main(commands[0]) in (0, 2)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from tierod.core.findings import Diagnosis
+    from tierod.core.recording import Recording
     from tierod.monitors.several import Judged
     from tierod.vehicles import Vehicle
 
@@ -145,21 +146,23 @@ def _one(
     from tierod.monitors.several import source_of
 
     (car,) = reading.cars
-    with progress(f"reading {recording.name}") as advance, _naming_others(recording, monitor, reading):
-        diagnosis = run(
-            source_of(recording, car, reading.dbc, reading.channel_map, reading.start, reading.stop),
-            car,
-            monitor,
-            variant,
-            dbc=reading.dbc,
-            channel_map=reading.channel_map,
-            baseline=baseline,
-            memory=memory,
-            signals=signals,
-            spread=reading.spread,
-            command=_command(),
-            progress=advance,
-        )
+    with progress(f"reading {recording.name}") as advance:
+        source = source_of(recording, car, reading.dbc, reading.channel_map, reading.start, reading.stop)
+        with _naming_others(source, monitor, reading):
+            diagnosis = run(
+                source,
+                car,
+                monitor,
+                variant,
+                dbc=reading.dbc,
+                channel_map=reading.channel_map,
+                baseline=baseline,
+                memory=memory,
+                signals=signals,
+                spread=reading.spread,
+                command=_command(),
+                progress=advance,
+            )
     show(diagnosis, as_json, target, console, messages)
     remarks = [] if signals is None else [f"signals: {signals}"]
     remarks += [
@@ -171,7 +174,7 @@ def _one(
 
 
 @contextmanager
-def _naming_others(recording: Path, monitor: str, reading: _Reading) -> Iterator[None]:
+def _naming_others(source: Path | Recording, monitor: str, reading: _Reading) -> Iterator[None]:
     """Add to the refusal of a monitor which others can run."""
     from tierod.core.errors import DamagedFile, InputError, ParameterError, TierodError
     from tierod.monitors.registry import MONITORS
@@ -183,10 +186,10 @@ def _naming_others(recording: Path, monitor: str, reading: _Reading) -> Iterator
         raise
     except (InputError, ParameterError) as error:
         unable = isinstance(error, InputError) or "cannot run as" in str(error)
-        if not unable or monitor not in MONITORS or not recording.is_file():
+        if not unable or monitor not in MONITORS or (isinstance(source, Path) and not source.is_file()):
             raise
         try:
-            others = list(able(recording, reading.cars[0], reading.dbc, reading.channel_map))
+            others = list(able(source, reading.cars[0], reading.dbc, reading.channel_map))
         except TierodError:
             raise error from None
         others = [name for name in others if name != monitor]

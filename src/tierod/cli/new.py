@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
@@ -96,10 +97,52 @@ def _said(file: Path, kind: str, given: int, total: int, channel_map: str | None
 
 
 def next_commands(file: Path, drives: Sequence[Path]) -> list[str]:
-    """The commands that follow a new vehicle file, with its recordings where they are known."""
-    from tierod.report.identification import SUBJECTS
+    """The commands that follow a new vehicle file, each with those recordings for which it works."""
+    looked_at = [_Use.of(each, file) for each in drives]
+    car = shlex.quote(str(file))
+    learn = shlex.join(str(each.path) for each in looked_at if not each.not_learnt) or ("" if drives else "DRIVE")
+    judge = shlex.join(str(each.path) for each in looked_at if each.judged) or ("" if drives else "DRIVE")
+    lines = [f"go on with: tierod identify vehicle {learn} --vehicle {car} --output {car}"] if learn else []
+    if judge:
+        lines.append(f"{'or judge at once' if learn else 'go on with'}: tierod diagnose {judge} --vehicle {car}")
+    useless = [each.path for each in looked_at if each.not_learnt and not each.judged]
+    lines += [f"see what it lacks: tierod inspect {shlex.quote(str(each))} --vehicle {car}" for each in useless]
+    return [*lines, *(f"identify would refuse it: {each.not_learnt}" for each in looked_at if each.not_learnt)]
 
-    car, named = shlex.quote(str(file)), shlex.join(map(str, drives)) or "DRIVE"
-    learn = [f"tierod identify vehicle {named} --vehicle {car} --output {car}"] if "vehicle" in SUBJECTS else []
-    judge = f"tierod diagnose {named} --vehicle {car}"
-    return [f"go on with: {learn[0]}", f"or judge at once: {judge}"] if learn else [f"go on with: {judge}"]
+
+class _Use(NamedTuple):
+    """What a recording of a car is good for.
+
+    Args:
+        path: of the recording
+        not_learnt: why nothing is identified from it; "" where it may be
+        judged: whether a monitor would take it
+    """
+
+    path: Path
+    not_learnt: str
+    judged: bool
+
+    @classmethod
+    def of(cls, path: Path, file: Path) -> _Use:
+        """The use of a recording for the car of a vehicle file; any, of one that is not there yet, or is a pipe."""
+        from tierod.cli.terminal import progress
+        from tierod.core.errors import TierodError
+        from tierod.io.readers import read
+        from tierod.methods.identification.drive_samples import SIGNALS, drive_of
+        from tierod.monitors.several import can_be_judged
+        from tierod.vehicles import load
+        from tierod.vehicles.reading import read_by
+
+        if not path.exists() or path.is_fifo():
+            return cls(path, "", True)
+        car, reason, judged = load(file), "", False
+        databases, used = read_by(car)
+        with progress(f"reading {path.name}"):
+            try:
+                drive_of(path.name, read(path, dbc=databases, channel_map=used, names=SIGNALS))
+            except TierodError as error:
+                reason = " ".join(str(error).split())
+            with suppress(TierodError):
+                judged = can_be_judged(path, car)
+        return cls(path, reason, judged)

@@ -180,9 +180,21 @@ def able(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) -> 
     Raises:
         InputError: it cannot be read
     """
+    return tuple(_able(source, car, dbc, channel_map))
+
+
+def can_be_judged(source: Path | Recording, car: Vehicle, dbc: Any = None, channel_map: Any = None) -> bool:
+    """Whether any monitor would take a recording, as of `able`."""
+    return any(_able(source, car, dbc, channel_map))
+
+
+def _able(source: Path | Recording, car: Vehicle, dbc: Any, channel_map: Any) -> Iterator[str]:
     look = look_at(source, car, dbc, channel_map)
     usual = [each for each in MONITORS.values() if each.default is not None and not each.condition]
-    return tuple(each.name for each in usual if look and taken(each, refusals(each, car, look.recording)))
+    # One without required signals is tried, which takes its time.
+    for each in sorted(usual, key=lambda each: not each.required):
+        if look and taken(each, refusals(each, car, look.recording)):
+            yield each.name
 
 
 def _pieces(

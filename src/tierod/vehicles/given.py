@@ -12,7 +12,7 @@ from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.classes import Known
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_UNIT = r"[^-+±%=\d.][^+±%=]*?"
+_UNIT = r"[^-+±%=\d.,:;/'][^+±%=]*?"
 _VALUE = re.compile(
     rf"(?P<value>{_NUMBER})(?:/(?P<below>{_NUMBER}))?\s*(?P<unit>{_UNIT})?"
     rf"(?:\s*(?:\+-|\+/-|±)\s*(?P<spread>{_NUMBER})\s*(?:(?P<share>%)|(?P<after>{_UNIT}))?)?\s*"
@@ -55,7 +55,7 @@ def _known(name: str, text: str) -> Known:
     unit, (low, high) = GEOMETRY.get(name) or (QUANTITIES[name].unit, QUANTITIES[name].plausible)
     read = _VALUE.fullmatch(text)
     if read is None:
-        raise ParameterError(f"{name}={text} is no number; write for example {EXAMPLE}")
+        raise ParameterError(f"{name}={text} is no number; {_written_instead(name, text)}")
     first, after = (read["unit"] or "").strip(), (read["after"] or "").strip()
     # "1480 +- 20 kg" has one unit for both, "1.48 t +- 20 kg" two.
     to_si, of_spread = _scale(name, first or after, unit), _scale(name, after or first, unit)
@@ -76,6 +76,17 @@ def _known(name: str, text: str) -> Known:
     _require_finite(name, text, value, deviation)
     spoken = "" if deviation is not None else "; its spread is that of the class"
     return Known(value, deviation, f"given: {name}={text}{spoken}")
+
+
+def _written_instead(name: str, text: str) -> str:
+    """How a number is written that was written in another way."""
+    if ratio := re.fullmatch(rf"({_NUMBER})\s*:\s*({_NUMBER})", text):
+        return f"write a ratio as {name}={ratio[1]}/{ratio[2]}"
+    if re.search(r"\d[,']\d", text):
+        one_comma = re.fullmatch(r"[^.,']*\d,\d[^.,']*", text) and not re.search(r",\d{3}(?!\d)", text)
+        example = f"{name}={text.replace(',', '.')}" if one_comma else "mass=1480.5"
+        return f"write a decimal point, and no mark between thousands: {example}"
+    return f"write for example {EXAMPLE}"
 
 
 def _scale(name: str, written: str, unit: str) -> Scale:
