@@ -74,6 +74,7 @@ def _write_map(
     from tierod.core.files import require_folder, write_text
     from tierod.io.proposal import propose, text_of
     from tierod.vehicles import load
+    from tierod.vehicles.reading import read_by
 
     if channel_map is not None or as_json:
         raise ParameterError(f"--write-map and {'--json' if as_json else '--map'} exclude each other; give one of them")
@@ -85,7 +86,7 @@ def _write_map(
         raise OutputError(f"{target} is there already; name another file, or replace it with --overwrite")
     car = None if vehicle is None else load(vehicle)
     with progress(f"reading {recording.name}") as advance:
-        found = propose(recording, dbc or (car and car.database and [car.database]) or None, advance)
+        found = propose(recording, read_by(car, dbc)[0], advance)
     write_text(target, text_of(found))
     _show_proposal(found, target, None if car is None else str(vehicle), dbc or [])
 

@@ -13,6 +13,7 @@ from tierod.io.derive import complete
 from tierod.io.readers import read
 from tierod.monitors.diagnose import find
 from tierod.vehicles import Vehicle
+from tierod.vehicles.reading import read_by
 
 
 def inputs_from(subject: Subject, vehicle: Vehicle, source: Recording | str | Path) -> np.ndarray:
@@ -27,8 +28,8 @@ def inputs_from(subject: Subject, vehicle: Vehicle, source: Recording | str | Pa
         InputError: the recording cannot be read, is empty, or has none of the inputs
     """
     monitor, variant = find(subject.monitor, subject.variant)
-    databases = [vehicle.database] if vehicle.database else None
-    whole = source if isinstance(source, Recording) else read(source, dbc=databases, channel_map=vehicle.channel_map)
+    databases, used = read_by(vehicle)
+    whole = source if isinstance(source, Recording) else read(source, dbc=databases, channel_map=used)
     names = subject.graph.sample
     filled = complete(whole, [*monitor.needing(variant).required, *monitor.optional, *names])
     known = [name for name in names if name in filled]

@@ -62,7 +62,7 @@ class Every:
         """Whether the default variant, which opens at the usual rate, refuses this recording."""
         default = replace(monitor, variants={str(monitor.default): monitor.variants[str(monitor.default)]})
         there = complete(recording, [*monitor.required, *monitor.optional])
-        # To open it once more takes its time, which tells nothing new at the usual rate.
+        # At the usual rate it is open already, and opening it again takes time.
         at_usual_rate = default.suited_to(there).rate == monitor.rate
         return any(refusals(default, None if at_usual_rate else self._car, recording, whole).values())
 

@@ -104,8 +104,9 @@ def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], Non
     motion = Motion.of(raw) if raw.channels else Motion({})
     possible = {name: _candidates(name, column, raw) for name, column in best.items()}
     units, signs = chosen_units(motion, possible), chosen_signs(motion)
+    radii = _radii(motion, units)
     entries = tuple(
-        _entry(name, column, meant[column.name], units[name], signs.get(name, Sign(1)), motion, units, others[name])
+        _entry(name, column, meant[column.name], units[name], signs.get(name, Sign(1)), radii, others[name])
         for name, column in best.items()
     )
     taken = {column.name for column in best.values()} | set(itertools.chain(*others.values()))
@@ -156,13 +157,11 @@ def _entry(
     meant: Meant,
     unit: Chosen,
     sign: Sign,
-    motion: Motion,
-    units: dict[str, Chosen],
+    radii: dict[str, float],
     others: tuple[str, ...],
 ) -> Proposed:
     if not unit.unit.turns:
         return Proposed(signal, column, meant, unit, sign, 1.0, others)
-    radii = _radii(motion, units)
     factor, decided = unit.unit.factor, unit.decided
     if signal in radii:
         usual = _beside_its_axle(signal, radii)

@@ -112,8 +112,7 @@ def priors_of(
         follows = name == BOUND and bound_distance(vehicle)
         if (name == "steering_ratio" and not with_ratio) or not deviation or follows or name in held:
             continue
-        low, high = QUANTITIES[name].plausible
-        priors.append(Prior(name, _value(name, vehicle), deviation, name not in SIGNED, low, high))
+        priors.append(_prior(name, vehicle, deviation))
     noises = (
         Prior(name, getattr(usual, name), share * getattr(usual, name), name not in OF_ROAD)
         for name, share in NOISES.items()
@@ -133,9 +132,13 @@ def considered(vehicle: Vehicle, priors: Sequence[Prior]) -> tuple[Prior, ...]:
     for name in (each.name for each in fields(LateralParameters)):
         deviation, _ = (0.0, False) if name in taken or name.startswith("road_wheel_") else spread_of(name, vehicle)
         if deviation:
-            low, high = QUANTITIES[name].plausible
-            found.append(Prior(name, _value(name, vehicle), deviation, name not in SIGNED, low, high))
+            found.append(_prior(name, vehicle, deviation))
     return tuple(found)
+
+
+def _prior(name: str, vehicle: Vehicle, deviation: float) -> Prior:
+    low, high = QUANTITIES[name].plausible
+    return Prior(name, _value(name, vehicle), deviation, name not in SIGNED, low, high)
 
 
 def _value(name: str, vehicle: Vehicle) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from tierod.monitors.driver_torque.column_regression import GeometryOverDrive
 from tierod.monitors.driver_torque.decisions import RATIO_SPREAD, FitRules
 from tierod.vehicles import Vehicle
+from tierod.vehicles.uncertain import is_guess
 
 NAME = "motor_ratio"
 
@@ -29,7 +30,7 @@ def is_guessed(vehicle: Vehicle) -> bool:
     Args:
         vehicle: whose column it is
     """
-    return spread_of(vehicle) > RATIO_SPREAD
+    return is_guess(vehicle.parameters[NAME], RATIO_SPREAD)
 
 
 def seen(

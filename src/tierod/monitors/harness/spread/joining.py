@@ -42,9 +42,10 @@ def joined(conclusion: Conclusion, outcome: Outcome | None, vehicle: Vehicle, ma
         may_turn: whether the verdict rests on the parameters; it does not where they are in what it is judged against
     """
     found = Effects(0.0, ()) if outcome is None else effects(outcome, conclusion.finding.estimate, vehicle)
-    if outcome is not None and found.each:
-        conclusion = _with_effects(conclusion, outcome, found, vehicle)
-    turning = turn(conclusion, outcome) if outcome is not None and found.each and may_turn else None
+    moves = outcome if found.each else None
+    if moves is not None:
+        conclusion = _with_effects(conclusion, moves, found, vehicle)
+    turning = turn(conclusion, moves) if moves is not None and may_turn else None
     if turning is None:
         rests = found if may_turn else Effects(0.0, ())
         turning = turn_by_estimate(conclusion.finding, rests.variance, rests.each, vehicle)

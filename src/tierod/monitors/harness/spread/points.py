@@ -82,7 +82,7 @@ class Points:
             self.running[place] = Point(by, session)
 
     def fit_as(self, session: Session) -> None:
-        """Fit blocks that are fitted to a recording as that of the vehicle as it is: parameters alone tell them apart.
+        """Fit blocks that are fitted to a recording like that of the vehicle as it is, so that only parameters differ.
 
         Args:
             session: for the vehicle as it is, after its first piece
