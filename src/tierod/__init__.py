@@ -15,13 +15,12 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
-
 if TYPE_CHECKING:
     from tierod.core.errors import InputError, TierodError
     from tierod.core.findings import Diagnosis, Estimate, Finding, Status
     from tierod.core.graph import Stream, batch, maths, scan
     from tierod.core.recording import Channel, Recording
+    from tierod.core.version import __version__
     from tierod.io.readers import read
     from tierod.io.writers import write
     from tierod.monitors.diagnose import diagnose
@@ -52,6 +51,7 @@ _HOMES = {
     "TierodError": "tierod.core.errors",
     "Variant": "tierod.monitors.harness.session",
     "Vehicle": "tierod.vehicles",
+    "__version__": "tierod.core.version",
     "batch": "tierod.core.graph",
     "campaign": "tierod.report.campaign.running",
     "compare": "tierod.report.campaign.running",

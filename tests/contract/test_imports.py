@@ -65,11 +65,9 @@ FILE_SET = set(FILES)
 def part_of(module):
     """The layer that a dotted name belongs to: a package below tierod, or one of its packages with a layer of its own.
 
-    `tierod` itself only offers names from everywhere, and `__main__` is the command line; the version is for all.
+    `tierod` itself only offers names from everywhere, and `__main__` is the command line.
     """
     names = module.split(".")
-    if names[1:] == ["__version__"]:
-        return "core"
     if names[1:] in ([], ["__main__"]):
         return "cli"
     nested = ".".join(names[1:3])

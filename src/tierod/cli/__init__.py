@@ -18,7 +18,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # In a process of the command line, and in its workers, no script has changed a constant that a graph holds.
         os.environ.setdefault("TIEROD_GRAPHS", "known")
     if given in (["--version"], ["-V"]):
-        from tierod import __version__
+        from tierod.core.version import __version__
 
         print(f"tierod {__version__}")
         return 0

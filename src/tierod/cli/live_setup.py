@@ -113,8 +113,8 @@ def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
 
     from tierod.cli.terminal import origin
     from tierod.io.readers.dbc import load_databases
-    from tierod.io.readers.streaming import loaded_map
     from tierod.live.agreement import disagreements
+    from tierod.live.bus_files import bus_files
     from tierod.live.drive import Drive, Outputs
     from tierod.live.engine import Pace
     from tierod.live.events import Hub
@@ -122,16 +122,16 @@ def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
     from tierod.live.receiving import receiver
     from tierod.live.results import refuse_clash
     from tierod.live.traffic import Traffic
+    from tierod.monitors.together import usual
     from tierod.vehicles import load
 
     car = load(wanted.vehicle)
-    paths = _databases(wanted)
-    database = load_databases(paths)
+    files = bus_files(car, wanted.dbc, wanted.channel_map)
+    paths, database = files.paths, files.database
     _refuse_unknown_ignition(wanted.ignition, database)
-    names = wanted.monitors or _all_monitors()
+    names = wanted.monitors or [each.monitor for each in usual()]
     if wanted.send:
         refuse_clash(database, len(names), int(wanted.results_id, 0))
-    used = wanted.channel_map or car.channel_map or _beside(paths)
     plan = Plan(car, wanted.memory, wanted.baselines, shlex.join(["tierod", *sys.argv[1:]]))
     hub, inbox = Hub(), queue.SimpleQueue[Any]()
     width = 64 if wanted.fd else 8
@@ -142,30 +142,12 @@ def drive_of(wanted: Wanted, addresses: Sequence[Address]) -> tuple[Drive, Hub]:
     if len(paths) > 1 and (text := disagreements({path: load_databases([path]) for path in paths})):
         print(f"tierod: {text}", file=sys.stderr)
     pace = Pace(period=wanted.period)
-    drive = Drive(receivers, inbox, database, loaded_map(used), names, plan, outputs, hub, pace, origin)
+    drive = Drive(receivers, inbox, database, files.channel_map, names, plan, outputs, hub, pace, origin)
     drive.health.traffic = Traffic(wanted.bitrate)
-    mapped = ["--map", str(used)] if isinstance(used, str | Path) else []
+    mapped = ["--map", str(files.map_named)] if files.map_named else []
     databases = [word for path in paths for word in ("--dbc", str(path))]
     drive.interim.words = ["--vehicle", wanted.vehicle, "--monitor", "all", *databases, *mapped]
     return drive, hub
-
-
-def _databases(wanted: Wanted) -> list[Path]:
-    from tierod.core.errors import ParameterError
-    from tierod.io.readers.opening import shipped
-    from tierod.vehicles import load
-
-    car = load(wanted.vehicle)
-    given = wanted.dbc or ((car.database,) if car.database else ())
-    if not given:
-        raise ParameterError(f"the vehicle '{car.name}' names no CAN database; give one with --dbc")
-    return [shipped(each, ".dbc") for each in given]
-
-
-def _all_monitors() -> list[str]:
-    from tierod.monitors.registry import MONITORS
-
-    return [each.name for each in MONITORS.values() if each.default is not None and not each.condition]
 
 
 def _refuse_unknown_ignition(ignition: str, database: Sequence[Message]) -> None:
@@ -174,10 +156,3 @@ def _refuse_unknown_ignition(ignition: str, database: Sequence[Message]) -> None
     known = [f"{message.name}.{signal.name}" for message in database for signal in message.signals]
     if ignition and ignition not in known:
         raise ParameterError(f"no database has the signal '{ignition}' of --ignition{nearest(ignition, known)}")
-
-
-def _beside(paths: list[Path]) -> Any:
-    from tierod.io.readers.channel_map import load_maps_beside, maps_beside
-
-    found = maps_beside(paths)
-    return load_maps_beside(found) if found else None

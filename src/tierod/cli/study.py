@@ -63,10 +63,10 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
     import sys
     from datetime import UTC, datetime
 
-    from tierod import __version__
     from tierod.core.claims import Claim, claims_document
     from tierod.core.content import Item, Table
     from tierod.core.files import write_text
+    from tierod.core.version import __version__
     from tierod.report.study_page import StudyPage, render_study
 
     _require_writable(folder)

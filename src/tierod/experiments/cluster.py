@@ -18,8 +18,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any
 
-from tierod import __version__
 from tierod.core.errors import KernelWarning, MissingExtra, OutputError, ParameterError
+from tierod.core.version import __version__
 from tierod.experiments.executor import Failure, Given, Result, Work, done
 from tierod.experiments.fingerprint import ground_code, tower_code
 

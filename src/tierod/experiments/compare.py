@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tierod import __version__
 from tierod.core.errors import InputError
+from tierod.core.version import __version__
 from tierod.experiments.figures import CONFIDENCE, paired, pooled
 from tierod.experiments.judged import Judged
 from tierod.experiments.rows import Row

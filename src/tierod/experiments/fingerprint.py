@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod import __version__
+from tierod.core.version import __version__
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tierod import __version__
+from tierod.core.version import __version__
 from tierod.experiments.campaign import Campaign
 from tierod.experiments.figures import CONFIDENCE
 from tierod.experiments.gates import Passed, pass_through, pool_at

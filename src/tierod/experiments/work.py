@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from tierod import __version__
 from tierod.core.errors import CompileError, MissingExtra, OutputError, TierodError
 from tierod.core.recording import Recording
+from tierod.core.version import __version__
 from tierod.experiments.executor import Passing
 from tierod.experiments.fingerprint import ground_code, tower_code
 from tierod.experiments.judged import Window, plain

@@ -6,11 +6,11 @@ import hashlib
 from dataclasses import dataclass
 from typing import Any
 
-from tierod import __version__
 from tierod.core.block import Ring, tuning, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph import trace
 from tierod.core.graph.memory_layout import BankState
+from tierod.core.version import __version__
 from tierod.export.described import Described, described, of_signals
 from tierod.export.members import identifier
 from tierod.monitors.diagnose import find, usual_monitor

@@ -9,11 +9,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from tierod import __version__
 from tierod.core.errors import InputError
 from tierod.core.findings import Element, Episode, Finding, Trace
 from tierod.core.recording import Recording
 from tierod.core.timestamps import CALENDAR
+from tierod.core.version import __version__
 from tierod.experiments.fingerprint import fingerprint
 from tierod.fleet.likeness import TEMPERATURE, Moments
 from tierod.fleet.schema import WHOLE

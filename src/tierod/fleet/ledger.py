@@ -11,8 +11,8 @@ import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
-from tierod import __version__
 from tierod.core.errors import InputError
+from tierod.core.version import __version__
 from tierod.fleet import schema
 from tierod.fleet.places import Place
 from tierod.fleet.recordings import Found

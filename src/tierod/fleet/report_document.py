@@ -7,7 +7,7 @@ import json
 import math
 from typing import Any
 
-from tierod import __version__
+from tierod.core.version import __version__
 from tierod.fleet.ranking import WORDS, Ranked, Reason, date
 from tierod.fleet.report import FleetReport
 from tierod.fleet.trends import Trends

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
-from tierod import __version__
 from tierod.core.files import write_text
+from tierod.core.version import __version__
 from tierod.fleet import report_words as words
 from tierod.fleet.ranking import WORDS, Urgency, date
 from tierod.fleet.report import FleetReport

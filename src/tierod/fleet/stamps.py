@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tierod import __version__
+from tierod.core.version import __version__
 from tierod.experiments.fingerprint import fingerprint, tower_code
 from tierod.monitors.harness.session import Monitor
 from tierod.monitors.registry import MONITORS

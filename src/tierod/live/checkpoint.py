@@ -17,11 +17,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from tierod import __version__
 from tierod.core.errors import InputError
 from tierod.core.files import replacing
 from tierod.core.graph import Memory
 from tierod.core.user_files import read_bytes
+from tierod.core.version import __version__
 from tierod.live.snapshot import ARRAYS, Snapshot, digest_of
 from tierod.vehicles import Vehicle
 

@@ -12,9 +12,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from xml.sax.saxutils import escape
 
-from tierod import __version__
 from tierod.core.errors import OutputError
 from tierod.core.files import expanded, require_folder
+from tierod.core.version import __version__
 from tierod.io.readers.frames import EXTENDED
 from tierod.live.frame import Frame
 

@@ -12,9 +12,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from tierod import __version__
 from tierod.core.content import Chart, Heading, Item, Table
 from tierod.core.decimation import Packed
+from tierod.core.version import __version__
 from tierod.report.charts.figure import Figure, drawn_from
 from tierod.report.charts.study import study_figure
 from tierod.report.glossary import Glossary

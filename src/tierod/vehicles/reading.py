@@ -11,7 +11,7 @@ from tierod.vehicles.vehicle import Vehicle
 Map = str | Path | ChannelMap | None
 
 
-def read_by(vehicle: Vehicle | None, dbc: Paths = None, channel_map: Map = None) -> tuple[Paths, Map]:
+def read_by(vehicle: Vehicle | None, dbc: Paths = None, channel_map: Map = None) -> tuple[tuple[str | Path, ...], Map]:
     """CAN databases and channel map that recordings are read by.
 
     Args:
@@ -19,6 +19,6 @@ def read_by(vehicle: Vehicle | None, dbc: Paths = None, channel_map: Map = None)
         dbc: path(s) of databases
         channel_map: path of a map, or a map
     """
-    if vehicle is None:
-        return dbc or None, channel_map
-    return dbc or vehicle.database, channel_map or vehicle.channel_map
+    databases = dbc or (vehicle.database if vehicle else None) or ()
+    paths = (databases,) if isinstance(databases, str | Path) else tuple(databases)
+    return paths, channel_map or (vehicle.channel_map if vehicle else None)

@@ -28,6 +28,7 @@ from tierod.io.readers.streaming import completed, loaded_map, planned
 from tierod.monitors.harness.pieces import CHUNK
 from tierod.monitors.together import Concluded, usual
 from tierod.vehicles import Vehicle, load
+from tierod.vehicles.reading import read_by
 from tierod.web.pyramid import SeriesReader, SeriesWriter
 from tierod.web.store import Store, stamp_of
 from tierod.web.watching import Watched
@@ -77,13 +78,12 @@ class Reading:
     dbc: tuple[str, ...] = ()
     channel_map: str | Mapping[str, Any] | None = None
 
-    def files(self, car: Vehicle | None) -> tuple[Any, ChannelMap | None]:
+    def files(self, car: Vehicle | None) -> tuple[tuple[str | Path, ...], ChannelMap | None]:
         """(databases, channel map), those of the vehicle where none are given."""
         given = self.channel_map
-        own = car.channel_map if car else None
-        chosen = parse_channel_map(given, "the channel map of the page") if isinstance(given, Mapping) else given or own
-        dbc = list(self.dbc) or ([str(car.database)] if car and car.database else None)
-        return dbc, loaded_map(chosen)
+        written = parse_channel_map(given, "the channel map of the page") if isinstance(given, Mapping) else given
+        databases, chosen = read_by(car, self.dbc, written)
+        return databases, loaded_map(chosen)
 
 
 def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say) -> dict[str, Any]:
@@ -111,7 +111,7 @@ def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say
     dbc, used = reading.files(car)
     say(0.02, "reading the file")
     content = digest(reading.path)
-    files = [digest(shipped(each, ".dbc")) for each in dbc or ()]
+    files = [digest(shipped(each, ".dbc")) for each in dbc]
     key = fingerprint(
         "tierod.web-series/2", content, files, None if used is None else (used.entries, used.time), code()
     )

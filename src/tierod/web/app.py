@@ -11,8 +11,8 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import HTMLResponse, JSONResponse, Response
 from starlette.exceptions import HTTPException
 
-from tierod import __version__
 from tierod.core.errors import TierodError
+from tierod.core.version import __version__
 from tierod.web.errors import status_of
 from tierod.web.fleet_endpoints import fleet_endpoints
 from tierod.web.guard import SAFE, BodyTooLong, Guard, Trust

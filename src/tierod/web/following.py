@@ -13,22 +13,23 @@ import signal
 import sys
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tierod.core.errors import InputError, ParameterError, TierodError
 from tierod.core.signals import SIGNALS
-from tierod.io.readers.channel_map import ChannelMap, load_maps_beside, maps_beside
+from tierod.io.readers.channel_map import ChannelMap
 from tierod.io.readers.making import Doubts, made_from
 from tierod.io.readers.mapping import Plan as Mapping_
 from tierod.io.readers.mapping import plan as mapping
+from tierod.live.bus_files import bus_files
 from tierod.live.decoding import Decoder
 from tierod.live.drive import Drive, Outputs
 from tierod.live.events import Hub, line
 from tierod.live.frame import Frame, frames_of
 from tierod.live.judge import Plan
+from tierod.monitors.together import usual
 
 PERIOD = 0.05
 """Between two lines of samples [s]."""
@@ -133,27 +134,18 @@ def drive_of(vehicle: str, live: Sequence[str], dbc: Sequence[str], channel_map:
         ParameterError: no such vehicle, or no database
         InputError: a bus cannot be opened
     """
-    from tierod.io.readers.dbc import load_databases
-    from tierod.io.readers.opening import shipped
-    from tierod.io.readers.streaming import loaded_map
     from tierod.live.buses import Address
     from tierod.live.receiving import receiver
-    from tierod.monitors.registry import MONITORS
     from tierod.vehicles import load
 
     car = load(vehicle)
-    given: list[str | Path] = [*dbc] or ([car.database] if car.database else [])
-    if not given:
-        raise ParameterError(f"the vehicle '{car.name}' names no CAN database; give one with --dbc")
-    paths = [shipped(each, ".dbc") for each in given]
-    beside = maps_beside(paths)
-    used = loaded_map(channel_map or car.channel_map) or (load_maps_beside(beside) if beside else None)
-    database = load_databases(paths)
-    names = [each.name for each in MONITORS.values() if each.default is not None and not each.condition]
+    files = bus_files(car, dbc, channel_map or None)
+    names = [each.monitor for each in usual()]
     inbox: Any = queue.SimpleQueue()
     buses = [Address(interface, channel) for interface, _, channel in (each.partition(":") for each in live)]
     receivers = [receiver(number, each, inbox) for number, each in enumerate(buses, 1)]
-    return Drive(receivers, inbox, database, used, names, Plan(car), Outputs(), Hub()), Samples(database, used)
+    drive = Drive(receivers, inbox, files.database, files.channel_map, names, Plan(car), Outputs(), Hub())
+    return drive, Samples(files.database, files.channel_map)
 
 
 def main() -> int:

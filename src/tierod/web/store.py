@@ -19,10 +19,10 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from tierod import __version__
 from tierod.core.errors import OutputError
 from tierod.core.files import write_text
 from tierod.core.processes import runs
+from tierod.core.version import __version__
 from tierod.web.errors import Absent
 
 KINDS = ("series", "results", "identified")

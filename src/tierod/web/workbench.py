@@ -17,10 +17,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from tierod import __version__
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.shown import shown
 from tierod.core.signals import SIGNALS
+from tierod.core.version import __version__
 from tierod.web import fleets, shapes
 from tierod.web.demo import folders
 from tierod.web.described import series_shape

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tierod import __version__
 from tierod.core.signals import SIGNALS
+from tierod.core.version import __version__
 from tierod.diagnosis.fault_memory import CAUSE_DELAY, PLACES
 from tierod.diagnosis.trouble_codes import TroubleCodes
 from tierod.export.fault_memory.vectors import CYCLES, memory_vectors

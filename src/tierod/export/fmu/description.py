@@ -8,9 +8,9 @@ from typing import Literal
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from tierod import __version__
 from tierod.core.statement import STATUSES
 from tierod.core.units import dimensions
+from tierod.core.version import __version__
 from tierod.export.c_header import plain
 from tierod.export.fmu.variables import Model, Variable
 

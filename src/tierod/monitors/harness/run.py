@@ -9,11 +9,11 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tierod import __version__
 from tierod.core.decimation import Decimator, bins_each
 from tierod.core.errors import InputError
 from tierod.core.findings import Diagnosis, ParameterEffect, Trace
 from tierod.core.recording import Aligned, Recording
+from tierod.core.version import __version__
 from tierod.io.derive import complete, ingredients
 from tierod.io.readers import SHARE_READ
 from tierod.monitors.harness.acceptance import refuse_unsuitable
