@@ -1,4 +1,4 @@
-"""Channels on a uniform grid: where its times lie among time stamps, and the values there."""
+"""Resampling of channels on a uniform time grid: the latest sample is held, or neighbours are interpolated."""
 
 from __future__ import annotations
 
@@ -8,7 +8,16 @@ import numpy as np
 
 
 class Places(NamedTuple):
-    """Places of a grid's times among time stamps: the sample before, its age [s], and whether it is held, (n,)."""
+    """Positions of the times of a grid among the time stamps of a channel, (n,) each.
+
+    Args:
+        before: indices of the latest samples up to the times of the grid
+        known: whether there is such a sample
+        age: time since that sample [s]
+        held: whether the sample is recent enough to be held
+        everywhere: whether it is at all times of the grid
+        rounding: amount by which a stamp may lie after its time of the grid [s]
+    """
 
     before: np.ndarray | slice
     known: np.ndarray | bool
@@ -19,17 +28,18 @@ class Places(NamedTuple):
 
 
 def places(time: np.ndarray, grid: np.ndarray, maximum_age: float, tolerance: float) -> Places:
-    """Places of a grid's times among the time stamps of a channel.
+    """Positions of the times of a grid among the time stamps of a channel.
 
     Args:
         time: stamps [s], not decreasing
         grid: times [s]
-        maximum_age: up to which a sample is held [s]
-        tolerance: by which a stamp may come after its time of the grid, at most a microsecond [s]
+        maximum_age: age up to which a sample is held [s]
+        tolerance: amount by which a stamp may lie after its time of the grid, at most a microsecond [s]
     """
     rounding = min(tolerance, 1e-6)
     until = grid + rounding
     known: np.ndarray | bool = True
+    # With regular clocks a slice takes the samples without a search and without a copy.
     before: np.ndarray | slice | None = _evenly_spaced(time, until)
     if before is None:
         found = np.searchsorted(time, until, side="right") - 1
@@ -40,7 +50,7 @@ def places(time: np.ndarray, grid: np.ndarray, maximum_age: float, tolerance: fl
 
 
 def _evenly_spaced(time: np.ndarray, until: np.ndarray) -> slice | None:
-    """Places of the last stamps up to each of some times where every k-th is one, as of regular clocks; else None."""
+    """Slice of the last stamps up to given times, where these are every k-th stamp (regular clocks); else None."""
     if len(until) < 2:
         return None
     first, last = (np.searchsorted(time, until[[0, -1]], side="right") - 1).tolist()
@@ -53,23 +63,23 @@ def _evenly_spaced(time: np.ndarray, until: np.ndarray) -> slice | None:
 
 
 def held(values: np.ndarray, places: Places) -> np.ndarray:
-    """The latest sample at each time of a grid, NaN where it is too old.
+    """The latest sample at each time of a grid; NaN where it is too old.
 
     Args:
-        values: of the channel
-        places: of the grid among its stamps
+        values: samples of the channel
+        places: positions of the grid among its stamps
     """
     latest = values[places.before]
     return latest if places.everywhere else np.where(places.held, latest, np.nan)
 
 
 def between(time: np.ndarray, values: np.ndarray, places: Places, maximum_age: float) -> np.ndarray:
-    """Between two samples at each time of a grid; NaN where they are too far apart.
+    """Linear interpolation at each time of a grid; NaN where the two samples are too far apart.
 
     Args:
-        time, values: of the channel, stamps in [s]
-        places: of the grid among the stamps
-        maximum_age: between two samples at most [s]
+        time, values: stamps [s] and samples of the channel
+        places: positions of the grid among the stamps
+        maximum_age: largest distance of two samples that are interpolated [s]
     """
     before, known, age, _, _, rounding = places
     before = np.arange(len(time))[before]

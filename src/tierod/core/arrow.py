@@ -1,4 +1,4 @@
-"""NumPy arrays from and to Arrow columns by their memory: the library's own conversions import pandas."""
+"""Conversion between NumPy arrays and Arrow columns through their memory; pyarrow's own conversions import pandas."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _PER_SECOND = {"s": 1, "ms": 1_000, "us": 1_000_000, "ns": 1_000_000_000}
 
 
 def is_number(kind: pa.DataType) -> bool:
-    """Whether a type of Arrow holds numbers, decimals or truth values, which `floats` reads."""
+    """Whether an Arrow type holds numbers, decimals or truth values, which `floats` reads."""
     import pyarrow.types as types
 
     tests = (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal)
@@ -49,6 +49,7 @@ def calendar_seconds(column: pa.Array | pa.ChunkedArray) -> np.ndarray:
     parts = []
     for chunk in _chunks(column.cast(pa.int64())):
         ticks = _memory(chunk, np.int64)
+        # Seconds and fraction are divided apart: nanoseconds since 1970 exceed the 53 bits of a float.
         parts.append(np.where(_valid(chunk), ticks // per + (ticks % per) / per, np.nan))
     return np.concatenate(parts or [np.empty(0)])
 
@@ -73,7 +74,7 @@ def _valid(chunk: pa.Array) -> np.ndarray:
 
 
 def column_of(values: np.ndarray, length: int | None = None) -> pa.Array:
-    """Floats as an Arrow column; padded with nulls to a length."""
+    """Floats as an Arrow column, padded with nulls up to a length where one is given."""
     import pyarrow as pa
 
     dense = np.ascontiguousarray(values, dtype=np.float64)

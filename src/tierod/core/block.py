@@ -1,4 +1,4 @@
-"""Blocks: anything causal with memory, written once in ordinary operators.
+"""Blocks: causal discrete-time systems with memory, each written once in ordinary operators.
 
 A block is a frozen dataclass. Its float fields are its tuning and become inputs of the traced graph, so that many
 calibrations share one compiled kernel; its other fields (counts, names, flags) are its structure.
@@ -29,7 +29,7 @@ from typing import (
 from typing_extensions import TypeVar  # supports defaults: a bare `Block` is a block of anything
 
 Scalar: TypeAlias = float
-"""A number inside a block: a float, and while the block is traced the symbol that stands for it."""
+"""A number inside a block: a float, or a symbol while the block is traced."""
 
 Truth: TypeAlias = bool | float
 """A condition: True or 1.0 where it holds, False or 0.0 where not; a comparison of two `Scalar` gives one."""
@@ -45,12 +45,12 @@ Output = TypeVar("Output", covariant=True, default=Any)
 
 @runtime_checkable
 class Block(Protocol[State, Given, Output]):
-    """Anything causal with memory: estimators, detectors, gates, discretised plants, sensor models.
+    """Causal discrete-time system with memory: an estimator, detector, gate, discretised plant or sensor model.
 
     Its three types are those of the state, of one sample (the class `Sample`) and of the output.
 
     `step` may take further arguments with defaults (`enabled` of the detectors): they are for composition inside
-    another block; drivers of a whole block (scan, stream, batch, generated C) feed Sample and nothing else.
+    another block; drivers of a whole block (scan, stream, batch, generated C) pass the sample only.
     """
 
     @property
@@ -61,7 +61,7 @@ class Block(Protocol[State, Given, Output]):
         """The state before the first sample."""
 
     def step(self, state: State, sample: Given, /) -> tuple[State, Output]:
-        """One sample on: (state, sample) -> (next state, output)."""
+        """Advance by one sample: (state, sample) -> (next state, output)."""
 
 
 class Ring(NamedTuple):
@@ -151,14 +151,14 @@ def units(annotation: object) -> list[str]:
 
 
 def named_tuple(name: str, fields: Iterable[tuple[str, object]]) -> type:
-    """A NamedTuple class made at run time, from (field, annotation) pairs; it belongs to the module that calls."""
+    """A NamedTuple class made at run time from (field, annotation) pairs; its module is that of the caller."""
     made: Any = NamedTuple(name, fields)  # type: ignore[misc]  # a name that is known at run time only
     made.__module__ = sys._getframe(1).f_globals.get("__name__", "__main__")
     return made
 
 
 def derived(annotation: object, name: str, unit: str) -> Any:
-    """A NamedTuple class like another, its units put into a pattern: `derived(State, "Variance", "({})**2")`."""
+    """A NamedTuple class with the fields of another and its units in a pattern: `derived(State, "Var", "({})**2")`."""
     if get_origin(annotation) is Annotated:
         inner, *notes = get_args(annotation)
         return Annotated[inner, unit.format(notes[0] or "1")]
@@ -174,7 +174,7 @@ def derived(annotation: object, name: str, unit: str) -> Any:
 def tuning(block: object, path: str = "") -> Iterator[tuple[str, float]]:
     """(dotted path, value) of every float in a block's fields, nested dataclasses and tuples included.
 
-    A whole number in a field of floats is a float: `Cusum(1, 4, 20)` is `Cusum(1.0, 4.0, 20.0)`.
+    An integer in a float field counts as a float: `Cusum(1, 4, 20)` is `Cusum(1.0, 4.0, 20.0)`.
     """
     if isinstance(block, float):
         yield path, block
@@ -196,6 +196,7 @@ def _with_tuning(block: object, values: Iterator[object]) -> Any:
     if isinstance(block, float):
         return next(values)
     if dataclasses.is_dataclass(block) and not isinstance(block, type):
+        # Not through __init__: the checks of a dataclass compare its floats, and a symbol cannot decide an `if`.
         copy = object.__new__(type(block))
         for name, value in _parts(block):
             object.__setattr__(copy, name, _with_tuning(value, values))
@@ -209,8 +210,8 @@ def _with_tuning(block: object, values: Iterator[object]) -> Any:
 def structure(block: object) -> object:
     """Parts of a block that decide the shape of its graph: types and every field that is not a float.
 
-    Types stand for themselves, not for their names: a class written anew under an old name is another one. Values come
-    with their type, since True equals 1. A whole number in a field of floats is a float.
+    Types are compared by identity: a class that is redefined under the same name is a different one. Each value is
+    paired with its type, since True equals 1. An integer in a float field counts as a float.
     """
     if isinstance(block, float):
         return float
@@ -221,7 +222,7 @@ def structure(block: object) -> object:
 
 
 def _parts(block: object) -> Iterable[tuple[str, Any]]:
-    """(name, value) of every field of a dataclass or tuple, as its annotation means it; none of anything else."""
+    """(name, value) of every field of a dataclass or tuple, integers in float fields as floats; else empty."""
     kind: Any = type(block)
     fields = _fields(kind)
     if fields is not None:
@@ -241,7 +242,7 @@ def _fields(kind: Any) -> tuple[tuple[str, Any], ...] | None:
 
 @cache
 def _hints(kind: type) -> dict[str, Any]:
-    """Annotations by field; empty where one names a class that only a function knows: then numbers stay as written."""
+    """Annotations by field; empty where one names a class local to a function: integers then stay integers."""
     try:
         return get_type_hints(kind)
     except NameError:
@@ -249,7 +250,7 @@ def _hints(kind: type) -> dict[str, Any]:
 
 
 def _as_meant(value: object, hint: object) -> object:
-    """A number in a field of floats as a float, in tuples of floats too; anything else as it is."""
+    """A number in a float field, or in a tuple of floats, as a float; any other value unchanged."""
     if type(value) is float or not isinstance(value, tuple | Real):
         return value
     if isinstance(value, tuple) and get_origin(hint) is tuple and not all(type(part) is float for part in value):

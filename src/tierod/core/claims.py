@@ -1,4 +1,4 @@
-"""Claims: a published or own statement, the measured figure, the goal, and whether it holds."""
+"""Claims: a published statement or one of tierod, the measured figure, the goal, and whether the claim holds."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _RANGE = re.compile(r"(\S+) to (\S+)")
 
 @dataclass(frozen=True)
 class Goal:
-    """The values that a measured figure should have, ends included.
+    """Range in which a measured figure should lie, ends included.
 
     Args:
         low, high: ends, in the unit of the figure; infinite where open
@@ -35,7 +35,7 @@ class Goal:
             )
 
     def holds(self, value: float) -> bool:
-        """Whether a finite value lies within."""
+        """Whether a finite value lies in the range."""
         return self.low <= value <= self.high
 
     def __str__(self) -> str:
@@ -47,7 +47,7 @@ class Goal:
 
     @classmethod
     def read(cls, text: str) -> Goal:
-        """The goal that a text of this class writes: "<= 0.3", ">= 0.999", "= 0" or "1.5 to 2.2".
+        """The goal that a text describes: "<= 0.3", ">= 0.999", "= 0" or "1.5 to 2.2".
 
         Raises:
             ParameterError: the text is no goal
@@ -64,12 +64,12 @@ class Goal:
 
 
 def at_most(value: float) -> Goal:
-    """This or less."""
+    """Goal of at most this value."""
     return Goal(high=value)
 
 
 def at_least(value: float) -> Goal:
-    """This or more."""
+    """Goal of at least this value."""
     return Goal(low=value)
 
 
@@ -79,12 +79,12 @@ def between(low: float, high: float) -> Goal:
 
 
 def exactly(value: float) -> Goal:
-    """This and nothing else: for counted figures."""
+    """Goal of exactly this value, for counted figures."""
     return Goal(value, value)
 
 
 class Outcome(StrEnum):
-    """What became of a claim."""
+    """Outcome of a claim after the comparison with its measurement."""
 
     HOLDS = "holds"
     FAILS = "does not hold"
@@ -94,20 +94,20 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim beside its measurement; whether it is met follows from figure and goal and is stored nowhere.
+    """One claim with its measurement; whether it is met is derived from figure and goal and not stored.
 
     Args:
-        id: words joined by hyphens, after the name of a group and a point: "paper.separation"
+        id: name of a group, a point, and words joined by hyphens: "paper.separation"
         claim: one sentence
-        source: who claims it, and where
-        printed: the figure there, a number in the unit or words where it is a range; None where none is given
-        measured: our figure in the unit; None where it cannot be measured here, NaN where that was tried in vain
+        source: author and place of the claim
+        printed: published figure, a number in the unit or words for a range; None where the source gives none
+        measured: own figure in the unit; None where it cannot be measured here, NaN where the measurement failed
         goal: range of the figure that meets the claim; None for a descriptive figure
-        unit: of all three, in the notation of pint
+        unit: unit of all figures, in the notation of pint
         note: remark for reading the figure
-        derived: figure by the equations of the source, which prints none, in the unit; None where
+        derived: figure that follows from the equations of the source where it prints none, in the unit; None where
             nothing was derived
-        cause: what keeps the figure from its goal, and what would mend that; it counts where the claim does not hold
+        cause: reason why the figure misses its goal, with the remedy; it is used only where the claim does not hold
         irreproducible: whether that cause lies in the source: its figure contradicts its own equations, or rests on
             numbers or data that it does not print; the cause is then the evidence
     """
@@ -132,12 +132,12 @@ class Claim:
 
     @property
     def group(self) -> str:
-        """First part of the name."""
+        """Name of the group, the part of `id` before the point."""
         return self.id.partition(".")[0]
 
     @property
     def describes(self) -> bool:
-        """Whether it only describes: nothing is claimed, so that nothing can fail."""
+        """Whether the figure is only descriptive: without a goal nothing can fail."""
         return self.goal is None
 
     @property
@@ -147,14 +147,14 @@ class Claim:
 
     @property
     def met(self) -> bool | None:
-        """Whether the figure is as the goal wants it; None without goal or measurement, False where that failed."""
+        """Whether the figure meets its goal; None without goal or measurement, False where the measurement failed."""
         if self.goal is None or self.measured is None:
             return None
         return self.figure is not None and self.goal.holds(self.figure)
 
     @property
     def outcome(self) -> Outcome | None:
-        """What became of the claim; None of a figure of description."""
+        """Outcome of the claim; None for a descriptive figure."""
         if self.describes:
             return None
         if self.met is None:
@@ -164,7 +164,7 @@ class Claim:
         return Outcome.IRREPRODUCIBLE if self.irreproducible else Outcome.FAILS
 
     def row(self) -> dict[str, Any]:
-        """The claim as it stands in claims.json."""
+        """Entry of the claim in claims.json."""
         return {
             "id": self.id,
             "claim": self.claim,
@@ -182,7 +182,7 @@ class Claim:
 
 
 def counted(claims: Sequence[Claim]) -> str:
-    """How many claims there are, and what became of them, in a line; figures of description are counted last."""
+    """One line with the number of claims and of each outcome; descriptive figures are counted last."""
     numbers = Counter(claim.outcome for claim in claims)
     described = numbers.pop(None, 0)
     failed, odd = numbers[Outcome.FAILS], numbers[Outcome.IRREPRODUCIBLE]
@@ -198,7 +198,7 @@ def claims_document(claims: Sequence[Claim]) -> str:
     """The text of claims.json.
 
     Raises:
-        ParameterError: two claims of one name
+        ParameterError: two claims have the same name
     """
     names = [claim.id for claim in claims]
     if twice := sorted({name for name in names if names.count(name) > 1}):

@@ -1,4 +1,4 @@
-"""Contents of a study beside its claims: headings, tables and charts, as plain data that the report draws."""
+"""Content of a study beside its claims: headings, tables and charts, as plain data for the report."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Numbers = Sequence[float] | np.ndarray
 
 @dataclass(frozen=True)
 class Heading:
-    """Begins a part of the study.
+    """Heading of a part of a study, with its introduction.
 
     Args:
         title: a few words
@@ -27,10 +27,10 @@ class Heading:
 
 @dataclass(frozen=True)
 class Table:
-    """Some figures with a sentence on their meaning.
+    """Table of figures.
 
     Args:
-        title: a sentence without full stop, with the unit
+        title: meaning of the figures, a sentence without full stop, with the unit
         header: names of the columns
         rows: cells as text; the first one names the row
         note: hint for reading it
@@ -43,12 +43,12 @@ class Table:
 
     @property
     def numeric(self) -> tuple[int, ...]:
-        """The columns that hold numbers."""
+        """Indices of the columns that hold numbers."""
         columns = range(len(self.header))
         return tuple(i for i in columns if all(_is_figure(row[i]) for row in self.rows))
 
     def markdown(self) -> str:
-        """The table as it stands in the documentation: columns of numbers to the right."""
+        """The table in Markdown, columns of numbers aligned to the right."""
         rule = tuple("---:" if i in self.numeric else "---" for i in range(len(self.header)))
         lines = ["| " + " | ".join(line) + " |" for line in (self.header, rule, *self.rows)]
         return f"**{self.title}**\n\n" + "\n".join(lines) + "\n" + (f"\n{self.note}\n" if self.note else "")
@@ -79,7 +79,7 @@ class Bars:
 
 @dataclass(frozen=True)
 class Points:
-    """Marks at numbers or at named places, with the range that each stands for."""
+    """Points at numbers or at named places, each with an optional range."""
 
     name: str
     x: Numbers | Sequence[str]
@@ -90,7 +90,7 @@ class Points:
 
 @dataclass(frozen=True)
 class Band:
-    """The range between two curves; NaN leaves a gap. One of the name of a curve has its colour."""
+    """The range between two curves; NaN leaves a gap. A band with the name of a curve has its colour."""
 
     name: str
     x: Numbers
@@ -110,10 +110,10 @@ class Boxes:
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """A table of shares as colours, alone in its panel: which row goes with which column.
+    """Table of shares as colours (such as a confusion matrix), alone in its panel.
 
     Args:
-        name: of the quantity that is shared out
+        name: quantity whose shares are shown
         down, across: names of rows and columns
         shares: 0 to 1, (rows, columns); NaN leaves a cell empty
     """
@@ -129,20 +129,20 @@ Mark = Lines | Bars | Points | Band | Boxes | Cells
 
 @dataclass(frozen=True)
 class Panel:
-    """One field of a chart with axes of its own.
+    """One panel of a chart with axes of its own.
 
     Args:
-        title: above it
-        x_title, y_title: of the axes, with unit
+        title: heading above the panel
+        x_title, y_title: titles of the axes, with unit
         marks: the drawn series; a name that two panels share has the same colour in both
-        levels: dashed lines across at named heights
-        uprights: dashed lines up at named places
-        logarithmic: whether the vertical axis is
-        logarithmic_along: whether the horizontal axis is
-        sideways: whether the named places of points stand below each other, and their heights run to the right; for
-            many places with long names. The titles of the axes and the levels stay with their values
-        rows: names of heights, in place of numbers up the vertical axis
-        to_scale: whether a metre up is as long as a metre along
+        levels: horizontal dashed lines at named values
+        uprights: vertical dashed lines at named values
+        logarithmic: whether the vertical axis is logarithmic
+        logarithmic_along: whether the horizontal axis is logarithmic
+        sideways: whether the named places of points are listed from top to bottom and their values run to the right,
+            for many places with long names. The titles of the axes and the levels stay with their values
+        rows: labels of values on the vertical axis, in place of numbers
+        to_scale: whether both axes have the same scale, as for positions
     """
 
     title: str
@@ -160,13 +160,13 @@ class Panel:
 
 @dataclass(frozen=True)
 class Chart:
-    """One figure of a study, its panels above each other.
+    """One figure of a study, its panels one above the other.
 
     Args:
-        name: identifies it in the page: words joined by hyphens
+        name: identifier in the page: words joined by hyphens
         title: a few words
         caption: hint for reading it
-        alternative: its content as text, for those who do not see it
+        alternative: its content as text, for readers who cannot see it
         panels: from top to bottom
     """
 
@@ -178,4 +178,4 @@ class Chart:
 
 
 Item = Heading | Table | Chart | Claim
-"""What a study gives, one after the other."""
+"""One element of the content of a study, which is a sequence of these."""

@@ -1,7 +1,7 @@
-"""Long time series in bounded memory: lowest, highest and mean value of every bin, so that nothing is hidden.
+"""Long time series in bounded memory: lowest, highest and mean value of every bin, so that no peak is lost.
 
-A `Decimator` makes a trace, as fine as memory allows; `merged` and `coarser` make levels of it for less room; `pack`
-makes a level small enough for a page or a store, and `unpack` a trace again.
+A `Decimator` collects a trace at the resolution that its memory allows; `merged` and `coarser` reduce the resolution;
+`pack` compresses a trace for a page or a store, and `unpack` restores it.
 """
 
 from __future__ import annotations
@@ -16,40 +16,41 @@ import numpy as np
 from tierod.core.findings import Trace
 
 MEMORY = 2**20
-"""Bins of all traces of a recording together, 32 bytes each."""
+"""Number of bins of all traces of a recording together, 32 bytes each."""
 
 OVERVIEW = 4000
-"""Points of a trace that are enough to see all of it at once."""
+"""Number of points of a trace for an overview of the whole recording."""
 
 FEW = 16
-"""Samples of a bin up to which all bins are gone through together, sample by sample."""
+"""Largest number of samples per bin for which all bins are processed together, one sample of each at a time."""
 
 MERGES = (np.minimum, np.maximum, np.add, np.add)
-"""How lowest and highest value, sum, and number of samples of two bins become those of both."""
+"""Operations that merge lowest value, highest value, sum, and number of samples of two bins."""
 
 EMPTY = np.array([[np.inf], [-np.inf], [0.0], [0.0]])
-"""Lowest and highest value, sum, and number of samples of a bin without any."""
+"""Lowest value, highest value, sum, and number of samples of an empty bin."""
 
 MISSING = 0
 """Code of a bin without a sample in a packed trace."""
 
 
 def bins_each(traces: int) -> int:
-    """Bins of one of so many traces, at the least once they are full: a power of two, 16 384 for 30 traces."""
+    """Smallest number of bins of each trace once it is full: a power of two, 16 384 for 30 traces."""
     return 1 << max(MEMORY // (2 * max(traces, 1)), 1).bit_length() - 1
 
 
 class Places(NamedTuple):
-    """In which bins samples lie.
+    """Bins of the samples of a chunk.
 
     Args:
-        start, width: of the bins [s]
-        first, last: bins of the samples
-        bins: that of every sample, counted from the first
-        samples: number of those in every bin from first to last
-        occupied: those bins that have one, all as a slice where none is empty
-        begins: first sample of each of these
-        even: samples of every bin but the first and the last, which have no more; 0 where they differ or are many
+        start, width: start of the first bin of the trace, and width of the bins [s]
+        first, last: bins of the first and of the last sample
+        bins: bin of every sample, counted from `first`
+        samples: number of samples in every bin from `first` to `last`
+        occupied: bins with at least one sample; a slice of all where none is empty
+        begins: index of the first sample of each occupied bin
+        even: number of samples of every inner bin, which the first and the last bin do not exceed; 0 where the inner
+            bins differ or hold more than `FEW`
     """
 
     start: Annotated[float, "s"]
@@ -64,7 +65,8 @@ class Places(NamedTuple):
 
     @classmethod
     def of(cls, time: np.ndarray, start: float, width: float) -> Places:
-        """Places of rising times [s], shape (n,), at least one."""
+        """Bins of increasing times [s], shape (n,), at least one."""
+        # Rounding may put a time at the edge of a bin just below it.
         bins = np.floor((time - start) / width + 1e-6).astype(int)
         first, last = int(bins[0]), int(bins[-1])
         bins -= first
@@ -82,12 +84,13 @@ class Places(NamedTuple):
         """Lowest and highest value of every occupied bin, and the sum in every bin.
 
         Args:
-            values: of the samples, (n,), none missing
+            values: values of the samples, (n,), none missing
         """
         if not self.even:
             lower, upper = (edge.reduceat(values, self.begins) for edge in (np.minimum, np.maximum))
             return lower, upper, np.bincount(self.bins, values, len(self.samples))
-        # Column by column: a bin of its own for every few samples costs more than they do.
+        # Column by column: `reduceat` costs more per bin than a few samples do. The ends are filled up with neutral
+        # values: neighbours for the extremes, zeros for the sum.
         before = self.even - int(self.samples[0])
         rows = np.empty((len(self.samples), self.even))
         flat, after = rows.reshape(-1), before + len(values)
@@ -107,10 +110,10 @@ class Decimator:
     """Collects one signal chunk by chunk; bins double in width as the recording grows.
 
     Args:
-        name: of the signal
-        unit: in the notation of pint
-        bins: least number of bins once they are full; at the most twice as many
-        reserved: whether memory for all of them is taken at once, so that a program that runs for long keeps its size
+        name: name of the signal
+        unit: unit in the notation of pint
+        bins: smallest number of bins once the memory is full; the largest is twice that
+        reserved: whether memory for all bins is taken at once, so that a long-running program does not grow
     """
 
     def __init__(self, name: str, unit: str, bins: int = 2000, reserved: bool = False):
@@ -118,26 +121,27 @@ class Decimator:
         self._start: float | None = None
         self._width = 0.0
         self._size = 0
-        # The system gives a page only when something is written to it. The last bin may lie at the end by rounding.
+        # A page of memory is taken only when it is written. By rounding, the last bin may lie at the very end.
         self._lower, self._upper, self._sum, self._count = self._all = np.empty((4, 2 * bins + 2))
         if reserved:
             self._clear(slice(None))
 
     def add(self, time: np.ndarray, values: np.ndarray, places: Places | None = None) -> Places | None:
-        """Samples that follow those already added.
+        """Add samples that follow those already added.
 
         Args:
-            time: [s], shape (n,), rising
+            time: [s], shape (n,), increasing
             values: shape (n,); NaN where missing
-            places: places by another signal's decimator for the same times
+            places: bins that another signal's decimator returned for the same times
 
         Returns:
-            where the samples lie, for the next signal with the same times; None without samples
+            bins of the samples, for the next signal with the same times; None without samples
         """
         if not len(time):
             return None
         if self._start is None:
             self._start = float(time[0])
+            # The first bins hold one sample each: their width is the usual sampling interval.
             steps = np.diff(time[:1000])
             steps = steps[steps > 0.0]
             self._width = float(np.median(steps)) if len(steps) else 1.0
@@ -155,7 +159,7 @@ class Decimator:
         return places
 
     def _put(self, touched: slice, places: Places, values: np.ndarray) -> None:
-        """Samples of which none is missing: neighbours share a bin, so that each bin is a stretch of them."""
+        """Add samples of which none is missing, so that each bin holds a contiguous stretch of them."""
         at = places.occupied
         lower, upper = self._lower[touched], self._upper[touched]
         least, most, total = places.merged(values)
@@ -165,7 +169,7 @@ class Decimator:
         self._count[touched] += places.samples
 
     def _put_some(self, touched: slice, index: np.ndarray, values: np.ndarray) -> None:
-        # Only the bins of these samples: with many bins, and few samples at a time, all others would cost most.
+        # Only the bins of these samples: with many bins and short chunks, passing over all bins would dominate.
         np.minimum.at(self._lower[touched], index, values)
         np.maximum.at(self._upper[touched], index, values)
         width = touched.stop - touched.start
@@ -173,7 +177,7 @@ class Decimator:
         self._count[touched] += np.bincount(index, minlength=width)
 
     def trace(self) -> Trace:
-        """Collected trace; NaN where a bin holds no sample."""
+        """Trace collected so far; NaN where a bin holds no sample."""
         used = slice(self._size)
         count = self._count[used]
         seen = count > 0
@@ -201,11 +205,11 @@ class Decimator:
 
 
 def coarser(trace: Trace, step: int) -> Trace:
-    """The trace with neighbouring bins merged; the extremes stay.
+    """The trace with neighbouring bins merged; the extremes are kept, and the mean weights all bins alike.
 
     Args:
         trace: at any resolution
-        step: bins that become one
+        step: number of bins that are merged into one
     """
     if step <= 1:
         return trace
@@ -229,28 +233,28 @@ def coarser(trace: Trace, step: int) -> Trace:
 
 
 def merged(trace: Trace, points: int = OVERVIEW) -> Trace:
-    """The trace with neighbouring bins merged until there are few enough; the extremes stay.
+    """The trace with neighbouring bins merged until there are few enough; the extremes are kept.
 
     Args:
         trace: at any resolution
-        points: most bins that are left
+        points: largest number of bins that remain
     """
     return coarser(trace, -(-len(trace.time) // points))
 
 
 @dataclass(frozen=True)
 class Packed:
-    """A trace in whole numbers, compressed.
+    """A trace quantised to integer codes and compressed.
 
     Args:
-        name, unit: of the trace
+        name, unit: name and unit of the trace
         start: left edge of the first bin [s]
-        width: of a bin [s]
-        count: of the bins
+        width: width of a bin [s]
+        count: number of bins
         lowest: value of the code 1 [unit]
-        step: value from one code to the next [unit]
-        data: mean, highest less mean, and mean less lowest code of every bin, the mean as its change, in zigzag; of all
-            numbers the low bytes, then the high ones; zlib
+        step: difference between neighbouring codes [unit]
+        data: codes of every bin as 16-bit numbers: change of the mean in zigzag, highest less mean, mean less lowest;
+            all low bytes, then all high bytes; zlib
     """
 
     name: str
@@ -264,14 +268,14 @@ class Packed:
 
 
 def outline(values: np.ndarray, most: int) -> np.ndarray:
-    """Numbers of the samples that outline a curve: lowest and highest of every bin, first, last, and where gaps begin.
+    """Indices of the samples that outline a curve: extremes of every bin, first and last one, and begins of gaps.
 
     Args:
         values: shape (n,); NaN breaks the curve
-        most: samples that are wanted at the most, but for gaps
+        most: largest number of samples, not counting those at gaps
 
     Returns:
-        rising; all of them where there are not more
+        increasing indices; those of all samples where there are no more than `most`
     """
     count, bins = len(values), max(most // 2 - 1, 1)
     if count <= most:
@@ -294,11 +298,11 @@ def bin_width(trace: Trace) -> float:
 
 
 def pack(trace: Trace, bits: int = 16) -> Packed | None:
-    """The trace packed; None where its bins differ in width.
+    """The trace quantised and compressed; None where its bins differ in width.
 
     Args:
-        trace: as `Decimator` or `coarser` gives it
-        bits: of a code, 2 to 16: values are rounded to the range of the trace over 2**bits
+        trace: result of a `Decimator` or of `coarser`
+        bits: bits of a code, 2 to 16: values are rounded to the range of the trace over 2**bits
     """
     time = np.asarray(trace.time, float)
     width, count = bin_width(trace), len(time)
@@ -309,7 +313,7 @@ def pack(trace: Trace, bits: int = 16) -> Packed | None:
     seen = np.isfinite(mean)
     low, high = (float(np.min(lower[seen])), float(np.max(upper[seen]))) if seen.any() else (0.0, 0.0)
     most = 2**bits - 1
-    # A range that rounding makes of one value is none; halves keep the widest range finite.
+    # A range within rounding of a constant counts as none; dividing each end by itself keeps the widest range finite.
     step = max(high / (most - 1) - low / (most - 1), 1e-12 * max(abs(low), abs(high))) or 1.0
 
     def code(values: np.ndarray) -> np.ndarray:
@@ -318,6 +322,7 @@ def pack(trace: Trace, bits: int = 16) -> Packed | None:
 
     least, middle, greatest = code(lower), code(mean), code(upper)
     middle = np.clip(middle, least, greatest)
+    # Differences modulo 2**16 fit into 16 bits; `unpack` sums them modulo 2**16 again.
     change = (np.diff(middle, prepend=0) + 2**15) % 2**16 - 2**15
     numbers = np.concatenate([(change << 1) ^ (change >> 15), greatest - middle, middle - least]).astype("<u2")
     data = zlib.compress(numbers.view(np.uint8).reshape(-1, 2).T.tobytes(), 6)
@@ -325,7 +330,7 @@ def pack(trace: Trace, bits: int = 16) -> Packed | None:
 
 
 def unpack(packed: Packed) -> Trace:
-    """The trace that was packed, its values rounded to the steps of the codes."""
+    """The trace that was packed, with values rounded to the steps of the codes."""
     places = np.frombuffer(zlib.decompress(packed.data), np.uint8).astype(int)
     low, high = places.reshape(2, -1)
     turned, above, below = (low + 256 * high).reshape(3, -1)

@@ -1,4 +1,4 @@
-"""Everything that tierod raises on purpose.
+"""Errors that tierod raises on purpose.
 
     TierodError
     ├── InputError        a file, recording or signal cannot be used as given
@@ -26,7 +26,7 @@ class InputError(TierodError):
 
 
 class DamagedFile(InputError):
-    """A file cannot be read to its end; to open it once more takes as long and ends the same way."""
+    """A file cannot be read to its end; opening it again would take as long and fail in the same way."""
 
 
 class ParameterError(TierodError):
@@ -42,11 +42,11 @@ class CompileError(TierodError):
 
 
 class KernelWarning(UserWarning):
-    """Compiled kernels are not kept where they belong, or a block runs on the virtual machine though it should not."""
+    """Compiled kernels are not kept in their usual folder, or a block runs interpreted because it does not compile."""
 
 
 class PluginWarning(UserWarning):
-    """An extension by an installed package cannot be used, and is left out."""
+    """An extension of an installed package cannot be used and is left out."""
 
 
 class OutputError(TierodError):
@@ -64,7 +64,7 @@ class MissingExtra(TierodError):
 
 
 def nearest(name: str, known: Iterable[str], count: int = 3) -> str:
-    """A half-sentence that names the known names nearest to a wrong one.
+    """A half-sentence with the valid names nearest to a wrong one.
 
     Args:
         name: the name as given

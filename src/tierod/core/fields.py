@@ -1,6 +1,6 @@
 """Fields of frozen dataclasses as parameters: unit, range, and a dotted path to each.
 
-A range stands beside the unit: `Annotated[float, "kg", POSITIVE]`.
+A range follows the unit in the annotation: `Annotated[float, "kg", POSITIVE]`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tierod.core.errors import ParameterError
 
 
 class Range(NamedTuple):
-    """The values that make sense, in the unit beside it.
+    """Range of valid values, in the unit of the annotation.
 
     Args:
         low, high: limits
@@ -51,8 +51,8 @@ class Meaning(NamedTuple):
 
     Args:
         hint: the type without its notes
-        unit: in the notation of pint; None where the annotation has none
-        limits: the values that make sense; None where any does
+        unit: unit in the notation of pint; None where the annotation has none
+        limits: range of valid values; None where any value is valid
     """
 
     hint: Any
@@ -61,7 +61,7 @@ class Meaning(NamedTuple):
 
 
 class Number(NamedTuple):
-    """A float field somewhere in a dataclass."""
+    """Value, unit and range of a float field at any depth of a dataclass."""
 
     value: float
     unit: str
@@ -93,7 +93,7 @@ def alternatives(hint: object) -> tuple[Any, ...]:
 
 @cache
 def members(means: Meaning) -> tuple[Meaning, ...]:
-    """The members of a union without None, also of unions within it; notes of the whole where they have none."""
+    """The members of a union without None, nested unions included; without notes, they take those of the union."""
     parts = alternatives(means.hint)
     if parts == (means.hint,):
         return (means,)
@@ -102,13 +102,13 @@ def members(means: Meaning) -> tuple[Meaning, ...]:
 
 @cache
 def below(annotation: object, above: Meaning) -> Meaning:
-    """Meaning of the annotation of a part, with the notes of the whole where it has none."""
+    """Meaning of the annotation of a part; notes that it lacks are taken from the whole."""
     own = meaning(annotation)
     return Meaning(own.hint, above.unit if own.unit is None else own.unit, own.limits or above.limits)
 
 
 def numbers(instance: object) -> dict[str, Number]:
-    """Every float field of a dataclass and of what is nested in it, by dotted path; elements of tuples by number."""
+    """Every float field of a dataclass, nested ones included, by dotted path; elements of tuples by index."""
     return dict(_numbers(instance, Meaning(type(instance), None, None), ""))
 
 
@@ -145,7 +145,7 @@ def _parts(value: object, means: Meaning) -> list[tuple[str, Any, Meaning]]:
 
 
 def replaced(instance: Any, changes: Mapping[str, object]) -> Any:
-    """The dataclass with the values at some dotted paths replaced; the paths have to be there."""
+    """The dataclass with the values at some dotted paths replaced; the paths must exist."""
     below: dict[str, dict[str, Any]] = {}
     values: dict[str, Any] = {}
     for path, value in changes.items():
@@ -174,10 +174,10 @@ def _with(instance: Any, values: Mapping[str, object]) -> Any:
 
 
 def check_ranges(instance: object) -> None:
-    """Compare the numbers of a dataclass with the ranges in its annotations; nested dataclasses do so themselves.
+    """Check the numbers of a dataclass against the ranges in its annotations; nested dataclasses check their own.
 
     Raises:
-        ParameterError: a number that is out of its range
+        ParameterError: a number is out of its range
     """
     kind: Any = type(instance)
     known = hints(kind)
@@ -187,5 +187,6 @@ def check_ranges(instance: object) -> None:
             continue
         for means in members(meaning(known[field.name])):
             if means.hint in (float, int) and means.limits is not None and not means.limits.holds(value):
+                # A unit with a placeholder depends on a signal, which is not known here.
                 unit = f" {means.unit}" if means.unit and "{" not in means.unit else ""
                 raise ParameterError(f"'{field.name}' is {value:g}{unit}, but has to be {means.limits}{unit}")

@@ -1,4 +1,4 @@
-"""Output files: written beside the target and renamed, so that no reader ever finds a half-written one."""
+"""Output files: written beside the target and renamed, so that no reader ever sees a half-written file."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ _REMEDIES = {
 
 
 ABANDONED: Annotated[float, "s"] = 3600.0
-"""Temporary files that have not been written to for so long belong to a killed process: writing takes seconds."""
+"""Age from which a temporary file is a leftover of a killed process [s]; writing takes seconds."""
 
 
 @contextmanager
 def replacing(path: str | Path, sweeps: bool = True) -> Iterator[Path]:
-    """A path beside the target to write to; it becomes the target when the block ends well and vanishes otherwise.
+    """A temporary file beside the target; it replaces the target when the block ends without error, else it is removed.
 
     Args:
         path: the target; its folder must exist
-        sweeps: whether leftovers of killed processes are removed; a store of thousands of files does that once
-            itself, since a look takes 2 ms there
+        sweeps: whether leftovers of killed processes are removed; a store of thousands of files sweeps once by
+            itself, since a sweep of its folder takes 2 ms
 
     Raises:
         OutputError: the file cannot be written; the message states cause and remedy
@@ -65,18 +65,18 @@ def replacing(path: str | Path, sweeps: bool = True) -> Iterator[Path]:
 
 
 def write_text(path: str | Path, text: str, sweeps: bool = True) -> Path:
-    """Write a whole text file in UTF-8, or nothing.
+    """Write a text file in UTF-8, completely or not at all.
 
     Args:
         path: the target; its folder must exist
-        text: to be written
-        sweeps: as of `replacing`
+        text: content of the file
+        sweeps: as for `replacing`
 
     Raises:
         OutputError: the file cannot be written; the message states cause and remedy
     """
     with replacing(path, sweeps) as temporary:
-        # Half characters, as in names of files in no Unicode, are in no UTF-8.
+        # Lone surrogates, which stand for bytes of file names that are not Unicode, cannot be encoded.
         temporary.write_text(text, encoding="utf-8", errors="replace")
     return expanded(path)
 
@@ -90,7 +90,7 @@ def expanded(path: str | Path) -> Path:
 
 
 def require_folder(path: str | Path) -> None:
-    """See that a file can be written where it shall be, before work is done whose result goes there.
+    """Check that the folder of a file can be written, before the work whose result goes there.
 
     Raises:
         OutputError: its folder is missing or cannot be written
@@ -104,12 +104,12 @@ def require_folder(path: str | Path) -> None:
 
 @contextmanager
 def holding(path: str | Path) -> Iterator[Path]:
-    """Hold a file, which need not exist, against other programs that read and change it in one; gives where it lies.
+    """Lock the folder of a file, which need not exist, to read and change the file in one step; yields its path.
 
     Raises:
-        OutputError: its folder is missing or cannot be written, or another program holds it without end
+        OutputError: its folder is missing or cannot be written, or another program held it for `PATIENCE`
     """
-    # A link is followed once: lock, temporary file and new name belong into one folder.
+    # A link is resolved once, so that lock, temporary file and new name are in one folder.
     place = expanded(path).resolve()
     require_folder(place)
     with contextlib.ExitStack() as stack:
@@ -124,7 +124,7 @@ def holding(path: str | Path) -> Iterator[Path]:
 
 
 def _final(target: Path) -> Path:
-    """Target of a link: the file is replaced there, and the link stays; devices and pipes are never replaced."""
+    """The path that is replaced: of a link its target, so that the link stays; devices and pipes are refused."""
     target = target.resolve() if target.is_symlink() else target
     if target.exists() and not target.is_file() and not target.is_dir():
         raise OutputError(f"{target} cannot be written: it is a device or a pipe; name a file")
@@ -134,28 +134,28 @@ def _final(target: Path) -> Path:
 def _beside(target: Path) -> Path:
     if target.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-    # Not tempfile: its files are the owner's alone, but a report is read by others as any new file is.
+    # Not tempfile: only the owner may read its files, but others shall read a report like any new file.
     path = target.with_name(f".{target.stem[:100]}.{secrets.token_hex(6)}{target.suffix}")
     os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
     return path
 
 
 def temporary_name(stem: str, suffix: str) -> re.Pattern[str]:
-    """Pattern of the names of temporary files of `replacing`.
+    """Pattern of the names of the temporary files of `replacing`.
 
     Args:
-        stem: of the target's name, as a regular expression
-        suffix: of the target's name
+        stem: stem of the target's name, as a regular expression
+        suffix: suffix of the target's name
     """
     return re.compile(rf"\.{stem}\.[0-9a-f]{{12}}{re.escape(suffix)}")
 
 
 def sweep(target: Path, age: float = ABANDONED) -> None:
-    """Remove what killed processes left beside a target.
+    """Remove temporary files that killed processes left beside a target.
 
     Args:
-        target: as it is written with `replacing`
-        age: of the files left behind, at least [s]
+        target: file that is written with `replacing`
+        age: smallest age of the files that are removed [s]
     """
     left = temporary_name(re.escape(target.stem[:100]), target.suffix)
     now = time.time()
@@ -167,7 +167,7 @@ def sweep(target: Path, age: float = ABANDONED) -> None:
 
 
 def _settle(temporary: Path) -> None:
-    """On the disk before it gets its name, so that a power cut leaves the old file or the whole new one."""
+    """Write a file to the disk before it is renamed, so that a power cut leaves the old file or the whole new one."""
     with temporary.open("rb+") as file:
         os.fsync(file.fileno())
 

@@ -10,7 +10,7 @@ from tierod.core.screen import Screen
 from tierod.core.shown import in_words
 
 ESTIMATED, CONSISTENT, INCONSISTENT = "estimated", "consistent", "inconsistent"
-"""Words for an estimate: nothing confirms it, a reference or redundant signals agree with it, or something does not."""
+"""Words for an estimate: unconfirmed, in agreement with a reference or redundant signals, or in contradiction."""
 
 
 class Status(StrEnum):
@@ -28,7 +28,7 @@ class Status(StrEnum):
 
     @property
     def exit_code(self) -> int:
-        """0 healthy, 1 fault (suspect and rising included), 2 could not judge."""
+        """Exit code: 0 healthy, 1 fault (suspect and rising included), 2 without a judgement."""
         if self is Status.HEALTHY:
             return 0
         return 1 if self in (Status.RISING, Status.SUSPECT, Status.FAULT) else 2
@@ -36,15 +36,15 @@ class Status(StrEnum):
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number that was estimated, with its uncertainty.
+    """An estimated number with its uncertainty.
 
     Args:
         quantity: its name in words, with the place ("friction torque at the steering wheel axis")
-        value: in the unit
+        value: estimated value in the unit
         standard_deviation: one sigma in the unit
         unit: in the notation of pint; "count" where the recording was not calibrated
         reference: values that it is compared with, by name: nominal, learnt level, threshold
-        limits: parameters of the vehicle file that an alarm rests on as its limits, whose deviation is in none of these
+        limits: names of vehicle parameters that are the limits of the alarm; their deviation is in none of the others
     """
 
     quantity: str
@@ -60,9 +60,9 @@ class Defect:
     """Defect of an input signal.
 
     Args:
-        names: of the signal; several where they cannot be separated
+        names: name of the signal; several where the defect cannot be isolated
         sentence: the defect, beginning with the names
-        withholds: whether no estimate can be stated beside it
+        withholds: whether the defect prevents any estimate
     """
 
     names: tuple[str, ...]
@@ -84,9 +84,9 @@ class Finding:
         cause: reason for the status
         action: the remedy
         warnings: notices for a reader of the verdict (wrong sign suspected, torque in raw counts, ...)
-        decided_by: names of the decisions that raised the alarm; empty without one
-        confirmed: of a monitor that estimates, whether a reference or redundant signals were there to contradict it:
-            what would be healthy is then "consistent", and "estimated" without; None for a monitor that judges
+        decided_by: names of the decision rules that raised the alarm; empty without an alarm
+        confirmed: for a monitor that estimates, whether a reference or redundant signals could have contradicted it:
+            a healthy status is then shown as "consistent", else as "estimated"; None for a monitor that judges
     """
 
     monitor: str
@@ -115,11 +115,11 @@ class Finding:
         return self.word or str(self.status)
 
     def after(self, cause: str, action: str) -> Finding:
-        """The finding with another cause and remedy before its own; of its own none is kept that says nothing.
+        """The finding with another cause and remedy before its own; an empty remedy of its own is dropped.
 
         Args:
-            cause: that comes first
-            action: that comes first
+            cause: cause that comes first
+            action: remedy that comes first
         """
         nothing = self.action in ("", "none") or self.action.startswith("none;")
         return replace(
@@ -153,14 +153,14 @@ class Finding:
 
 @dataclass(frozen=True)
 class Episode:
-    """A time over which a sensor or an actuator was at fault.
+    """Time interval in which a sensor or an actuator was faulty.
 
     Args:
-        kind: of the fault, in words ("total loss", "positive offset"); empty where it is not identifiable
-        start: [s] in the recording
-        end: [s], None where it lasts to the end
-        magnitude: of the fault; None where it has none, or it is not identifiable
-        candidates: other elements that explain the readings as well; empty where there are none
+        kind: type of the fault in words ("total loss", "positive offset"); empty where it is not identifiable
+        start: begin of the interval in the recording [s]
+        end: end of the interval [s]; None where it lasts to the end of the recording
+        magnitude: fault magnitude; None where the fault has none, or it is not identifiable
+        candidates: other elements whose fault explains the readings as well; empty where there are none
     """
 
     kind: str
@@ -175,14 +175,13 @@ class Element:
     """The state of one sensor or actuator over a recording.
 
     Args:
-        name: of the signal or actuator
+        name: name of the signal or actuator
         role: "sensor" or "actuator"
         status: fault or suspect where it has an episode, else healthy, or why it could not be judged
         cause: why it could not be judged, or was judged for a part of the time only
-        episodes: in which it was at fault, in the order of time
-        substitute: its replacement while it is faulty, with the error measured for that; empty where
-            nothing does
-        trouble_code: that stands for it; empty where none does
+        episodes: intervals in which it was faulty, in chronological order
+        substitute: its replacement while it is faulty, with the measured error of that; empty where there is none
+        trouble_code: diagnostic trouble code; empty where there is none
     """
 
     name: str
@@ -196,10 +195,10 @@ class Element:
 
 @dataclass(frozen=True)
 class Trace:
-    """A decimated time series for the report: min, max and mean of every bin, so that nothing is hidden.
+    """A decimated time series for the report: minimum, maximum and mean of every bin, so that no peak is lost.
 
     Args:
-        name, unit: as in the catalogue, or the monitor's own output
+        name, unit: name and unit of a signal of the catalogue, or of an output of the monitor
         time: left edge of each bin [s], shape (n,)
         lower, upper, mean: shape (n,) each; NaN where no sample fell into the bin
     """
@@ -214,7 +213,7 @@ class Trace:
 
 @dataclass(frozen=True)
 class ChannelQuality:
-    """Data quality of one channel."""
+    """Data quality of one channel; rate from the median sampling interval [Hz], longest gap [s], extremes [unit]."""
 
     name: str
     unit: str
@@ -233,10 +232,10 @@ class Curve:
     """Trade-off in the design of a stopping rule, for a chart.
 
     Args:
-        along, up: (n,) each
-        along_title, up_title: with unit
-        chosen: the point that is in effect; None where it is off the curve
-        chance: whether `up` is a chance from 0 to 1, over a size; else both are times, on logarithmic axes
+        along, up: values on the horizontal and on the vertical axis, (n,) each
+        along_title, up_title: titles of the axes, with unit
+        chosen: the point of the design in use; None where it is off the curve
+        chance: whether `up` is a probability from 0 to 1 over a magnitude; else both are times, on logarithmic axes
     """
 
     along: tuple[float, ...]
@@ -249,16 +248,16 @@ class Curve:
 
 @dataclass(frozen=True)
 class Decided:
-    """One rule by which a monitor decided, as a report shows it.
+    """One decision rule of a monitor, as a report shows it.
 
     Args:
         name, distance, rule, false_alarms, source: in words
-        statistic: trace that the rule compares; "" where there is none
-        levels: thresholds in the unit of that trace, or of the value that one look tests
-        curve: of its design; None without one
-        below: whether the rule acts below its levels; else it acts above positive ones and below negative ones
-        reached: furthest value over the recording, or the value that one look tested; None where neither is known
-        passed: time [s] at which a level was first passed; None where none was, or where one looks once
+        statistic: name of the trace that is compared with the thresholds; "" where there is none
+        levels: thresholds, in the unit of that trace or of the value of a single test
+        curve: trade-off of its design; None without one
+        below: whether the rule acts below its thresholds; else above positive and below negative ones
+        reached: furthest value over the recording, or the value of a single test; None where neither is known
+        passed: time [s] of the first crossing of a threshold; None where none was crossed, or for a single test
     """
 
     name: str
@@ -276,14 +275,14 @@ class Decided:
 
 @dataclass(frozen=True)
 class ParameterEffect:
-    """Effect on a result of a parameter of the vehicle, uncertain as it is.
+    """Effect of an uncertain vehicle parameter on a result.
 
     Args:
-        name: of the parameter
-        value, standard_deviation, unit: as judged with
-        effect: move of the result by one standard deviation of the parameter, with sign
-        effect_unit: in the notation of pint; "" for a distance from a threshold, in shares of it
-        share: of the variance that all parameters add to the result [0 to 1]
+        name: name of the parameter
+        value, standard_deviation, unit: as used for the result
+        effect: change of the result for one standard deviation of the parameter, with sign
+        effect_unit: in the notation of pint; "" for a distance from a threshold, relative to the threshold
+        share: share of the variance that all parameters add to the result [0 to 1]
     """
 
     name: str
@@ -297,11 +296,11 @@ class ParameterEffect:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Everything that one run of monitors over one recording gives; report and JSON are made from it alone.
+    """Complete result of one run of monitors over one recording; report and JSON are made from it alone.
 
     Args:
         findings: one per monitor, the decisive one first
-        elements: sensors and actuators of a monitor that judges several
+        elements: states of sensors and actuators, from monitors that judge several
         traces: time series by name
         histograms: by name, (edges, counts) pairs per stretch of the drive
         loops: hysteresis views: name -> (angle [rad], torque) pairs, decimated
@@ -311,7 +310,7 @@ class Diagnosis:
         quality: one per channel used
         parameters: rows (name, value, unit, standard deviation, source)
         decisions: the rules by which the monitors decided
-        parameter_effects: of the uncertain parameters that move the result, the one that moves it most first
+        parameter_effects: effects of the uncertain parameters that change the result, the largest first
         recording, vehicle, version, command, created: provenance
     """
 
@@ -352,7 +351,7 @@ class Diagnosis:
         """The diagnosis with a remark added.
 
         Args:
-            name: of its subject ("baseline")
+            name: its subject ("baseline")
             remark: a sentence
         """
         return replace(self, remarks={**self.remarks, name: remark})

@@ -1,8 +1,7 @@
 """Recordings as tables of other libraries: Arrow, pandas, Polars, xarray.
 
 Channels with different time stamps become columns over all of them: null (in pandas and xarray NaN) where a channel
-has no sample, NaN where its sample is missing. Units, sources and notes go along where the library has a place
-for them.
+has no sample, NaN where its sample is missing. Units, sources and notes are kept where the library can store them.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ TIME = "time"
 """Name of the column, index or coordinate of the time stamps [s]."""
 
 KEY = "tierod"
-"""Under which units, sources and notes are kept in the metadata of a table."""
+"""Key in the metadata of a table under which units, sources and notes are kept."""
 
 
 class Column(NamedTuple):
@@ -41,7 +40,7 @@ class Column(NamedTuple):
 
 
 def library(name: str) -> Any:
-    """A library that is not needed otherwise.
+    """An optional library, imported.
 
     Raises:
         MissingExtra: it is not installed
@@ -56,7 +55,7 @@ def to_arrow(channels: Iterable[Column]) -> Any:
     """A pyarrow Table with a column of time stamps and one for every channel.
 
     Args:
-        channels: of a recording; none may be called "time"
+        channels: channels of a recording; none may be called "time"
     """
     import pyarrow as pa
 
@@ -80,7 +79,7 @@ def from_arrow(data: object, time: str = TIME, units: Mapping[str, str] | None =
     Args:
         data: the table; a null is no sample, NaN is a missing one
         time: name of the column of time stamps [s]
-        units: by name, where the table has none
+        units: units by column name; those of the table where not given
 
     Raises:
         InputError: it has no such interface, no such column, or a column that holds no numbers
@@ -125,10 +124,10 @@ def from_pandas(
     """The columns of a pandas DataFrame whose index, or column "time", is the time [s] or a calendar time.
 
     Args:
-        frame: of numbers; NaN is a missing sample
-        units: by name; those that `to_pandas` left where not given
-        sparse: whether NaN is no sample at all, as where channels of different rates were joined; as `to_pandas` left
-            it where not given, else no
+        frame: data frame of numbers; NaN is a missing sample
+        units: units by column name; those that `to_pandas` stored where not given
+        sparse: whether NaN means that there is no sample, as in joined channels of different rates; where not given,
+            what `to_pandas` stored, else False
     """
     about = frame.attrs.get(KEY, {})
     sparse = about.get("", {}).get("sparse", False) if sparse is None else sparse
@@ -138,7 +137,7 @@ def from_pandas(
 
 
 def to_polars(channels: Iterable[Column]) -> Any:
-    """A Polars DataFrame with a column of time stamps [s]; Polars has no place for units."""
+    """A Polars DataFrame with a column of time stamps [s]; Polars does not store units."""
     return library("polars").from_arrow(to_arrow(channels))
 
 
@@ -155,7 +154,7 @@ def to_xarray(channels: Iterable[Column]) -> Any:
 def from_xarray(
     data: xarray.Dataset, units: Mapping[str, str] | None = None, sparse: bool | None = None
 ) -> list[Column]:
-    """The variables of an xarray Dataset over the coordinate "time" [s]; arguments as of `from_pandas`."""
+    """The variables of an xarray Dataset over the coordinate "time" [s]; arguments as for `from_pandas`."""
     about = {str(name): dict(variable.attrs) for name, variable in data.data_vars.items()}
     sparse = bool(data.attrs.get("sparse", False)) if sparse is None else sparse
     table = {str(name): np.asarray(variable, dtype=float) for name, variable in data.data_vars.items()}
@@ -163,9 +162,9 @@ def from_xarray(
 
 
 def _joined(signals: list[Column]) -> tuple[np.ndarray, list[np.ndarray]]:
-    """All time stamps, and where those of every signal stand among them.
+    """All time stamps, and the indices of those of every signal among them.
 
-    A signal with a stamp twice has two rows there, the first of which it shares with the other signals.
+    A stamp that a signal holds twice takes two rows, of which the first is shared with the other signals.
     """
     if any(each.name == TIME for each in signals):
         raise InputError(f"a channel is called '{TIME}', as the column of time stamps is; rename it")
@@ -179,14 +178,14 @@ def _joined(signals: list[Column]) -> tuple[np.ndarray, list[np.ndarray]]:
 
 
 def _numbered(time: np.ndarray) -> np.ndarray:
-    """Time stamps with the number of each among equal ones, shape (n, 2)."""
+    """Time stamps, each with its running number among equal ones, shape (n, 2)."""
     time = np.asarray(time, dtype=float)
     first = np.searchsorted(time, time, side="left")
     return np.stack([time, np.arange(len(time)) - first], axis=1)
 
 
 def _keys(rows: np.ndarray) -> np.ndarray:
-    """Rows of two numbers as values that can be ordered and searched."""
+    """Rows of two numbers as complex numbers, which NumPy sorts by real part, then by imaginary part."""
     return rows[:, 0] + 1j * rows[:, 1]
 
 

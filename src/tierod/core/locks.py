@@ -1,4 +1,4 @@
-"""One process at a time at a file or folder: a lock ends with the process that holds it, and a wait ends too."""
+"""Exclusive locks on files and folders: a lock ends with the process that holds it, and waiting for it is bounded."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from types import ModuleType
 from typing import Annotated
 
 PATIENCE: Annotated[float, "s"] = 30.0
-"""Longest wait: what is done under a lock takes milliseconds, so that a queue of a hundred processes fits into it."""
+"""Longest wait for a lock [s]: work under a lock takes milliseconds, so that a queue of a hundred processes fits."""
 
 LOOK_PERIOD: Annotated[float, "s"] = 0.01
-"""Between two looks whether the lock is free: short against what is done under it, long against the look itself."""
+"""Polling interval for a lock [s]: short against the work that is done under it, long against the poll itself."""
 
 
 @contextmanager
 def alone(place: Path, patience: float = PATIENCE) -> Iterator[bool]:
-    """Hold a file or folder against other processes and threads that hold it likewise.
+    """Lock a file or folder against other processes and threads that lock it in the same way.
 
     Args:
-        place: exists; nothing is written to it
-        patience: longest wait [s]; 0 looks once
+        place: an existing file or folder; nothing is written to it
+        patience: longest wait [s]; 0 tries once
 
     Yields:
-        whether it is held; False where the system cannot lock there
+        whether it is locked; False where the system cannot lock there
 
     Raises:
-        FileNotFoundError: it does not exist, or not any more once it is free
-        TimeoutError: another process held it for all that time
+        FileNotFoundError: it does not exist, or was removed during the wait
+        TimeoutError: another process held the lock for all that time
     """
     handle = _held(place, time.monotonic() + patience)
     try:
@@ -41,7 +41,7 @@ def alone(place: Path, patience: float = PATIENCE) -> Iterator[bool]:
 
 
 def _held(place: Path, end: float) -> int | None:
-    """A handle that holds the place; None where the system cannot lock there."""
+    """A file descriptor that holds the lock; None where the system cannot lock there."""
     try:
         import fcntl
     except ImportError:
@@ -72,7 +72,7 @@ def _held(place: Path, end: float) -> int | None:
 
 
 class _NoLocks(Exception):
-    """The file system has no locks."""
+    """The file system does not support locks."""
 
 
 def _taken(fcntl: ModuleType, handle: int) -> bool:

@@ -2,9 +2,9 @@
 
 A model is a class without state of its own: `State`, `Input`, `Output` are NamedTuples, `Parameters` a frozen
 dataclass, and its two functions are pure: `output(x, u, p)` gives the measurements; `derivative(x, u, p)` of a
-continuous model gives the derivative of the state, `transition(x, u, p)` of a discrete one the state one sample on.
-Noise belongs to the estimator that uses the model, not to the model. `tests/contract/test_models.py` holds every model
-of the package to this.
+continuous model gives the derivative of the state, `transition(x, u, p)` of a discrete one the state one sample later.
+Noise belongs to the estimator that uses the model, not to the model. `tests/contract/test_models.py` checks this for
+every model of the package.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from typing import Any, TypeAlias
 from tierod.core.errors import ParameterError
 
 Model: TypeAlias = Any
-"""The class of a model: what takes any model knows its shapes only at run time, as of a `Tree`."""
+"""The class of a model; the shapes of any model are known only at run time, as those of a `Tree`."""
 
 
 def require_discrete(model: Model) -> None:
     """Refuse an object that is no discrete model.
 
     Raises:
-        ParameterError: equations are missing, or continuous
+        ParameterError: its equations are missing or continuous
     """
     if hasattr(model, "transition"):
         return
@@ -45,12 +45,12 @@ def require_continuous(model: Model) -> None:
 
 
 def model_like(model: Model, name: str, meaning: str, **changed: Any) -> Model:
-    """The class of a model that is another one in all that is not changed.
+    """The class of a model with the shapes of another one, where they are not changed, and with its own equations.
 
     Args:
-        model: the other one; its equations are not taken over
-        name: of the new class
-        meaning: its docstring
+        model: the other model; its equations are not taken over
+        name: name of the new class
+        meaning: docstring of the new class
         changed: shapes, and functions of state, input and parameters
     """
     shapes = {part: getattr(model, part) for part in ("State", "Input", "Output", "Parameters")}

@@ -5,8 +5,8 @@ An installed package adds to tierod by an entry point:
     [project.entry-points."tierod.monitors"]
     wheel-imbalance = "my_package.monitor:MONITOR"
 
-Installed packages are searched only where a name is not one of tierod's own, or where a list is asked for: reading
-their metadata takes some 10 ms, and importing its reader 50 ms more.
+Installed packages are searched only for a name that is not one of tierod's own, or for a list of all names: reading
+their metadata takes some 10 ms, and importing `importlib.metadata` 50 ms more.
 """
 
 from __future__ import annotations
@@ -31,15 +31,16 @@ OWN_PACKAGE = "tierod"
 
 
 class Registry(Mapping[str, T], Generic[T]):
-    """Everything of one kind by name; unused plug-ins are not imported.
+    """Objects of one kind by name; a plug-in is imported only when it is used.
 
     Iterating gives tierod's own names, then those of plug-ins that can be used; a `PluginWarning` names the others.
 
     Args:
-        group: of the entry points ("tierod.monitors")
-        kind: name of one of them in messages ("monitor")
-        own: by name, where tierod's own are defined: "module:attribute"
-        obstacle: why a loaded object cannot be used, as a half-sentence ("has no variant"); "" where it can
+        group: group of the entry points ("tierod.monitors")
+        kind: word for one object in messages ("monitor")
+        own: location of each of tierod's own objects by name: "module:attribute"
+        obstacle: gives the reason why a loaded object cannot be used, as a half-sentence ("has no variant"); "" where
+            it can
     """
 
     def __init__(self, group: str, kind: str, own: Mapping[str, str], obstacle: Callable[[str, object], str]):
@@ -49,11 +50,11 @@ class Registry(Mapping[str, T], Generic[T]):
         self._warned: set[str] = set()
 
     def __getitem__(self, name: str) -> T:
-        """The object of a name.
+        """The object with this name.
 
         Raises:
             KeyError: neither tierod nor an installed package has this name
-            ParameterError: a package has it, and it cannot be used
+            ParameterError: a package has it, but it cannot be used
         """
         if name not in self._loaded:
             if name in self.own:
@@ -88,17 +89,17 @@ class Registry(Mapping[str, T], Generic[T]):
         return tuple(usable)
 
     def required(self, name: str) -> T:
-        """The object of a name.
+        """The object with this name.
 
         Raises:
-            ParameterError: there is none, and the message names the nearest; or it cannot be used
+            ParameterError: there is none (the message names the nearest), or it cannot be used
         """
         if name not in self:
             raise ParameterError(f"there is no {self.kind} '{name}'{nearest(name, self)}")
         return self[name]
 
     def package_of(self, name: str) -> str:
-        """The package that a name comes from, with its version where it is another one than tierod."""
+        """The package that provides a name, with its version where it is not tierod itself."""
         return OWN_PACKAGE if name in self.own else " and ".join(map(_package, self._plugins[name]))
 
     @cached_property
@@ -127,7 +128,7 @@ class Registry(Mapping[str, T], Generic[T]):
         remedy = f"update or uninstall it: pip uninstall {_distribution(points[0])}"
         try:
             value = points[0].load()
-        except (Exception, SystemExit) as error:
+        except (Exception, SystemExit) as error:  # the import runs foreign code, which may raise anything or exit
             reason = " ".join(str(error).split())[:200]
             raise ParameterError(f"{who} cannot be imported ({type(error).__name__}: {reason}); {remedy}") from error
         if why := self._obstacle(name, value):
@@ -136,7 +137,7 @@ class Registry(Mapping[str, T], Generic[T]):
         return loaded
 
     def _converted(self, name: str, value: Any) -> Any:
-        """Object of a plug-in as the registry keeps it."""
+        """Object of a plug-in in the form that the registry keeps."""
         return value
 
     def _shadowed(self, name: str, points: list[EntryPoint]) -> str:
@@ -148,12 +149,12 @@ class Registry(Mapping[str, T], Generic[T]):
 
 
 class FileRegistry(Registry[Path]):
-    """Files of one kind by name; the entry point of a plug-in names the package in whose folder NAME.toml lies.
+    """Files of one kind by name; the entry point of a plug-in names the package whose folder holds NAME.toml.
 
     Args:
-        group, kind: as of `Registry`
-        folder: of the files that tierod ships
-        without: ends of the names of files there that are something else
+        group, kind: group of the entry points and word for one object, as for `Registry`
+        folder: folder of the files that tierod ships
+        without: endings of the names of files of another kind in that folder
     """
 
     def __init__(
@@ -163,14 +164,14 @@ class FileRegistry(Registry[Path]):
         super().__init__(group, kind, {path.stem: str(path) for path in files}, self._missing_file)
 
     def find(self, given: str, beside: Path | None = None) -> Path:
-        """The file of a name, or a user's own.
+        """The file with a name, or at a path that the user gives.
 
         Args:
             given: a name, or the path of a file
-            beside: folder from which a relative path counts; the working directory where None
+            beside: folder that a relative path refers to; the working directory where None
 
         Raises:
-            ParameterError: there is none, or it is a plug-in's that cannot be used
+            ParameterError: there is none, or it belongs to a plug-in that cannot be used
         """
         path = (beside or Path()) / expanded(given)
         if given not in self.own and path.exists() and not path.is_dir():

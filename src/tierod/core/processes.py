@@ -1,4 +1,4 @@
-"""Other processes of this machine."""
+"""Processes of this machine."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import os
 
 
 def runs(process: int) -> bool:
-    """Whether a process of this number runs.
+    """Whether a process is running.
 
     Args:
-        process: number of it; one of another user counts as well
+        process: its identifier; a process of another user counts as well
     """
     try:
         os.kill(process, 0)
     except ProcessLookupError:
         return False
-    except OSError:
+    except OSError:  # no permission to signal it: it belongs to another user
         return True
     return True

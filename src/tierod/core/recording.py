@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 Method = Literal["hold", "linear"]
 
 MOST_SAMPLES = 300_000_000
-"""Longest grid: a month at 100 Hz. What is longer spans a clock that was set, and would exhaust the memory."""
+"""Largest number of grid points: a month at 100 Hz. A longer grid spans a step of the clock and exhausts the memory."""
 
 FREE_SAMPLES = 4_000_000
-"""Grid that any recording may have: eleven hours at 100 Hz."""
+"""Number of grid points that is always allowed: eleven hours at 100 Hz."""
 
 MOST_PER_SAMPLE = 100
-"""Points of a longer grid per sample of the densest channel: a kilohertz for telemetry of 10 Hz."""
+"""Largest number of points of a longer grid per sample of the densest channel: 1 kHz for telemetry of 10 Hz."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Channel:
         time: time stamps [s], shape (n,), not decreasing
         values: shape (n,); NaN where a sample is missing
         unit: in the notation of pint; "" for a number, "count" for a raw count
-        source: where it came from: message and signal, column or group
+        source: origin: message and signal, column or group
         note: changes made to it (sign, offset, guess of a unit)
     """
 
@@ -68,11 +68,11 @@ class Channel:
 
 
 def checked(channel: Channel, put: Order | None = None) -> Channel:
-    """A channel as recorded made fit for use: stamps finite, not decreasing; values finite or missing; repairs noted.
+    """A recorded channel made usable: stamps finite, not decreasing; values finite or missing; repairs noted.
 
     Args:
-        channel: as recorded
-        put: order in which its time stamps are usable, where known from another channel with the same stamps
+        channel: channel as recorded
+        put: order of its usable samples, where known from another channel with the same stamps
 
     Raises:
         InputError: time and values differ in length, or the time stamps cannot be used (see tierod.core.timestamps)
@@ -88,7 +88,7 @@ def checked(channel: Channel, put: Order | None = None) -> Channel:
 
 
 def checked_together(channels: Iterable[Channel]) -> list[Channel]:
-    """Channels made fit for use; time stamps that several share are examined once and stay shared."""
+    """Channels made usable; time stamps that several channels share are checked once and stay shared."""
     orders: dict[int, Order] = {}
     fit = []
     for channel in channels:
@@ -115,7 +115,7 @@ class Aligned:
 
     @cached_property
     def columns(self) -> Mapping[str, np.ndarray]:
-        """The signals by name, (n,) each, in memory of their own, since a column of the table is slow to read."""
+        """The signals by name, (n,) each, as contiguous copies, since a column of the table is slow to read."""
         return dict(zip(self.names, np.ascontiguousarray(self.values.T), strict=True))
 
     @cached_property
@@ -129,7 +129,7 @@ class Recording:
     """Channels by name, and metadata of the recording as a whole.
 
     Args:
-        channels: by name
+        channels: channels by name
         metadata: origin of the file, start time, bus, comments
     """
 
@@ -169,7 +169,7 @@ class Recording:
         return replace(self, metadata={**self.metadata, "warnings": together})
 
     def with_channels(self, channels: Iterable[Channel]) -> Recording:
-        """The recording with channels added, or replaced where the name is there already; they are checked first.
+        """The recording with channels added, or replaced where the name exists; they are checked first.
 
         Raises:
             InputError: time stamps that cannot be used
@@ -223,7 +223,7 @@ class Recording:
         Args:
             table: a column of time stamps and one of numbers for every channel; a null is no sample
             time: name of the time column [s]
-            units: by channel, where the table has none; names and units are those of `tierod.core.signals`
+            units: by channel; those of the table where not given. Names and units are those of `tierod.core.signals`
 
         Raises:
             InputError: it has no such column, or a column that holds no numbers
@@ -234,7 +234,7 @@ class Recording:
     def from_polars(
         cls, frame: polars.DataFrame, time: str = frames.TIME, units: Mapping[str, str] | None = None
     ) -> Recording:
-        """The recording in a Polars DataFrame; arguments and errors as of `from_arrow`."""
+        """The recording in a Polars DataFrame; arguments and errors as for `from_arrow`."""
         return cls.from_arrow(frame, time, units)
 
     @classmethod
@@ -244,9 +244,9 @@ class Recording:
         """The recording in a pandas DataFrame whose index, or column "time", is the time.
 
         Args:
-            frame: of numbers; NaN is a missing sample
-            units: by channel; those that `to_pandas` left where not given
-            sparse: whether NaN is no sample at all, as where channels of different rates were joined
+            frame: data frame of numbers; NaN is a missing sample
+            units: by channel; those that `to_pandas` stored where not given
+            sparse: whether NaN means that there is no sample, as in joined channels of different rates
         """
         return cls({})._with(frames.from_pandas(frame, units, sparse))
 
@@ -254,7 +254,7 @@ class Recording:
     def from_xarray(
         cls, data: xarray.Dataset, units: Mapping[str, str] | None = None, sparse: bool | None = None
     ) -> Recording:
-        """The recording in an xarray Dataset over "time"; arguments as of `from_pandas`."""
+        """The recording in an xarray Dataset over "time"; arguments as for `from_pandas`."""
         return cls({})._with(frames.from_xarray(data, units, sparse))
 
     def _columns(self) -> list[frames.Column]:
@@ -278,14 +278,14 @@ class Recording:
         return replace(self, channels=channels)
 
     def retime(self, period: float, names: Iterable[str] | None = None) -> Recording:
-        """Channels that were delivered in bursts with the times at which their samples were sent.
+        """The recording with the sending times of channels that were delivered in bursts.
 
         Args:
-            period: of the sender [s]
+            period: sampling interval of the sender [s]
             names: the channels; all where not given
 
         Raises:
-            InputError: a period that is not positive, or a name that is not there
+            InputError: the period is not positive, or a name does not exist
         """
         note = f"time stamps made anew, {1e3 * period:g} ms apart"
         again = [replace(self[name], time=paced(self[name].time, period)).noted(note) for name in names or self.names]
@@ -295,12 +295,12 @@ class Recording:
         """Check that a grid is not much longer than the recording, before memory is taken for it.
 
         Args:
-            rate: samples per second of the grid [Hz]
+            rate: sampling rate of the grid [Hz]
             first: its first time [s]
-            count: how many times it has
+            count: number of its times
 
         Raises:
-            InputError: it is
+            InputError: it is too long
         """
         densest = max((len(channel.time) for channel in self.channels.values()), default=0)
         if count > min(MOST_SAMPLES, max(FREE_SAMPLES, MOST_PER_SAMPLE * densest)):
@@ -322,7 +322,7 @@ class Recording:
 
         Args:
             names: canonical names, which become the columns in this order; a channel that is absent becomes NaN
-            rate: samples per second of the grid [Hz]
+            rate: sampling rate of the grid [Hz]
             method: "hold" (latest sample) or "linear" (between two samples that are no more than maximum_age apart)
             maximum_age: a value older than this [s] is missing
             start: first time of the grid [s]; the recording's own where not given
@@ -344,7 +344,7 @@ class Recording:
         grid = first + np.arange(max(count, 0)) / rate
         names = tuple(names)
         values = np.full((len(grid), len(names)), np.nan)
-        found_places: dict[int, Places] = {}  # of channels with the same stamps, looked for once
+        found_places: dict[int, Places] = {}  # searched once for all channels that share their stamps
         for column, name in enumerate(names):
             channel = self.channels.get(name)
             if channel is None or not len(channel.time):

@@ -1,4 +1,4 @@
-"""A screenful about an object, as text for a terminal and as HTML for a notebook."""
+"""Short display of an object, as text for a terminal and as HTML for a notebook."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 ROWS = 20
-"""Rows of a table that a screen shows."""
+"""Largest number of table rows that a screen shows."""
 
 WIDEST = 60
-"""Characters of a cell."""
+"""Largest number of characters of a cell."""
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,8 @@ class Screen:
     Args:
         title: one line
         lines: below it; empty ones are left out
-        header: of a table; empty without one
-        rows: of the table, of which the first `ROWS` are shown
+        header: header of a table; empty without a table
+        rows: rows of the table, of which the first `ROWS` are shown
     """
 
     title: str
@@ -30,7 +30,7 @@ class Screen:
     rows: Sequence[tuple[str, ...]] = ()
 
     def text(self) -> str:
-        """For a terminal."""
+        """The display as text for a terminal."""
         table = [self.header, *self._cells()] if self.rows else []
         widths = [max(map(len, column)) for column in zip(*table, strict=True)]
         lines = [
@@ -40,7 +40,7 @@ class Screen:
         return "\n".join([self.title, *(f"  {line}" for line in self._lines()), *lines, *self._rest()])
 
     def html(self) -> str:
-        """For a notebook."""
+        """The display as HTML for a notebook."""
         parts = [f"<b>{html.escape(self.title)}</b>", *(f"<div>{html.escape(line)}</div>" for line in self._lines())]
         if self.rows:
             head = "".join(f"<th>{html.escape(cell)}</th>" for cell in self.header)
@@ -61,7 +61,7 @@ class Screen:
 
 
 def printable(text: str) -> str:
-    """A text without characters that end a line or move a terminal's cursor."""
+    """A text with "?" for characters that end a line or move the cursor of a terminal."""
     return "".join(each if each.isprintable() else "?" for each in text)
 
 

@@ -1,4 +1,4 @@
-"""Parts of a series of samples: runs of true values, and every k-th sample wherever its pieces are cut."""
+"""Helpers for sampled series: runs of true values, decimation across pieces, and a growing table of rows."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def runs(flags: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First index, and one past the last, of every run of true values, in order.
+    """First index, and one past the last index, of every run of true values, in order.
 
     Args:
         flags: (n,)
@@ -39,10 +39,10 @@ def last_true(flags: np.ndarray) -> int | None:
 
 
 class Stride:
-    """Takes the first sample of all, then every `step`-th one.
+    """Decimation across consecutive pieces: the first sample of all, then every `step`-th one.
 
     Args:
-        step: samples from one that is taken to the next
+        step: number of samples from one that is taken to the next
     """
 
     def __init__(self, step: int):
@@ -53,7 +53,7 @@ class Stride:
         """Slice of the samples to take from the next piece.
 
         Args:
-            count: samples of the piece
+            count: number of samples of the piece
         """
         first = -self._seen % self.step
         self._seen += count
@@ -61,29 +61,29 @@ class Stride:
 
 
 class Rows:
-    """Rows of numbers that follow each other, in one array that doubles when it is full.
+    """Growing table of rows of numbers, in one array that doubles when it is full.
 
-    A list of pieces would keep the whole arrays that they were cut from, and cost an object for every piece.
+    A list of slices would keep the whole arrays that they were cut from, and cost an object per slice.
 
     Args:
-        columns: numbers of a row
-        most: rows that are kept; further ones are left out; None keeps all
+        columns: number of columns
+        most: largest number of rows; further ones are dropped; None keeps all
 
-    `reserving` lets all that are made from then on take the memory of `most` rows at once.
+    While `reserving` is True, every new table takes the memory of `most` rows at once.
     """
 
     reserving = False
-    """For programs that run for hours, whose size is then known after minutes."""
+    """Set by programs that run for hours, so that their memory is known after minutes."""
 
     def __init__(self, columns: int, most: int | None = None):
         self._most, self._count = most, 0
-        # Zeros by `full`, not by `zeros`: the system gives a page only when something is written to it.
+        # `full`, not `zeros`: a page of memory is taken only when it is written, which here shall happen at once.
         self._values = np.full((most if Rows.reserving and most is not None else 0, columns), 0.0)
 
     @classmethod
     @contextmanager
     def growing(cls) -> Iterator[None]:
-        """Within, none takes its memory at once: for what lasts a minute only."""
+        """Context in which no table reserves its memory, for short work."""
         before, Rows.reserving = Rows.reserving, False
         try:
             yield
@@ -95,7 +95,7 @@ class Rows:
 
     @property
     def full(self) -> bool:
-        """Whether further rows are left out."""
+        """Whether further rows are dropped."""
         return self._most is not None and self._count >= self._most
 
     @property
@@ -104,7 +104,7 @@ class Rows:
         return self._values[: self._count]
 
     def add(self, rows: np.ndarray) -> None:
-        """Rows that follow, (n, columns)."""
+        """Append rows, (n, columns)."""
         rows = rows if self._most is None else rows[: max(self._most - self._count, 0)]
         needed = self._count + len(rows)
         if needed > len(self._values):

@@ -1,4 +1,4 @@
-"""Units as people read them: angles in degrees, speeds in km/h, a point for a product."""
+"""Units for display: angles in degrees, speeds in km/h, a point for a product."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ _SHOWN = {
 
 
 def shown(unit: str) -> tuple[float, str]:
-    """(factor, label) with which a value in this unit is shown: angles in degrees, speeds in km/h."""
+    """(factor, label) for the display of a value in this unit: angles in degrees, speeds in km/h."""
     return _SHOWN.get(unit, (1.0, written(unit)))
 
 
 def written(unit: str) -> str:
-    """A unit as people write it, and as a vehicle file or a channel map takes it too: N·m, kg·m²."""
+    """A unit in the notation for display, which vehicle files and channel maps accept as well: N·m, kg·m²."""
     return unit.replace("**2", "²").replace("**3", "³").replace("**", "^").replace("*", "·")
 
 
 def in_words(value: float, unit: str, digits: int = 3) -> str:
-    """A value as it is shown, with its label.
+    """A value for display, with the label of its unit.
 
     Args:
         value: in its unit
-        unit: as of the catalogue of signals
-        digits: significant ones
+        unit: in the notation of the catalogue of signals
+        digits: number of significant digits
     """
     factor, label = shown(unit)
     return f"{factor * value:z.{digits}g} {label}".rstrip()

@@ -1,6 +1,6 @@
 """The catalogue of canonical signals: name in words, SI unit, meaning, direction (ISO 8855: left positive).
 
-Every reader, monitor, plant and report speaks these names. `docs/reference/signals.md` is generated from here.
+Every reader, monitor, plant and report uses these names. `docs/reference/signals.md` is generated from here.
 """
 
 from __future__ import annotations
@@ -272,14 +272,14 @@ def signal(name: str) -> Signal:
 
 
 def plain(name: str) -> str:
-    """A name without regard to case and punctuation."""
+    """A name in lower case without punctuation, for comparison."""
     return "".join(character for character in name.lower() if character.isalnum())
 
 
 _GENERAL = (
     "speed", "velocity", "v", "yaw", "roll", "pitch", "psi", "beta", "delta", "mu", "bank", "grade", "sat"
 )  # fmt: skip
-"""Aliases that name a quantity but not whose."""
+"""Ambiguous aliases: they name a quantity, but not what it belongs to."""
 
 _SEPARATORS = ("::", ".", "/", ":", "\\")
 
@@ -291,15 +291,15 @@ def _by_alias() -> dict[str, Signal]:
 
 
 def match(source: str, unit: str = "", qualified: bool = False) -> Signal | None:
-    """The canonical signal that a name from a recording means, by name or alias; None where none is known.
+    """The canonical signal that a name from a recording stands for, by name or alias; None where none is known.
 
-    A general word behind a qualifier does not count by itself: "Engine.Speed" is the speed of the vehicle only where
-    the unit is one of speed, as in km/h.
+    An ambiguous alias after a qualifier counts only with a suitable unit: "Engine.Speed" is the speed of the vehicle
+    only in a unit of speed, such as km/h.
 
     Args:
-        source: as found in the file; of "EPS.DriverTorque" the part after the last separator is tried too
+        source: name in the file; of "EPS.DriverTorque" the part after the last separator is tried too
         unit: as the file writes it; "" where it has none
-        qualified: whether the source is the last part of a longer name already
+        qualified: whether the source is already the last part of a longer name
     """
     found = _known(source, unit, qualified)
     for separator in _SEPARATORS:
@@ -316,7 +316,7 @@ def _known(source: str, unit: str, qualified: bool) -> Signal | None:
 
 
 def _fits(unit: str, found: Signal) -> bool:
-    """Whether a unit is written and fits the quantity of the signal."""
+    """Whether a unit is given and fits the quantity of the signal."""
     try:
         return bool(unit.strip()) and unit != COUNT and bool(scale(unit, found.unit))
     except InputError:

@@ -17,7 +17,7 @@ from tierod.core.errors import InputError
 from tierod.core.series import runs
 
 LATE = 0.5
-"""A logger's buffers reorder samples by less than this [s]; a clock that was set back falls back by more."""
+"""Limit of the disorder that buffers of a logger cause [s]; a clock that was set back jumps by more."""
 
 CALENDAR = 1.0e8
 """Stamps above this [s] (three years) count from a calendar date, not from the start of the recording."""
@@ -25,13 +25,13 @@ CALENDAR = 1.0e8
 
 @dataclass(frozen=True)
 class Order:
-    """Order of samples in which their time stamps are usable.
+    """Selection and order of the samples with usable time stamps.
 
     Args:
         time: [s], finite, not decreasing, shape (n,)
-        index: the samples to take, in order; None where all are taken as they are
-        notes: of the repairs
-        behind: largest delay of those that were put in order [s]
+        index: indices of the samples to take, in order; None where all are taken as they are
+        notes: notes on the repairs
+        behind: largest delay of the samples that were sorted [s]
     """
 
     time: np.ndarray
@@ -40,17 +40,17 @@ class Order:
     behind: float = 0.0
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
-        """The values that belong to the stamps."""
+        """The values in the order of the stamps."""
         return values if self.index is None else values[self.index]
 
 
 class Repairs:
-    """Defects of the stamps of one clock, counted stretch by stretch, and refused where they cannot be repaired.
+    """Counts the defects of the time stamps of one clock stretch by stretch; refuses those that cannot be repaired.
 
     Args:
-        what: whose time it is, for the messages
+        what: owner of the clock, for the messages
 
-    `in_order` is whether the stamps that arrived last do not fall back, neither behind those before.
+    `in_order` states whether the stamps of the latest stretch do not decrease and do not fall behind earlier ones.
     """
 
     def __init__(self, what: str):
@@ -69,7 +69,7 @@ class Repairs:
         return self._newest
 
     def arrived(self, time: np.ndarray) -> np.ndarray | None:
-        """Mask of the next stamps that are numbers; None where all are.
+        """Check the next stamps and return the mask of those that are numbers; None where all are.
 
         Args:
             time: [s], as recorded, shape (n,)
@@ -79,7 +79,7 @@ class Repairs:
         """
         self.in_order = _follow(time, self._newest)
         if self.in_order and math.isfinite(time[0]) and math.isfinite(time[-1]):
-            # As almost always; then none is missing or late either, for those in between lie between two numbers.
+            # The usual case: stamps in order between two finite ones are themselves finite and not late.
             self._seen, self._newest, self._last = self._seen + len(time), float(time[-1]), float(time[-1])
             return None
         finite = np.isfinite(time)
@@ -106,7 +106,7 @@ class Repairs:
         return kept
 
     def settled(self, time: np.ndarray) -> None:
-        """The next stamps in their final order [s], shape (n,), for which equal ones are counted."""
+        """Count the equal ones among the next stamps in their final order [s], shape (n,)."""
         if not len(time):
             return
         same = np.concatenate(([time[0] == self._final], time[1:] == time[:-1]))
@@ -114,7 +114,7 @@ class Repairs:
         if equal:
             self._equal += equal
             begins, ends = runs(same)
-            # A run at the very beginning goes on from the last stretch; one elsewhere follows the first of its stamps.
+            # A run at the very beginning continues that of the last stretch; any other lacks its first stamp.
             lengths = ends - begins + np.where(begins == 0, self._run, 1)
             if lengths.max() > self._longest:
                 at = int(np.argmax(lengths))
@@ -124,7 +124,7 @@ class Repairs:
         self._settled += len(time)
 
     def refuse_unusable(self) -> None:
-        """Stop after the last stretch in which the clock has no valid stamp.
+        """Refuse a clock without usable stamps; called after the last stretch.
 
         Raises:
             InputError: no stamp is a number, or the clock stands still throughout
@@ -139,7 +139,7 @@ class Repairs:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Repairs so far."""
+        """Notes on the repairs so far."""
         stands = f"(the clock stands at {self._stands_at:.6g} s for {self._longest} samples)"
         found = (
             (self._without, "samples without a time stamp left out"),
@@ -150,21 +150,21 @@ class Repairs:
 
 
 def _follow(time: np.ndarray, newest: float) -> bool:
-    """Whether there are stamps [s], none falls back, and none is behind the newest before [s]; False with a NaN."""
+    """Whether there are stamps [s], in order and not behind the newest one before [s]; False with a NaN."""
     return bool(len(time) and time[0] >= newest and (time[1:] >= time[:-1]).all())
 
 
 def _stamp(time: float) -> str:
-    """A time stamp [s] to the microsecond; without a tail of meaningless digits where it is none of a recording."""
+    """A time stamp [s] to the microsecond; with six significant digits where it is too large for one."""
     return f"{time:.6f} s" if abs(time) < 1e11 else f"{time:.6g} s"
 
 
 def order(time: np.ndarray, what: str) -> Order:
-    """Time stamps made usable, or a refusal.
+    """Order of the usable samples, from the recorded time stamps.
 
     Args:
         time: [s], as recorded, shape (n,)
-        what: whose time it is, for the message
+        what: owner of the clock, for the message
 
     Raises:
         InputError: no stamp is a number, the clock jumps back by more than LATE, or stands still throughout
@@ -183,8 +183,9 @@ def order(time: np.ndarray, what: str) -> Order:
 
 
 def finite_or_missing(values: np.ndarray) -> tuple[np.ndarray, int]:
-    """The values as floats with infinities made missing (NaN), and how many there were."""
+    """The values as floats with infinities replaced by NaN (missing), and the number of infinities."""
     values = np.asarray(values, dtype=float)
+    # A finite sum proves that all values are finite, without a mask.
     with np.errstate(over="ignore", invalid="ignore"):
         if math.isfinite(values.sum()):
             return values, 0
@@ -194,20 +195,20 @@ def finite_or_missing(values: np.ndarray) -> tuple[np.ndarray, int]:
 
 
 def infinite_note(count: int) -> str:
-    """The note on values that were infinite; "" where there were none."""
+    """The note on infinite values; "" where there were none."""
     return f"{count} infinite values taken as missing" if count else ""
 
 
 def paced(time: np.ndarray, period: float, patience: float = 1.0) -> np.ndarray:
     """Sending times of samples that were delivered in bursts.
 
-    A sample is never delivered before it was sent, and sent one period after its predecessor: so the delay of each is
-    what it came later than the promptest delivery within the next `patience` seconds. Lost samples stay gaps.
+    A sample is never delivered before it was sent, and is sent one period after its predecessor. Its delay is therefore
+    its lateness against the promptest delivery within the next `patience` seconds. Lost samples stay gaps.
 
     Args:
         time: stamps of delivery [s], not decreasing, shape (n,)
-        period: of the sender [s]
-        patience: within this time [s] at least one sample is delivered promptly; also absorbs drift of the clocks
+        period: sampling interval of the sender [s]
+        patience: time [s] within which at least one sample is delivered promptly; also absorbs drift of the clocks
 
     Raises:
         InputError: a period that is not positive

@@ -1,9 +1,9 @@
-"""TOML files become frozen dataclasses: units converted, ranges checked, and every slip named with its line.
+"""Conversion of TOML files to frozen dataclasses: units are converted, ranges checked, errors reported with line.
 
     document = Document.read("drive.toml")
     car = build(Car, document.content["car"], document, ("car",))
 
-A class that reads its table in a way of its own has a class method `from_table(table, document, location, base)`.
+A class that reads its table itself has a class method `from_table(table, document, location, base)`.
 Numbers are SI, or texts with a unit: `speed = 16.7` is `speed = "60 km/h"`. A field that may hold one of several
 dataclasses is chosen by the key `kind`: the name of the class in lower case with hyphens.
 """
@@ -37,11 +37,11 @@ def build(
 
     Args:
         kind: the dataclass, or a union of dataclasses of which the key `kind` chooses one
-        table: as TOML gives it
-        document: where it stands
-        location: of the table in the document
-        base: an instance that gives the fields which the table leaves out, in place of the defaults of the class
-        signal: unit that stands for `SIGNAL_UNIT` in annotations; None where there is no signal
+        table: as parsed from TOML
+        document: document that holds the table
+        location: location of the table in the document
+        base: instance that provides the fields which the table leaves out, in place of the defaults of the class
+        signal: unit that replaces `SIGNAL_UNIT` in annotations; None where there is no signal
 
     Raises:
         ParameterError: an unknown or missing key, a wrong type, unit or value, with file, line and nearest name
@@ -61,12 +61,12 @@ def override(
     Args:
         instance: for example a car
         changes: value by dotted path, `{"steering.friction.level": "8 N*m"}`, or nested tables
-        document: where the changes stand, if in a file
-        location: of their table in the document
+        document: document that holds the changes, if they come from a file
+        location: location of their table in the document
         what: name of the instance in a message; that of its class where it is empty
 
     Raises:
-        ParameterError: a wrong path, with the nearest right ones; a wrong value as of `build`
+        ParameterError: a wrong path, with the nearest right ones; a wrong value as for `build`
     """
     source = document or Document({}, "", Path(what or type(instance).__name__))
     known = numbers(instance)
@@ -85,7 +85,7 @@ def override(
 
 def quoted(text: str) -> str:
     """A text as TOML writes it."""
-    # JSON leaves this one control character as it is, and TOML does not.
+    # The control character DEL needs no escape in JSON, but in TOML it does.
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

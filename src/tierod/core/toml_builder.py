@@ -15,7 +15,7 @@ from tierod.core.toml_document import Document, Location
 from tierod.core.units import scale
 
 SIGNAL_UNIT = "{signal}"
-"""Unit of a field whose unit depends on the signal that it is about; patterns as "{signal}/s" are fine too."""
+"""Placeholder for a unit that depends on the signal concerned; patterns such as "{signal}/s" are allowed."""
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 
@@ -27,17 +27,17 @@ def kind_name(kind: type) -> str:
 
 @dataclass(frozen=True)
 class Builder:
-    """Turns the values of one document into fields, see `tierod.core.toml.build`."""
+    """Converts the values of one document to fields, see `tierod.core.toml.build`."""
 
     document: Document
     signal: str | None
 
     def value(self, means: Meaning, given: object, location: tuple[str | int, ...], base: object = None) -> Any:
-        """A value of the type that an annotation means."""
+        """The value converted to the type of an annotation."""
         known = members(means)
         classes: list[Any] = [each.hint for each in known if dataclasses.is_dataclass(each.hint)]
         if not classes and dataclasses.is_dataclass(base):
-            # The field is declared as a protocol.
+            # The field is declared as a protocol: the class of the base is the only one known.
             own: Any = type(base)
             known = (below(own, means),)
             classes = [type(base)]
@@ -98,6 +98,7 @@ class Builder:
             raise self._error(location, f"is {_shown(given)}, but has to be a number{within}{example}")
         else:
             value = float(given)
+        # An infinite default, such as an end that is never reached, may be written out.
         endless = math.isinf(value) and isinstance(base, float) and math.isinf(base)
         if math.isnan(value) or not (endless or math.isfinite(value)):
             raise self._error(location, f"is {value}, but has to be a finite number{within}")
@@ -106,7 +107,7 @@ class Builder:
         return value
 
     def _amount(self, means: Meaning, given: str, location: tuple[str | int, ...]) -> float | str:
-        """A number in the unit of a signal; the text itself where the signal is not known yet."""
+        """A number in the unit of a signal; the text unchanged where the signal is not known yet."""
         if self._unit(means) is None and _QUANTITY.fullmatch(given):
             return given
         return self._number(means, given, location, None)

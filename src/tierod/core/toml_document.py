@@ -25,7 +25,7 @@ _TOKEN = re.compile(
 )
 
 Location = Sequence[str | int]
-"""Keys and numbers of array elements, outermost first."""
+"""Keys and indices of array elements, outermost first."""
 
 
 def line_of(text: str, location: Location) -> int | None:
@@ -71,7 +71,7 @@ class _Scan:
         return self.tokens[self.at] if self.at < len(self.tokens) else None
 
     def take(self, *wanted: str) -> bool:
-        """Pass over the next token if its text is one of these."""
+        """Skip the next token if its text is one of these."""
         token = self.peek()
         found = token is not None and token[1] in wanted
         self.at += found
@@ -90,12 +90,12 @@ class _Scan:
         return str(tomllib.loads(f"key = {text}")["key"]) if kind == "string" else text
 
     def note(self, path: tuple[str, ...], line: int) -> None:
-        """Remember a path, and the tables that it makes on its way."""
+        """Record the line of a path, and of the tables that it implies."""
         for length in range(1, len(path) + 1):
             self.lines.setdefault(".".join(path[:length]), line)
 
     def heading(self) -> tuple[str, ...]:
-        """`[table]` or `[[array of tables]]`; a name on the way that is an array means its latest element."""
+        """`[table]` or `[[array of tables]]`; an array along the path stands for its latest element."""
         line = self.tokens[self.at][2]
         self.take("[")
         several = self.take("[")
@@ -110,6 +110,7 @@ class _Scan:
                 path = (*path, str(self.counts[name]))
         while self.take("]"):
             pass
+        # A heading is the line of its table, even where the heading of a nested table came first.
         self.lines[".".join(path)] = line
         self.note(path, line)
         return path
@@ -123,7 +124,7 @@ class _Scan:
         self.value(path)
 
     def value(self, path: tuple[str, ...]) -> None:
-        """A value; inline tables and arrays are looked into."""
+        """A value; inline tables and arrays are scanned too."""
         if self.take("{"):
             while not self.take("}"):
                 if not self.take(",", "\n"):
@@ -140,7 +141,7 @@ class _Scan:
             self.plain()
 
     def plain(self) -> None:
-        """A string, number, date or truth value: up to what can end it."""
+        """A string, number, date or truth value, up to the token that ends it."""
         while (token := self.peek()) is not None and token[0] != "end" and token[1] not in (",", "]", "}"):
             self.at += 1
 
@@ -161,8 +162,8 @@ class Document:
     Args:
         content: its tables
         text: as written
-        path: where it came from
-        above: files that led here, outermost first
+        path: origin of the text
+        above: files that refer to this one, outermost first
     """
 
     content: dict[str, Any]
@@ -175,8 +176,8 @@ class Document:
         """The document at a path.
 
         Args:
-            path: of the file
-            what: it should describe, for messages
+            path: path of the file
+            what: what it should describe, for messages
 
         Raises:
             ParameterError: it cannot be read, or is not TOML
@@ -186,18 +187,18 @@ class Document:
 
     @classmethod
     def parse(cls, text: str, path: str | Path = "text", what: str = "scenario") -> Document:
-        """The document that a text holds; arguments and errors as of `read`."""
+        """The document that a text holds; arguments and errors as for `read`."""
         return cls(toml(text, path, ParameterError, f"no {what} can be read from it"), text, Path(path))
 
     def beside(self, path: str | Path, what: str) -> Document:
-        """The document at a path that this one names, from its own folder on.
+        """The document at a path that this one names, relative to its folder.
 
         Args:
-            path: of the file
-            what: it should describe, for messages
+            path: path of the file
+            what: what it should describe, for messages
 
         Raises:
-            ParameterError: it cannot be read, is not TOML, or leads back to itself
+            ParameterError: it cannot be read, is not TOML, or refers back to itself
         """
         if "\0" in str(path):
             raise ParameterError(f"{self.path}: the name of a {what} file has a zero character; leave it out")
@@ -211,7 +212,7 @@ class Document:
         """An error that names the file and the line of a key, or of the table that should hold it.
 
         Args:
-            location: tables, numbers of array elements and key, outermost first
+            location: tables, indices of array elements and key, outermost first
             message: what was given, what was expected, what to do
         """
         line = line_of(self.text, location)

@@ -1,6 +1,6 @@
-"""Units at the edge: values of files become SI once, on reading.
+"""Units of files: values are converted to SI once, on reading.
 
-The notations of vehicle recordings are in a table, so that reading SI data costs no unit library; pint has the rest.
+The notations of vehicle recordings are in a table, so that common units need no unit library; pint reads all others.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from typing import Any
 from tierod.core.errors import InputError, nearest
 
 COUNT = "count"
-"""Unit of a raw value without calibration."""
+"""Unit of a raw value that is not calibrated."""
 
 
 @dataclass(frozen=True)
 class Scale:
-    """value in the wanted unit = factor * value as given + offset."""
+    """Conversion of a unit: value in the wanted unit = factor * value as given + offset."""
 
     factor: float
     offset: float = 0.0
@@ -94,7 +94,7 @@ _SCALES = {
 
 
 LONGEST = 80
-"""Characters of a unit: what is longer is no unit, and reading it would take its time."""
+"""Largest number of characters of a unit: a longer text is no unit, and would take long to parse."""
 
 _LONGEST_TITLE = 1000
 
@@ -102,16 +102,16 @@ _WRITTEN = "write it as deg/s, N*m or m/s**2 are written"
 
 _TOKEN = re.compile(r"(?P<power>\*\*|\^)|(?P<number>\d+\.?\d*|\.\d+)|(?P<word>[^\W\d]\w*|[%°µΩ])|(?P<mark>[-+*/·() ])")
 _EXPONENT = re.compile(r"\s*[-+]?\d(?:\.\d+)?(?![\w.^]|\s*\*\*)|\([-+]?\d(?:/\d)?\)(?![\w.^]|\s*\*\*)")
-"""One digit, with a sign, decimals or as a fraction: V/Hz**0.5, J/K**(1/2)."""
+"""Exponent of one digit, with a sign, with a decimal, or as a fraction: V/Hz**0.5, J/K**(1/2)."""
 
 
 @lru_cache(maxsize=512)
 def tidy(text: str, wanted: str = "") -> str:
-    """A unit as a file writes it, in the notation of pint.
+    """A unit as a file writes it, converted to the notation of pint.
 
     Args:
         text: for example "°/s", "Nm", "KM/H", "[m/s^2]"
-        wanted: the unit it will become, which decides what "g" means beside an acceleration
+        wanted: the unit to convert to; for an acceleration "g" means standard gravity
 
     Raises:
         InputError: an unknown unit
@@ -130,7 +130,7 @@ def tidy(text: str, wanted: str = "") -> str:
 
 
 def _unwrapped(text: str) -> str:
-    """Without the brackets around it; those of "1/(N*m)" belong to the unit."""
+    """A unit without enclosing brackets; those of "1/(N*m)" belong to the unit."""
     outer = text.strip().strip("[]").strip()
     inner = outer.strip("()").strip()
     return outer if "(" in inner else inner
@@ -149,7 +149,7 @@ def _registry() -> Any:
 
 
 def _is_plain(bare: str) -> bool:
-    """Whether a text is words with small exponents, joined by signs: pint evaluates towers of powers without end."""
+    """Whether a text is words with small exponents, joined by signs: towers of powers would keep pint busy forever."""
     place, depth, before = 0, 0, ""
     while place < len(bare):
         token = _TOKEN.match(bare, place)
@@ -171,19 +171,20 @@ def _is_plain(bare: str) -> bool:
 
 def _by_pint(bare: str) -> str:
     spelled = bare.replace("²", "**2").replace("³", "**3").replace("°", "deg").replace("·", "*").replace("^", "**")
+    # Without the sign pint reads the N of "kNm" as a number of things, not as newton.
     spelled = re.sub(r"\b([mkM]?N)([cm]?m)\b", r"\1*\2", spelled)
     for candidate in (spelled, spelled.lower()) if _is_plain(spelled) else ():
         try:
             _registry().parse_units(candidate)
             return candidate
-        except Exception:  # at text that is no unit pint lets through what its tokenizer and evaluator raise
+        except Exception:  # for a text that is no unit, pint passes on whatever its tokenizer and evaluator raise
             continue
     known = [word for words in _SPELLINGS.values() for word in words.split()]
     raise InputError(f"the unit '{bare}' is not known; {_WRITTEN}{nearest(bare, known)}")
 
 
 def known(text: str) -> bool:
-    """Whether a text is a unit that can be read."""
+    """Whether a text is a known unit."""
     try:
         tidy(text)
     except InputError:
@@ -243,11 +244,11 @@ def _scale_by_pint(given: str, wanted: str) -> Scale:
 
 @dataclass(frozen=True)
 class Dimensions:
-    """A unit by those of the SI and the radian: value in these = factor * value.
+    """A unit in terms of SI base units and the radian: value in these = factor * value.
 
     Args:
-        factor: of the size
-        exponents: by symbol: kg, m, s, A, K, mol, cd, rad
+        factor: conversion factor
+        exponents: exponents by symbol: kg, m, s, A, K, mol, cd, rad
     """
 
     factor: float
@@ -288,12 +289,12 @@ _CONVERTED = "convert the values first, or write another unit"
 
 
 def split_name(name: str) -> tuple[str, str]:
-    """The name and the unit that a column title holds: "Speed [km/h]", "speed_m_s", "time (ms)".
+    """The name and the unit in brackets that a column title holds: "Speed [km/h]", "time (ms)".
 
     Returns:
         (name without the unit, unit as written); the unit is "" where the title holds none
     """
-    # A unit stands at the end; in a title of any length the search would take the square of its length.
+    # The time of the search grows with the square of the length, so that a title of any length is not searched.
     found = re.match(r"^(.*?)\s*([\[(<])([^\[\]()<>]*)[\])>]\s*$", name) if len(name) <= _LONGEST_TITLE else None
     if found and found[1] and (found[2] == "[" or known(found[3])):
         return found[1].strip(), found[3].strip()
@@ -301,7 +302,7 @@ def split_name(name: str) -> tuple[str, str]:
 
 
 def split_suffix(name: str) -> tuple[str, str]:
-    """The name and the unit of its ending: "speed_m_s" is speed in m/s; ("...", "") where there is none."""
+    """The name and the unit of its suffix: "speed_m_s" gives ("speed", "m/s"); without one, the unit is ""."""
     lowered = name.lower()
     for suffix, unit in _SUFFIXES.items():
         if lowered.endswith(suffix) and len(lowered) > len(suffix):

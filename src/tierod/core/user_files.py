@@ -3,7 +3,7 @@
     text = read_text("car.toml", "the vehicle file", ParameterError)
     content = toml(text, "car.toml", ParameterError)
 
-Recordings come in through `tierod.io.readers`; what those carry as JSON passes through `json_document`, too.
+Recordings are read by `tierod.io.readers`; JSON in them is parsed by `json_document` as well.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MOST_DATA_BYTES = 1 << 24
 """Longest JSON, DBC or course file [bytes]: a CAN database of a whole vehicle has a few million."""
 
 MOST_DEPTH = 32
-"""Deepest nesting of tables and lists: parser and readers call themselves once per level, a key costs its cube."""
+"""Deepest nesting of tables and lists: parsers recurse once per level, and a dotted key costs the cube of its depth."""
 
 _PART = r"""(?:[A-Za-z0-9_-]++|"(?:\\.|[^"\\\n])*+"|'[^'\n]*+')"""
 _DEEP_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*+({_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_DEPTH},}})", re.MULTILINE)
@@ -49,10 +49,10 @@ def read_bytes(
     """The content of a file that a user named.
 
     Args:
-        path: of the file
+        path: path of the file
         what: kind of file that it should be, with its article, for messages
-        error: raised where it cannot be read
-        cure: remedy where it cannot be read; to check path and permissions where not given
+        error: class of the error
+        cure: remedy in the message; "check the path and its permissions" where not given
         most: longest content [bytes]
 
     Raises:
@@ -61,7 +61,7 @@ def read_bytes(
     path = expanded(path)
     cure = cure or "check the path and its permissions"
     try:
-        # Anything but a regular file may block when it is opened, or act: it is checked before.
+        # Checked before it is opened: opening a pipe may block, and opening a device may have an effect.
         refusal = _irregular(os.stat(path).st_mode)
         content = b"" if refusal else _content(path, most)
     except (OSError, ValueError) as problem:  # ValueError: a path with a zero byte
@@ -86,10 +86,10 @@ def read_text(
 
     Args:
         path, what, error, cure, most: as for `read_bytes`
-        keep_line_ends: whether those of other systems stay as they are
+        keep_line_ends: whether line ends of other systems are kept
 
     Raises:
-        TierodError: as for `read_bytes`, or what is not UTF-8
+        TierodError: as for `read_bytes`, or the content is not UTF-8
     """
     content = read_bytes(path, what, error, cure, most)
     try:
@@ -104,10 +104,10 @@ def toml(text: str, where: str | Path, error: type[TierodError] = InputError, cu
     """The content of a TOML text.
 
     Args:
-        text: as a user wrote it
-        where: it stands, for messages
-        error: raised where it is none
-        cure: remedy where it is no TOML; to correct it where not given
+        text: as written by a user
+        where: origin of the text, for messages
+        error: class of the error
+        cure: remedy where it is no TOML; "correct it there" where not given
 
     Raises:
         TierodError: of the class `error`: it is not TOML, or nested too deeply
@@ -136,7 +136,7 @@ def json_document(text: str | bytes) -> Any:
         text: in UTF-8
 
     Raises:
-        ValueError: it is not JSON, nested too deeply, or holds half a character; in words, as the end of a sentence
+        ValueError: it is not JSON, is nested too deeply, or holds a lone surrogate; the message ends a sentence
     """
     try:
         text = text.decode("utf-8-sig") if isinstance(text, bytes) else text
@@ -145,6 +145,7 @@ def json_document(text: str | bytes) -> Any:
             raise RecursionError
         if (place := _too_long(document)) is not None:
             raise ValueError(f"the whole number at '{place}' {_TOO_LONG}")
+        # Only an escape can give half of a surrogate pair; encoding the document again finds it.
         if r"\ud" in text or r"\uD" in text:
             json.dumps(document, ensure_ascii=False).encode()
     except json.JSONDecodeError as problem:
@@ -165,19 +166,19 @@ _TOO_LONG = "has more than 64 bits; give a number with a decimal point"
 
 
 def _irregular(mode: int) -> str:
-    """Target of a path where that is no regular file, as half a sentence; else ""."""
+    """Type of a file that is not regular, as a half-sentence; "" for a regular one."""
     if stat.S_ISREG(mode):
         return ""
     return next((words for test, words in _KINDS if test(mode)), "it is no regular file")
 
 
 def _content(path: Path, most: int) -> bytes | None:
-    """The bytes of a regular file; None where they are more than allowed."""
+    """The bytes of a regular file; None where there are more than allowed."""
     with open(os.open(path, os.O_RDONLY | _NOT_BLOCKING), "rb") as file:
         status = os.fstat(file.fileno())
-        if refusal := _irregular(status.st_mode):  # exchanged since it was looked at
+        if refusal := _irregular(status.st_mode):  # replaced after it was checked
             raise OSError(0, refusal)
-        # Some files of the system have the size zero, whatever they hold.
+        # Some files of the system, such as those in /proc, state the size zero whatever they hold.
         content = file.read(most + 1) if status.st_size <= most else None
     return content if content is not None and len(content) <= most else None
 
@@ -188,7 +189,7 @@ def _too_deep(document: object) -> bool:
 
 
 def _too_long(document: object) -> str | None:
-    """Place of a whole number that does not fit into 64 bits, and perhaps into no float; None where all do."""
+    """Key of a whole number that does not fit into 64 bits, and perhaps into no float; None where all do."""
     numbers = (pair for level in _levels(document) for pair in level if isinstance(pair[1], int))
     return next((name[:80] for name, number in numbers if number.bit_length() > 64), None)
 
@@ -202,7 +203,7 @@ def _levels(document: object) -> Iterator[list[tuple[str, Any]]]:
 
 
 def _entries(name: str, value: object) -> list[tuple[str, object]]:
-    """(dotted key, value) of the entries of a table or a list of that key."""
+    """(dotted key, value) of the entries of the table or list with that key."""
     if isinstance(value, dict):
         return [(f"{name}.{key}".lstrip("."), each) for key, each in value.items()]
     return [(name, each) for each in value] if isinstance(value, list) else []

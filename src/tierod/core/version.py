@@ -1,3 +1,3 @@
-"""The version of tierod: files and results name it."""
+"""The version of tierod, which files and results state."""
 
 __version__ = "0.1.0"

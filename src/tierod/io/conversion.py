@@ -1,4 +1,4 @@
-"""Conversion of any format that is read to any that is written, piece by piece."""
+"""Conversion of recordings from any format that is read to any that is written, piece by piece."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tierod.io.writers import WRITERS, require_writable, write
 from tierod.io.writers.spool import FromSpool, Spool
 
 SLICE = 60.0
-"""Time that is in memory at once [s]."""
+"""Length of the slice of a recording that is in memory at once [s]."""
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,11 @@ class Converted:
     """Facts about a written recording.
 
     Args:
-        channels: how many
-        samples: of all of them
-        seconds: from the first to the last
-        lost: what the format cannot hold, in sentences
-        warnings: of the reader, on samples that were put in order, and on columns that were left out
+        channels: number of channels
+        samples: number of samples of all channels
+        seconds: time from the first to the last sample [s]
+        lost: sentences on what the format cannot hold
+        warnings: warnings of the reader, notes on samples that were sorted, and on columns that were left out
     """
 
     channels: int
@@ -48,14 +48,14 @@ def convert(
     canonical: bool = False,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Converted:
-    """Write recordings anew; several are parts of one drive.
+    """Convert recordings to another format; several are parts of one drive.
 
     Args:
-        paths: of the recordings
-        output: whose ending selects the format
+        paths: paths of the recordings
+        output: path of the new file, whose ending selects the format
         dbc: databases of a CAN log
-        channel_map: which makes canonical signals of columns; without one, columns keep their names and units
-        canonical: whether signals that are known by name take their canonical name and SI unit without a map too
+        channel_map: map of columns to canonical signals; without one, columns keep their names and units
+        canonical: whether columns with a known name become canonical signals in SI units even without a map
         progress: called with the share done, 0 to 1
 
     Raises:
@@ -76,13 +76,14 @@ def convert(
 
 
 def _written(pieces: Iterable[Recording], path: Path) -> tuple[str, ...]:
-    """Write pieces that follow each other, in which a channel may be missing; what the format cannot hold."""
+    """Write consecutive pieces, in which a channel may be missing; returns what the format cannot hold."""
     spool = Spool()
     for piece in pieces:
         spool.add(piece)
     writer = WRITERS[path.suffix.lower().removeprefix(".")]
     if isinstance(writer.write, FromSpool):
         return writer.write.spooled(spool, path)
+    # The writer of another package takes a recording in memory only.
     channels = {}
     for group in spool.groups():
         time, values = group.time(0, group.count), group.values(0, group.count)
@@ -93,7 +94,7 @@ def _written(pieces: Iterable[Recording], path: Path) -> tuple[str, ...]:
 
 
 NAMED = 5
-"""Columns that a sentence names; the others are counted."""
+"""Number of columns that a sentence names; the others are counted."""
 
 
 def _left_out(names: Sequence[str], why: str) -> tuple[str, ...]:
@@ -105,12 +106,12 @@ def _left_out(names: Sequence[str], why: str) -> tuple[str, ...]:
 
 
 def as_found(source: Source) -> Plan:
-    """Every column with its name and unit as they stand in the file."""
+    """Plan of every column with its name and unit in the file."""
     return Plan(tuple(as_recorded(column) for column in source.columns))
 
 
 class _Seen:
-    """Looks at the pieces as they pass."""
+    """Collects names, numbers and notes of the pieces that pass through it."""
 
     def __init__(self) -> None:
         self.names: set[str] = set()
@@ -119,7 +120,7 @@ class _Seen:
         self._notes: dict[str, str] = {}
 
     def repaired(self) -> tuple[str, ...]:
-        """Repairs of samples of channels: each in a sentence with the number of channels."""
+        """Notes on repairs of samples, each with the number of channels."""
         counts = Counter(note for text in self._notes.values() for note in text.split("; ") if note)
         return tuple(f"{note} ({count} {'channel' if count == 1 else 'channels'})" for note, count in counts.items())
 

@@ -1,4 +1,4 @@
-"""Signals made from other signals, each by one stated causal method that is noted on the channel."""
+"""Signals derived from other signals, each by one stated causal method that is noted on the channel."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from tierod.physics.clarke_park import PhaseValues, clarke
 
 @dataclass(frozen=True)
 class Recipe:
-    """Recipe of a signal.
+    """Recipe of a derived signal.
 
     Args:
-        name: of the signal
-        needs: the signals it is made from
-        memory: how far back [s] it looks
-        make: from the channels needed, in order, then the further ones, None where there is none
-        further: signals that are used where a recording has them
+        name: name of the signal
+        needs: signals that it is derived from
+        memory: length of the past that it uses [s]
+        make: function of the channels needed, in order, then of the further ones, None where there is none
+        further: signals that are used as well where a recording has them
     """
 
     name: str
@@ -32,7 +32,7 @@ class Recipe:
 
 
 def _along(axis: str, a: Channel, b: Channel, c: Channel | None) -> Channel:
-    """Clarke's transform; without the third phase, as if all three added up to zero."""
+    """Clarke's transform; without the third phase, the sum of all three is taken as zero."""
     phases = [a.values, _beside(a, b)]
     phases.append(-phases[0] - phases[1] if c is None else _beside(a, c))
     values = getattr(clarke(PhaseValues(*phases)), axis)
@@ -45,7 +45,7 @@ def _along(axis: str, a: Channel, b: Channel, c: Channel | None) -> Channel:
 
 
 def _beside(first: Channel, other: Channel) -> np.ndarray:
-    """Values of a channel at the instants of another one, NaN where it brings none within half a sample."""
+    """Nearest values of a channel at the instants of another one; NaN where none is within half a sampling interval."""
     if not len(other.time):
         return np.full(len(first.time), np.nan)
     half = 0.5 * float(np.median(np.diff(first.time))) if len(first.time) > 1 else 0.0
@@ -57,7 +57,7 @@ def _beside(first: Channel, other: Channel) -> np.ndarray:
 
 
 def of_phases(quantity: str, axis: str) -> Recipe:
-    """Recipe of a vector in the stator's axes from a phase quantity.
+    """Recipe of a component in the axes of the stator from the phases of a quantity.
 
     Args:
         quantity: "motor_current" or "motor_voltage"
@@ -70,14 +70,14 @@ def of_phases(quantity: str, axis: str) -> Recipe:
 
 
 WINDOW = 0.05
-"""Span of the backward difference [s]: at 0.05 rad/s the wheel then turns past a sensor's step of 0.1 degree."""
+"""Span of the backward difference [s]: a wheel at 0.05 rad/s then turns by more than a resolution of 0.1 degree."""
 
 OLDEST = 0.1
-"""A wheel speed older than this [s] does not count; chassis buses send it every 10 to 20 ms."""
+"""Largest age of a wheel speed [s]; chassis buses send it every 10 to 20 ms."""
 
 
 def backward_rate(angle: Channel) -> tuple[np.ndarray, np.ndarray]:
-    """Rate of an angle as the backward difference over WINDOW: (time, rate), late by half of it.
+    """(time, rate) of an angle by the backward difference over WINDOW, which delays the rate by half of it.
 
     The difference is over at least one sample, and never across a gap of more than ten windows.
 
@@ -89,6 +89,7 @@ def backward_rate(angle: Channel) -> tuple[np.ndarray, np.ndarray]:
     if not len(time):
         return angle.time, np.full(len(angle.time), np.nan)
     now = np.arange(len(time))
+    # Rounding must not exclude a sample that is exactly one window old.
     before = np.searchsorted(time, time - WINDOW * (1.0 + 1e-9), side="left")
     before = np.where(before < now, before, np.maximum(now - 1, 0))
     span = time - time[before]
@@ -125,11 +126,11 @@ RECIPES: dict[str, Recipe] = {
         *(of_phases(quantity, axis) for quantity in ("motor_current", "motor_voltage") for axis in ("alpha", "beta")),
     )
 }
-"""Every signal that can be made from others, by name."""
+"""Recipe of every signal that can be derived from others, by name."""
 
 
 def ingredients(names: Iterable[str]) -> tuple[str, ...]:
-    """The names, and what they could be made from where a recording lacks them."""
+    """The names, and those of the signals from which they are derived where a recording lacks them."""
     wanted = dict.fromkeys(names)
     for name in tuple(wanted):
         if name in RECIPES:
@@ -138,10 +139,10 @@ def ingredients(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def complete(recording: Recording, names: Iterable[str] | None = None) -> Recording:
-    """The recording with those of the named signals added that it lacks and that can be made from what it has.
+    """The recording with those of the named signals added that it lacks and that can be derived from its channels.
 
     Args:
-        recording: left as it is
+        recording: recording, which is not changed
         names: the signals wanted; every one with a recipe where not given
     """
     made = []

@@ -1,4 +1,4 @@
-"""Layout of tierod's files beside the numbers, written and read: clocks, units, sources, notes, metadata."""
+"""Description that tierod stores in its files beside the numbers: clocks, units, sources, notes, metadata."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Writer:
     """A file format that can be written.
 
     Args:
-        title: for people
-        write: takes a recording and the path of the file; it appears whole or not at all
-        require: raises MissingExtra where a library is not installed; None where none is needed
+        title: name of the format for users
+        write: function of a recording and the path of the file, which appears completely or not at all
+        require: function that raises MissingExtra where a library is not installed; None where none is needed
     """
 
     title: str
@@ -29,7 +29,7 @@ class Writer:
 
 
 def plain(metadata: Mapping[str, object]) -> dict[str, Any]:
-    """Metadata as JSON can hold it, in whole characters."""
+    """Metadata as JSON can hold it, without lone surrogates."""
     text = json.dumps(dict(metadata), default=str, ensure_ascii=False).encode("utf-8", "replace")
     content: dict[str, Any] = json.loads(text)
     return content
@@ -48,7 +48,7 @@ def description_in(text: str | bytes) -> dict[str, Any]:
         text: JSON
 
     Raises:
-        ValueError: it is not whole
+        ValueError: it is damaged
     """
     document = json_document(text)
     channels = _table(_table(document).get("channels", {}))
@@ -66,7 +66,7 @@ def description_in(text: str | bytes) -> dict[str, Any]:
 
 
 def metadata_in(document: object) -> dict[str, Any]:
-    """Metadata of a recording; what a reader of results must know of it is a list of texts.
+    """Metadata of a recording, in which the warnings must be a list of texts.
 
     Raises:
         ValueError: it is something else

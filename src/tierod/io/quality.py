@@ -1,4 +1,4 @@
-"""Quality of recorded data: what one channel shows by itself."""
+"""Quality of recorded data, judged for each channel by itself."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class QualityLimits:
     Args:
         slow: rate [Hz] below which steering monitors cannot follow a driver (movements reach 3 Hz, six samples each)
         gap: pause [s] that counts as a gap; ten missed messages of a 10 ms bus
-        missing: share of missing samples worth a remark
-        saturation: time [s] at the extreme value that looks like a stop of the sensor, not like driving
-        saturation_samples: ... and at least so many equal samples
-        steps: distinct values below which the quantisation is worth a remark
+        missing: share of missing samples that deserves a remark
+        saturation: time [s] at the extreme value that indicates a saturated sensor, not driving
+        saturation_samples: smallest number of equal samples in that time
+        steps: number of distinct values below which the quantisation deserves a remark
     """
 
     slow: Annotated[float, "Hz"] = 20.0
@@ -41,31 +41,31 @@ class QualityLimits:
 LIMITS = QualityLimits()
 
 IMPOSSIBLE = 10.0
-"""Multiple of the plausible range beyond which no faulty sensor reads [-]; degrees taken for radians stay below."""
+"""Multiple of the plausible range that not even a faulty sensor exceeds [-]; degrees taken for radians stay below."""
 
 APPROACH = 0.1
-"""Seconds before and after a rest at the extreme over which the pace is taken: a hand stops a wheel in 0.3 s."""
+"""Time before and after a run at the extreme over which the change is taken [s]: a hand stops a wheel in 0.3 s."""
 
 LEVELS = 4
-"""Levels of a signal that are counted for clipping: an extreme one and the three next to it."""
+"""Number of levels whose samples are counted to detect clipping: an extreme one and the three next to it."""
 
 _MISSING, _GAP, _PLAUSIBLE = "% of the samples are missing", "the longest gap lasts", "leaves the plausible"
 
 
 def median_rate(time: np.ndarray) -> float:
-    """Samples per second, from the median step between different stamps [Hz]; NaN with fewer than two."""
+    """Sampling rate from the median interval between different stamps [Hz]; NaN with fewer than two."""
     steps = np.diff(time)
     steps = steps[steps > 0.0]
     return float(1.0 / np.median(steps)) if len(steps) else float("nan")
 
 
 def too_slow(rate: float, needed: float) -> bool:
-    """Whether a rate [Hz] is below the one needed [Hz] by more than stamps jitter and clocks differ: 5 %."""
+    """Whether a rate [Hz] is below the one needed [Hz] by more than 5 %, which allows for jitter and clock drift."""
     return rate < 0.95 * needed
 
 
 def mean_rate(time: np.ndarray) -> float:
-    """Samples per second over the whole span [Hz]; NaN with fewer than two."""
+    """Mean sampling rate over the whole span [Hz]; NaN with fewer than two stamps."""
     span = time[-1] - time[0] if len(time) > 1 else 0.0
     return float((len(time) - 1) / span) if span > 0.0 else float("nan")
 
@@ -74,9 +74,9 @@ class Pace(NamedTuple):
     """Sampling pace of a set of time stamps.
 
     Args:
-        rate: from the median step [Hz]
-        mean: over the whole span [Hz]
-        gap: the longest step [s]; NaN with fewer than two stamps
+        rate: rate from the median sampling interval [Hz]
+        mean: mean rate over the whole span [Hz]
+        gap: longest interval [s]; NaN with fewer than two stamps
     """
 
     rate: Annotated[float, "Hz"]
@@ -94,9 +94,9 @@ def channel_quality(channel: Channel, limits: QualityLimits = LIMITS, pace: Pace
     """Rate, gaps, missing share, range and remarks of one channel.
 
     Args:
-        channel: that is examined
-        limits: when a figure deserves a remark
-        pace: of its time stamps, where it is known from another channel with the same
+        channel: channel to examine
+        limits: limits beyond which a figure deserves a remark
+        pace: pace of its time stamps, where known from another channel with the same stamps
     """
     time, values = channel.time, channel.values
     pace = pace or Pace.of(time)
@@ -139,16 +139,16 @@ def figure_remarks(
     assumed: bool,
     limits: QualityLimits = LIMITS,
 ) -> list[str]:
-    """The remarks that follow from figures alone, so that they can be made again for several pieces together.
+    """The remarks that follow from summary figures alone, so that they can be made for several pieces together.
 
     Args:
-        name, unit: of the channel
+        name, unit: name and unit of the channel
         missing: share of its samples that are missing
         gap: its longest gap [s]
         mean: its mean rate [Hz]
-        extremes: its least and greatest value [unit]
+        extremes: its smallest and largest value [unit]
         assumed: whether the file gives no unit, so that the signal's unit was assumed
-        limits: when a figure deserves a remark
+        limits: limits beyond which a figure deserves a remark
     """
     if missing == 1.0 or not np.isfinite(extremes).all():
         return []
@@ -179,8 +179,8 @@ def impossible(name: str, values: np.ndarray) -> np.ndarray:
     """Whether each value is infinite, or so far beyond the plausible range that no sensor, faulty or not, gives it.
 
     Args:
-        name: of a signal of the catalogue
-        values: in its unit
+        name: name of a signal of the catalogue
+        values: values in its unit
     """
     size = np.abs(values)
     return np.asarray(np.isinf(values) | (size > IMPOSSIBLE * max(map(abs, SIGNALS[name].plausible))))
@@ -216,7 +216,7 @@ def _value_remarks(
         return [f"constant at {value} throughout" if len(seen) > 1 else "holds a single sample"]
     remarks = []
     remarks += _saturation_remark(channel, seen, extremes, rate, limits)
-    # A signal with many values shows them soon, and then need not be sorted.
+    # A signal with many distinct values shows them at the beginning; then not all samples need to be sorted.
     first = levels_of(seen[: 4 * limits.steps], residue)[0]
     if len(first) < limits.steps and 1 < len(values := levels_of(seen, residue)[0]) < limits.steps:
         apart = in_words(float(np.diff(values).min()), channel.unit)
@@ -232,7 +232,7 @@ def _range_remark(name: str, unit: str, least: float, most: float, assumed: bool
     if low <= least and most <= high:
         return []
     first, last, lower, upper = (in_words(value, unit, 4) for value in (least, most, low, high))
-    # A unit given by the file or the map is not guessed again.
+    # A unit that the file or the map states is not called in question.
     advice = "check sensor, unit and factor"
     if assumed:
         in_degrees = unit.startswith("rad") and math.radians(max(-least, most)) <= max(-low, high)
@@ -259,10 +259,10 @@ def _saturation_remark(
 
 
 def _stops_at(seen: np.ndarray, at_end: np.ndarray, extreme: float, run: int, rate: float, residue: float) -> bool:
-    """Whether the longest run at the extreme begins and ends at the pace at which the signal moves elsewhere.
+    """Whether the signal changes before and after the longest run at the extreme as fast as elsewhere.
 
-    What comes to rest there slows down before it and starts slowly; what is cut off does neither. A sensor that moves
-    by a step or two of its own at a time shows no pace.
+    A signal that comes to rest there slows down before and starts slowly; a clipped signal does neither. A signal that
+    moves by one or two of its quantisation steps at a time cannot show this.
     """
     width = max(round(APPROACH * rate), 1) if rate > 0.0 else 1
     moves = np.abs(seen[width:] - seen[:-width])
@@ -279,7 +279,7 @@ def _stops_at(seen: np.ndarray, at_end: np.ndarray, extreme: float, run: int, ra
 
 
 def _is_clipped(seen: np.ndarray, extreme: float, residue: float) -> bool:
-    """Whether values pile up at the extreme: a free signal stays there no longer than on the levels beside it."""
+    """Whether samples accumulate at the extreme: a free signal stays there no longer than on the levels beside it."""
     levels, counts = levels_of(seen, residue)
     if abs(extreme - levels[0]) <= residue:
         counts = counts[::-1]
@@ -287,10 +287,10 @@ def _is_clipped(seen: np.ndarray, extreme: float, residue: float) -> bool:
 
 
 def piles_up(count: int, nearby: Iterable[int]) -> bool:
-    """Whether so many samples lie on a signal's extreme level that it is clipped there.
+    """Whether a signal has so many samples on its extreme level that it is clipped there.
 
     Args:
-        count: samples on the extreme level
-        nearby: samples on each of the next levels; a free signal stays on none of them four times as long as on others
+        count: number of samples on the extreme level
+        nearby: number of samples on each of the next levels; of a free signal no level has four times as many
     """
     return count > 4 * max(nearby, default=1)

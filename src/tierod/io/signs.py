@@ -1,4 +1,4 @@
-"""Signals that contradict each other by their signs, and angles that jump by whole turns."""
+"""Warnings about signals that contradict each other by their signs or by their units."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tierod.core.recording import Recording
 from tierod.io.quality import impossible
 
 COMPARED = 3600.0
-"""Seconds from the beginning whose signs are compared: a sign does not change, and memory must stay bounded."""
+"""Length from the beginning that is compared [s]: a sign does not change, and memory must stay bounded."""
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,14 @@ class SignLimits:
     """Limits beyond which a sign counts as wrong.
 
     Args:
-        rate: of the comparison [Hz]
-        smoothing: time [s] that is averaged first: below 1 Hz a car follows its wheel without delay, above it shakes
+        rate: rate of the comparison [Hz]
+        smoothing: window of the moving average [s]: below 1 Hz a car follows its steering wheel without delay, above
+            there are vibrations
         slowest: speed [m/s] below which lateral acceleration and steering hold little information on the turn
-        correlation: magnitude from which a pair agrees or contradicts
-        seconds: of driving that must be common to a pair
-        yaw_rate: spread of the smoothed yaw rate [rad/s] below which there were no turns; five times its noise
+        correlation: magnitude of the correlation coefficient from which a pair agrees or contradicts
+        seconds: shortest driving time that a pair must have in common [s]
+        yaw_rate: standard deviation of the smoothed yaw rate [rad/s] below which there were no turns; five times its
+            noise
     """
 
     rate: Annotated[float, "Hz"] = 20.0
@@ -37,11 +39,11 @@ class SignLimits:
 
 
 def sign_warnings(recording: Recording, limits: SignLimits | None = None) -> tuple[str, ...]:
-    """Warnings about signals that turn the other way than the rest, seen from left and right turns.
+    """Warnings about signals whose sign contradicts that of the others, from left and right turns.
 
     Steering angle, yaw rate and lateral acceleration over speed must agree in sign, and so must driver and motor
-    torque, and the steering rate and the change of the angle. With three signals the odd one is named; with two, both.
-    Only the first hour (COMPARED) is looked at.
+    torque, and the steering rate and the change of the angle. With three signals the deviating one is named; with two,
+    both. Only the first hour (COMPARED) is evaluated.
     """
     limits = limits or SignLimits()
     names = (
@@ -81,7 +83,7 @@ def _smooth(values: np.ndarray, limits: SignLimits) -> np.ndarray:
 
 
 def _turns(columns: Mapping[str, np.ndarray], limits: SignLimits) -> dict[str, np.ndarray]:
-    """Steering angle, yaw rate and lateral acceleration as lateral accelerations, up to a positive factor."""
+    """Steering angle, yaw rate and lateral acceleration scaled to lateral accelerations, up to a positive factor."""
     speed, yaw = columns["vehicle_speed"], columns["yaw_rate"]
     known = np.isfinite(speed).any()
     speed = speed if known else np.ones(len(yaw))
@@ -133,12 +135,12 @@ class TurnLimits:
     """Limits beyond which the units count as contradicting each other.
 
     Args:
-        rate: of the comparison [Hz]
-        smoothing: time [s] that is averaged first: shorter motion is not that of a steady turn
-        acceleration: root mean square of speed times yaw rate [m/s^2] that is needed; three times an offset by bank
-        seconds: of driving that is needed
-        correlation: from which the two go together at all; below it a signal is wrong in another way
-        deviation: factor between the two that is still explained by bank, roll and gains; half of that of km/h
+        rate: rate of the comparison [Hz]
+        smoothing: window of the moving average [s]: shorter motion is not that of a steady turn
+        acceleration: smallest root mean square of speed times yaw rate [m/s^2]; three times an offset by bank
+        seconds: shortest driving time [s]
+        correlation: smallest correlation coefficient of the two; below it a signal is wrong in another way
+        deviation: largest factor between the two that bank, roll and gains explain; the square root of that of km/h
     """
 
     rate: Annotated[float, "Hz"] = 10.0
@@ -150,7 +152,7 @@ class TurnLimits:
 
 
 def turn_warnings(recording: Recording, limits: TurnLimits | None = None) -> tuple[str, ...]:
-    """Warnings where lateral acceleration is not about speed times yaw rate: one of them has a wrong unit."""
+    """Warnings where lateral acceleration is far from speed times yaw rate: one of them has a wrong unit."""
     limits = limits or TurnLimits()
     if not all(name in recording and len(recording[name].time) for name in NAMES):
         return ()
@@ -171,7 +173,7 @@ def turn_warnings(recording: Recording, limits: TurnLimits | None = None) -> tup
 
 
 def _ratio(recording: Recording, limits: TurnLimits) -> float | None:
-    """Lateral acceleration over speed times yaw rate, without regard to signs; None where it is not observable."""
+    """Magnitude of lateral acceleration over that of speed times yaw rate; None where it is not observable."""
     first_hour = recording.slice(stop=recording.span[0] + COMPARED)
     aligned = first_hour.align(NAMES, limits.rate, maximum_age=2.0 / limits.rate)
     width = max(round(limits.smoothing * limits.rate), 1)
@@ -186,7 +188,7 @@ def _ratio(recording: Recording, limits: TurnLimits) -> float | None:
         return None
     expected, acceleration = (values[good] - np.mean(values[good]) for values in (expected, acceleration))
     power, measured = float(expected @ expected), float(acceleration @ acceleration)
-    # Whichever of the two is too small, the larger one must show that there were turns.
+    # A wrong unit makes one of the two too small, so that the larger one must show that there were turns.
     if max(power, measured) < limits.acceleration**2 * len(expected) or min(power, measured) <= 0.0:
         return None
     correlation = abs(float(expected @ acceleration)) / (power * measured) ** 0.5

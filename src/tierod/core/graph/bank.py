@@ -1,4 +1,4 @@
-"""One block many times over, each with a calibration of its own, and a judge over all: filter banks."""
+"""Filter banks: copies of one block, each with its own calibration, and a judge that compares them."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from tierod.core.graph.maths import is_symbol
 from tierod.core.graph.memory_layout import BankState
 
 KEEP = -1.0
-"""In `Verdict.adopt`: a lane that goes on with its own state."""
+"""Entry of `Verdict.adopt` for a lane that continues with its own state."""
 
 
 class JudgeSample(NamedTuple):
     """Sample of a judge.
 
     Args:
-        sample: of the bank
-        lanes: the output of every lane for this sample
+        sample: sample of the bank
+        lanes: output of every lane for this sample
     """
 
     sample: Tree
@@ -28,12 +28,12 @@ class JudgeSample(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """Answer of a judge.
+    """Result of a judge for one sample.
 
     Args:
-        output: of the bank
+        output: output of the bank
         adopt: per lane the number of the lane whose state it takes over after this sample; `KEEP` for its own
-        feedback: of the judge to every lane with the next sample, () for none
+        feedback: feedback of the judge to every lane with the next sample, () for none
     """
 
     output: Tree
@@ -42,7 +42,7 @@ class Verdict(NamedTuple):
 
 
 class Judge(Protocol):
-    """Block that weighs the lanes of a bank against each other."""
+    """Block that compares the lanes of a bank."""
 
     def init(self) -> Tree:
         """The state before the first sample."""
@@ -51,12 +51,12 @@ class Judge(Protocol):
         """Feedback to every lane with the first sample; () where the judge gives the lanes none."""
 
     def step(self, state: Tree, sample: JudgeSample) -> tuple[Tree, Verdict]:
-        """One sample on."""
+        """Advance by one sample."""
 
 
 @dataclass(frozen=True)
 class Bank:
-    """Blocks of one structure side by side, and a judge over them.
+    """Blocks of one structure side by side, and a judge that compares them.
 
     With every sample each lane steps; the judge then takes the sample and the outputs of all lanes, gives the output of
     the bank, and may let lanes take over the state of others. Lanes that take over and are taken over in one sample
@@ -84,10 +84,10 @@ class Bank:
         return BankState(tuple(lane.init() for lane in self.lanes), self.judge.init(), self.judge.feedback())
 
     def step(self, state: BankState, sample: Tree) -> tuple[BankState, Tree]:
-        """One sample on, in plain numbers.
+        """Advance by one sample, in plain numbers.
 
         Raises:
-            TraceError: given symbols, that is inside another block
+            TraceError: the sample holds symbols, that is, the bank stands inside another block
         """
         if any(is_symbol(leaf) for leaf in values_of(sample)):
             raise TraceError("a Bank cannot stand inside another block; run what comes before and after it by itself")
@@ -96,6 +96,7 @@ class Bank:
         stepped = [lane.step(memory, sample, *said) for lane, memory in pairs]
         lanes, outputs = tuple(memory for memory, _ in stepped), tuple(output for _, output in stepped)
         judged, verdict = self.judge.step(state.judge, JudgeSample(sample, outputs))
+        # As in compiled code, any number that is no lane's, NaN included, keeps the own state.
         taken = tuple(
             lanes[int(source)] if 0.0 <= source < len(lanes) else own
             for source, own in zip(verdict.adopt, lanes, strict=True)

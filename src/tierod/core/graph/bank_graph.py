@@ -1,4 +1,4 @@
-"""The graph of a bank: one lane, traced once for all, and the judge."""
+"""The graph of a bank: one lane, traced once for all lanes, and the judge."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ from tierod.core.graph.trace import INTERFACE, Graph, straight_line
 
 @dataclass(frozen=True, eq=False)
 class BankGraph:
-    """One step of a bank: a lane's straight line, run by every lane, then the judge's.
+    """One step of a bank: the straight line of a lane, run for every lane, then that of the judge.
 
     Args:
-        name: of the bank's class
-        lane: takes the sample of the bank and the feedback
-        judge: takes the sample of the bank and the outputs of all lanes; gives output, adopted lanes and feedback
-        count: of lanes
+        name: name of the bank's class
+        lane: graph of a lane, which takes the sample of the bank and the feedback
+        judge: graph of the judge, which takes the sample of the bank and the outputs of all lanes, and gives output,
+            adopted lanes and feedback
+        count: number of lanes
         feedback: dotted names of the judge's feedback to the lanes
-        sample_tree, output_tree: trees of zeros in the shapes of the bank's
-        entry: under which later processes find names and kernel; None where they trace the bank themselves
+        sample_tree, output_tree: trees of zeros in the shapes of the bank's sample and output
+        entry: name under which later processes find names and kernel; None where they trace the bank themselves
     """
 
     name: str
@@ -38,12 +39,12 @@ class BankGraph:
 
     @property
     def groups(self) -> int:
-        """Groups of lanes that are stepped together; the last one is filled up."""
+        """Number of groups of lanes that are stepped together; the last group is padded."""
         return -(-self.count // GROUP)
 
     @property
     def lanes_memory(self) -> int:
-        """Numbers of state of all lanes, fill included."""
+        """Number of state values of all lanes, padding included."""
         return self.groups * len(self.lane.state) * GROUP
 
     @cached_property
@@ -54,7 +55,7 @@ class BankGraph:
 
     @cached_property
     def state(self) -> tuple[str, ...]:
-        """Dotted names of the memory, in order, delay lines left out."""
+        """Dotted names of the memory, in order, padding included and delay lines left out."""
         lanes = [
             f"lanes.{group * GROUP + lane}.{name}"
             for group in range(self.groups)
@@ -81,15 +82,15 @@ class BankGraph:
 
     @property
     def memory(self) -> int:
-        """Numbers of state, fill and delay lines included."""
+        """Number of state values, padding and delay lines included."""
         return len(self.state) + sum(size for _, size in self.rings)
 
 
 def trace_bank(bank: Any, judged: type) -> BankGraph:
-    """The graph of a bank, without its operations where an earlier process has compiled them.
+    """The graph of a bank; where an earlier process has compiled it, its operations are traced only on demand.
 
     Args:
-        bank: with `lanes` and `judge`
+        bank: object with `lanes` and `judge`
         judged: NamedTuple class of the judge's input
 
     Raises:
@@ -102,6 +103,7 @@ def trace_bank(bank: Any, judged: type) -> BankGraph:
     names = {each.name for each in fields(BankGraph)} - {"entry"}
     known = interface_of(entry)
     if known is not None and {*known} == names and all({*known[part]} == {*INTERFACE} for part in ("lane", "judge")):
+        # Traced at most once, and only where the operations of lane or judge are needed.
         traced = cache(lambda: _traced(bank, judged))
         lane = Graph(**known["lane"], make=lambda: traced().lane.function)
         judge = Graph(**known["judge"], make=lambda: traced().judge.function)
@@ -113,7 +115,7 @@ def trace_bank(bank: Any, judged: type) -> BankGraph:
 
 
 def _traced(bank: Any, judged: type) -> BankGraph:
-    """As `trace_bank`, whatever is known."""
+    """The graph of a bank, traced without the cache."""
     if not bank.lanes:
         raise TraceError("a bank has no lanes; give it one block at least")
     first, judge, count = bank.lanes[0], bank.judge, len(bank.lanes)

@@ -1,4 +1,4 @@
-"""Print a bank as C99: its lanes eight at a time in loops that vectorise, its judge, and the adoption of lanes."""
+"""Print a bank as C99: its lanes, eight at a time in loops that vectorise, its judge, and the adoption of states."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def print_bank(graph: BankGraph) -> str:
 
 
 class _BankPrinter:
-    """One bank's C. The memory: lanes [group][number][8], the judge's numbers, feedback, the judge's delay lines."""
+    """Prints one bank. Memory: lanes [group][number][8], numbers of the judge, feedback, delay lines of the judge."""
 
     def __init__(self, graph: BankGraph):
         self.graph, self.name = graph, prefix(graph)
@@ -72,7 +72,7 @@ class _BankPrinter:
             if operation.name == "input" and operation.constant[0] == SAMPLE
         )
         taken = len(self.graph.sample)
-        # GCC vectorises no loop that loads what does not change in it.
+        # GCC does not vectorise a loop that loads a loop-invariant value.
         shared = [f"    const real u{i} = {f'u[{i}]' if i < taken else f'f[{i - taken}]'};\n" for i in inputs]
         body = self.lane.body(self._places(), "        ")
         unused = "".join(f"    (void){name};\n" for name in "xufoc")
@@ -97,7 +97,7 @@ class _BankPrinter:
     # -- judge ---------------------------------------------------------------------------------------------------
 
     def _judge(self) -> str:
-        """One step of the judge; `o` holds the outputs of the lanes, `a` takes the adopted lanes."""
+        """One step of the judge; `o` holds the outputs of the lanes, `a` receives the adopted lanes."""
         ring_start = self.feedback_start + len(self.graph.feedback) - len(self.graph.judge.state)
         places = Places(
             state=lambda i: f"x[{self.judge_start + i}]",
@@ -121,7 +121,7 @@ class _BankPrinter:
         return f"o[{(lane // GROUP * self.put_out + output) * GROUP + lane % GROUP}]"
 
     def _gathered(self, positions: Sequence[int], lane: str) -> str | None:
-        """One output of a lane by the lane's number; None unless the positions are this output of lanes 0, 1, ..."""
+        """C of one output of a lane by the lane's number; None unless it is this output of lanes 0, 1, ... in order."""
         first = positions[0] - len(self.graph.sample)
         if not 0 <= first < self.put_out or list(positions) != [
             positions[0] + self.put_out * number for number in range(len(positions))
@@ -139,7 +139,8 @@ class _BankPrinter:
         return f"x[{self.feedback_start + adopted - self.graph.count}]"
 
     def _adopt(self) -> str:
-        """Lanes take over the states of others, as these were after the step."""
+        """C by which lanes take over the states that other lanes had after the step."""
+        # The states are copied first: lanes may exchange theirs.
         count, block = self.graph.count, self.width * GROUP
         if not block:
             return f"static void {self.name}_adopt(real *restrict x, const real *restrict a) {{ (void)x; (void)a; }}\n"

@@ -1,4 +1,4 @@
-"""Branches for a step that runs alone and need not vectorise; chains of selections as one operation."""
+"""Branches for a step that runs alone and need not vectorise, and chains of selections as one operation."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import NamedTuple
 from tierod.core.graph.operations import Operation, Program, drop_unused, invariant_of
 
 FEWEST = 16
-"""Operations of a branch from which it pays: fewer cost less than a jump that was foretold wrongly."""
+"""Smallest number of operations that a branch pays for: fewer cost less than a mispredicted jump."""
 
 
 class Condition(NamedTuple):
-    """A value that is not zero (or zero, where it does not `hold`)."""
+    """Condition that a value is not zero; where `holds` is False, that it is zero."""
 
     value: int
     holds: bool
@@ -22,11 +22,11 @@ class Condition(NamedTuple):
 
 @dataclass(frozen=True)
 class Branch:
-    """Operations that are worked out together.
+    """Operations that are evaluated together.
 
     Args:
-        condition: under which; None for those that are always needed
-        operations: their numbers, in order
+        condition: condition of their evaluation; None for those that are always needed
+        operations: their indices, in order
     """
 
     condition: Condition | None
@@ -34,9 +34,9 @@ class Branch:
 
 
 def branches(program: Program) -> list[Branch]:
-    """All operations of a step but the invariant ones, so ordered that each comes after what it needs.
+    """All operations of a step except the invariant ones, ordered so that each follows those that it needs.
 
-    An operation whose result nothing takes but selections that leave it out elsewhere is worked out in a branch.
+    An operation whose result is used only under a condition is evaluated in a branch.
     """
     chosen = _chosen(program, _conditions(program))
     rounds = _rounds(program, chosen)
@@ -48,7 +48,7 @@ def branches(program: Program) -> list[Branch]:
 
 
 def _conditions(program: Program) -> dict[int, frozenset[Condition]]:
-    """Conditions that all hold wherever an operation's result is taken."""
+    """Conditions that hold wherever the result of an operation is used."""
     found: dict[int, frozenset[Condition]] = {value: frozenset() for value in program.outputs.values()}
     for index in range(len(program.operations) - 1, -1, -1):
         if index in program.invariant:
@@ -63,14 +63,14 @@ def _conditions(program: Program) -> dict[int, frozenset[Condition]]:
 
 
 def _condition(program: Program, value: int, holds: bool) -> Condition:
-    """A condition without its negations."""
+    """A condition with its negations resolved."""
     while program.operations[value].name == "not":
         value, holds = program.operations[value].arguments[0], not holds
     return Condition(value, holds)
 
 
 def _chosen(program: Program, conditions: dict[int, frozenset[Condition]]) -> dict[int, Condition]:
-    """The conditions that save most operations, one for each operation; none where they save too little."""
+    """For each operation the condition under which most operations are skipped; none where that saves too little."""
     worked = [
         index
         for index, operation in enumerate(program.operations)
@@ -87,26 +87,27 @@ def _chosen(program: Program, conditions: dict[int, frozenset[Condition]]) -> di
 
 
 def _rounds(program: Program, chosen: dict[int, Condition]) -> dict[int, int]:
-    """A number for every operation: branches of one number need nothing of each other."""
+    """A round for every operation: branches of the same round do not need results of each other."""
     rounds: dict[int, int] = {}
     for index, operation in enumerate(program.operations):
         if index in program.invariant:
             continue
         own = chosen.get(index)
         needed: Sequence[int] = operation.arguments if own is None else (*operation.arguments, own.value)
+        # A result of another branch is needed a round later; within a branch the order of the operations suffices.
         rounds[index] = max((rounds[each] + (chosen.get(each) != own) for each in needed if each in rounds), default=0)
     return rounds
 
 
 SHORTEST_CHAIN = 8
-"""Values from which a table pays beside selections."""
+"""Smallest number of values for which a table is faster than selections."""
 
 
 def with_picks(program: Program) -> Program:
     """The same program with every chain "v1 if n == 1, v2 if n == 2, ... else v0" as one operation, "pick".
 
     Its arguments are n, v0, v1, ...; a number that is none of 1, 2, ... picks v0, as the chain does. A program without
-    invariant operations, which is worked out as a whole, keeps none.
+    invariant operations, which is evaluated as a whole, stays without.
     """
     operations = list(program.operations)
     for index in range(len(operations)):
@@ -119,7 +120,7 @@ def with_picks(program: Program) -> Program:
 
 
 def _pick(operations: tuple[Operation, ...], index: int) -> Operation | None:
-    """The whole chain that ends at an operation, the last value first."""
+    """The chain of selections that ends at an operation as one "pick"; None where there is none that is long enough."""
     values: list[int] = []
     number, wanted = -1, 0.0
     while wanted != 1.0 and operations[index].name == "select":
@@ -136,7 +137,7 @@ def _pick(operations: tuple[Operation, ...], index: int) -> Operation | None:
 
 
 def _compared(operations: tuple[Operation, ...], condition: int) -> tuple[int, float] | None:
-    """The value that is compared with a constant, and the constant."""
+    """(value that is compared with a constant, constant); None for any other condition."""
     asked = operations[condition]
     if asked.name != "eq":
         return None

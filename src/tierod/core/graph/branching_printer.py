@@ -1,4 +1,4 @@
-"""Print a step that runs alone: logic in whole numbers, branches, and tables in place of chains of selections."""
+"""Print a step that runs alone: logic in integers, branches, and tables in place of chains of selections."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ class BranchingPrinter(LinePrinter):
     """Prints a step that runs alone and need not vectorise; its numbers equal those of `LinePrinter` to the last bit.
 
     Args:
-        graph: of the block
+        graph: graph of the block
         operations: its program
-        gathered: C of one of several inputs, given their positions in the sample and C of the number that picks; None
-            where they do not lie so that this can be written
-        truths: values that are 0 or 1 of a program that is printed as it stands; None for one whose chains become picks
+        gathered: gives C of one of several inputs from their positions in the sample and C of the number that picks;
+            None where their positions do not allow that
+        truths: values that are 0 or 1, of a program that is printed unchanged; None to turn its chains into picks
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class BranchingPrinter(LinePrinter):
         self._left_out = self._gathered_alone()
 
     def _gathered(self, gathered: Callable[[Sequence[int], str], str | None]) -> dict[int, str]:
-        """C of every pick among inputs that can be reached by a number."""
+        """C of every pick among inputs that can be addressed by a number."""
         found = {}
         for index, operation in enumerate(self.program.operations):
             if operation.name == "pick":
@@ -48,7 +48,7 @@ class BranchingPrinter(LinePrinter):
         return found
 
     def _gathered_alone(self) -> frozenset[int]:
-        """Inputs that nothing takes but such picks."""
+        """Inputs that only such picks use."""
         operations = self.program.operations
         gathered = {each for index in self._gathers for each in operations[index].arguments[1:]}
         others = {
@@ -59,7 +59,7 @@ class BranchingPrinter(LinePrinter):
         return frozenset(gathered - others - set(self.program.outputs.values()))
 
     def body(self, places: Places, indent: str) -> str:
-        """The whole step."""
+        """C of the whole step."""
         named, notes = self.names(places), self.notes()
         parts = branches(self.program)
         lines = [self._branch(part, named, places, notes, indent) for part in parts]
@@ -72,6 +72,7 @@ class BranchingPrinter(LinePrinter):
         if part.condition is None:
             needed = [index for index in part.operations if index not in self._left_out]
             return "".join(self.statement(index, named, places, notes, indent) for index in needed)
+        # Values that are used outside the branch are declared before it.
         inside = set(part.operations)
         taken = {index for index in inside if not self._used_by.get(index, inside) <= inside}
         lines = [f"{indent}{self._kind(index)} v{index} = 0;\n" for index in part.operations if index in taken]
@@ -86,7 +87,7 @@ class BranchingPrinter(LinePrinter):
 
     @cached_property
     def _used_by(self) -> dict[int, set[int]]:
-        """Operations that take each value."""
+        """Operations that use each value."""
         used_by: dict[int, set[int]] = {}
         for index, operation in enumerate(self.program.operations):
             for argument in operation.arguments:
@@ -97,7 +98,7 @@ class BranchingPrinter(LinePrinter):
         return "int" if index in self._whole else "real"
 
     def statement(self, index: int, named: dict[int, str], places: Places, notes: dict[int, str], indent: str) -> str:
-        """The lines that work out one value."""
+        """C that computes one value."""
         operation = self.program.operations[index]
         if operation.name == "pick":
             return self._picked(index, named, indent)
@@ -105,9 +106,10 @@ class BranchingPrinter(LinePrinter):
         return line.replace("const real ", "const int ", 1) if index in self._whole else line
 
     def _picked(self, index: int, named: dict[int, str], indent: str) -> str:
-        """A value by its number; whatever is not among 1, 2, ... picks the first."""
+        """C of a value picked by its number; a number that is none of 1, 2, ... picks the first value."""
         number, *values = self.program.operations[index].arguments
         given, last = self._real(number, named), len(values) - 1
+        # The range is tested first: C does not define the conversion of NaN or of too large a number to int.
         whole = f"{given} >= R(1.0) && {given} <= R({last}.0) && {given} == (real)(int){given} ? (int){given} : 0"
         if index in self._gathers:
             return f"{indent}const int i{index} = {whole};\n{indent}const real v{index} = {self._gathers[index]};\n"
@@ -115,7 +117,7 @@ class BranchingPrinter(LinePrinter):
         return f"{indent}const real w{index}[] = {{{table}}};\n{indent}const real v{index} = w{index}[{whole}];\n"
 
     def expression(self, operation: Operation, named: dict[int, str]) -> str:
-        """An operation as C writes it."""
+        """C expression of an operation."""
         name, arguments = operation.name, operation.arguments
         if name in COMPARE:
             return f"{self._real(arguments[0], named)} {COMPARE[name]} {self._real(arguments[1], named)}"
@@ -132,16 +134,16 @@ class BranchingPrinter(LinePrinter):
         return super().expression(operation, named | reals if reals else named)
 
     def _zero(self, logical: bool) -> str:
-        """What a selection gives where it has no second value."""
+        """C of the second value of a selection that has none."""
         return "0" if logical else "R(0.0)"
 
     def _real(self, index: int, named: dict[int, str]) -> str:
-        """A value as a number."""
+        """C of a value as a real number."""
         name = self.constant(index) or named.get(index, f"v{index}")
         return f"(real){name}" if index in self._whole else name
 
     def _truth(self, index: int, named: dict[int, str]) -> str:
-        """A value as 0 or 1."""
+        """C of a value as 0 or 1."""
         constant = self.program.operations[index]
         if constant.name == "constant":
             return "1" if constant.constant != 0.0 else "0"
@@ -150,10 +152,10 @@ class BranchingPrinter(LinePrinter):
 
 
 def truths_of(program: Program) -> frozenset[int]:
-    """Values that are 0 or 1 and are worked out in every step.
+    """Values that are 0 or 1 and are computed in every step.
 
     Args:
-        program: of a step
+        program: program of a step
     """
     known = {
         index

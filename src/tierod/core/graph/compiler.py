@@ -30,32 +30,32 @@ TUNED = (
     *("-fschedule-insns", "-fsched-pressure", "-fira-loop-pressure"),
     "--param=max-tree-if-conversion-phi-args=1000",
 )
-"""GCC's order of instructions for long straight lines in vector registers, about 6 % of a lane's time. And selections
-of any number of values without a branch: without it a loop over lanes that decides much does not vectorise."""
+"""GCC's instruction order for long straight lines in vector registers, which saves about 6 % of a lane's time; and
+selections among many values without a branch, else a loop over lanes with many decisions does not vectorise."""
 
 LEAN = (
     *("-fno-tree-pre", "-fno-code-hoisting", "-fno-gcse", "-fno-gcse-after-reload"),
     *("-fno-tree-loop-distribution", "-fno-tree-loop-distribute-patterns", "-fno-loop-unroll-and-jam"),
 )
-"""A graph has no expression twice and no loop to split: the searches of GCC for them take a third of a compilation and
-find nothing. Loops over lanes, which they cut into several, run up to a fifth faster without."""
+"""Optimisations that are turned off: a graph has no repeated expression and no loop to split, and to search for them
+takes a third of a compilation. Loops over lanes, which GCC would split, run up to a fifth faster without them."""
 
 X86 = platform.machine() in ("x86_64", "AMD64")
 
 _FEW = "-mtune-ctrl=use_gather_4parts"
 
 GATHERED = (f"{_FEW},use_gather", f"{_FEW},use_gather_8parts") if X86 else ()
-"""GCC 12's and GCC 13's name for vector look-ups of a table, of four numbers and of more. For a processor of x86 that
-it does not know by name, and for AMD's, it does without them, and lanes with a sine, which looks up digits of pi for
-large angles, then are not vectorised and take two to four times as long."""
+"""Names in GCC 12 and in GCC 13 for vector look-ups in a table (gather), of four numbers and of more. On AMD processors
+and on x86 processors that it does not recognise, GCC does not use them by itself. Lanes with a sine, which looks up
+digits of pi for large angles, are then not vectorised and take two to four times as long."""
 
 LONGEST: Annotated[float, "s"] = 600.0
-"""Time of one compilation, ten times what the largest kernel takes on a slow machine."""
+"""Longest time of one compilation [s]: ten times what the largest kernel takes on a slow machine."""
 
 
 @cache
 def compiler() -> tuple[str, ...] | None:
-    """The command of the C compiler: TIEROD_CC, the system's own, the one in the wheel `ziglang`, or None."""
+    """The command of the C compiler: TIEROD_CC, that of the system, that in the wheel `ziglang`, or None."""
     chosen = os.environ.get("TIEROD_CC")
     if chosen is not None:
         return tuple(chosen.split()) if chosen else None
@@ -68,7 +68,7 @@ def compiler() -> tuple[str, ...] | None:
 
 
 def _more() -> tuple[str, ...]:
-    """Options of TIEROD_CFLAGS, which win over ours: -O1 compiles in a third of the time and runs a third slower."""
+    """Options of TIEROD_CFLAGS, which override ours: -O1 compiles in a third of the time and runs a third slower."""
     return tuple(os.environ.get("TIEROD_CFLAGS", "").split())
 
 
@@ -80,9 +80,9 @@ def cache_folder() -> Path:
 
 
 def load(source: str, name: str) -> ctypes.PyDLL:
-    """The library compiled from C source; compiled only where no cache holds it.
+    """The library of C source; it is compiled only where no cache holds it.
 
-    PyDLL keeps the interpreter's lock: one push is shorter than giving the lock away and taking it back.
+    PyDLL keeps the interpreter lock: a push takes less time than to release and acquire the lock.
 
     Raises:
         CompileError: there is no compiler, it refuses the source, or its product cannot be loaded
@@ -98,7 +98,7 @@ def load(source: str, name: str) -> ctypes.PyDLL:
 
 
 def load_kept(kernel: str) -> ctypes.PyDLL | None:
-    """The library of a kernel that a cache holds; None where none does.
+    """The library of a kernel from a cache; None where no cache holds it.
 
     Args:
         kernel: its name
@@ -109,7 +109,7 @@ def load_kept(kernel: str) -> ctypes.PyDLL | None:
         if code is not None:
             try:
                 library = loaded(code, kernel)
-            except OSError:  # of another C library, for example: compiled anew
+            except OSError:  # built for another C library, for example: it is compiled again
                 place.forget(kernel)
             else:
                 _warn_once([caches[0].trouble()], place.where)
@@ -118,12 +118,12 @@ def load_kept(kernel: str) -> ctypes.PyDLL | None:
 
 
 def kept(name: str) -> bytes | None:
-    """What the caches hold under a name, verified; None where they hold nothing."""
+    """The verified content that a cache holds under a name; None where no cache holds it."""
     return next((found for place in _caches() if (found := place.kept(name)) is not None), None)
 
 
 def keep(name: str, content: bytes) -> None:
-    """Keep something in the first cache that takes it; without room it is made anew by the next process."""
+    """Keep a content in the first cache that accepts it; where none does, the next process makes it again."""
     for place in _caches():
         with contextlib.suppress(OutputError), place.building(name):
             place.keep(name, content)
@@ -134,9 +134,9 @@ def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
     """The name of a kernel in the cache, with a digest of all that its code depends on.
 
     Args:
-        command: of the compiler
+        command: command of the compiler
         source: printed C
-        name: of the block, the first part of the name
+        name: name of the block, the first part of the name
     """
     parts = [*command, identity(command[0]), _machine(), *FLAGS, *NATIVE, *TUNED, *LEAN, *GATHERED, *_more(), source]
     key = hashlib.sha256("\0".join(parts).encode())
@@ -144,11 +144,11 @@ def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
 
 
 def _caches() -> tuple[KernelCache | NoCache, ...]:
-    """Caches that kernels are looked for and kept in, the user's own choice first."""
+    """Caches in which kernels are searched and kept, in order, the user's own choice first."""
     found = []
     with contextlib.suppress(RuntimeError):  # a user without a home
         found.append(KernelCache(cache_folder()))
-    with contextlib.suppress(OSError, AttributeError):  # no temporary folder, or a system without numbers of users
+    with contextlib.suppress(OSError, AttributeError):  # no temporary folder, or a system without user identifiers
         found.append(KernelCache(Path(tempfile.gettempdir()) / f"tierod-{os.getuid()}"))
     return *found, NoCache()
 
@@ -156,7 +156,7 @@ def _caches() -> tuple[KernelCache | NoCache, ...]:
 def _built(
     command: tuple[str, ...], source: str, kernel: str, caches: tuple[KernelCache | NoCache, ...]
 ) -> ctypes.PyDLL:
-    """Compile and load a kernel, and keep it in the first cache that takes it."""
+    """Compile and load a kernel, and keep it in the first cache that accepts it."""
     library: ctypes.PyDLL | None = None
     code: bytes | None = None
     troubles: list[str] = []
@@ -173,7 +173,7 @@ def _built(
         except CompileError as error:
             if refusal is not None:
                 raise
-            code, refusal = None, error  # perhaps for lack of room there: tried once more in the next place
+            code, refusal = None, error  # perhaps the disk there is full: one more try in the next place
         else:
             _warn_once(troubles, place.where)
             return library
@@ -196,7 +196,7 @@ _WARNED: set[str] = set()
 
 
 def _warn_once(troubles: list[str], where: str) -> None:
-    """Warn once in a process why kernels are not in their usual place, and where they are."""
+    """Warn once per process that kernels are not in their usual folder, with the reason and the folder."""
     trouble = next(filter(None, troubles), "")
     if trouble and not _WARNED:
         _WARNED.add(trouble)
@@ -204,14 +204,15 @@ def _warn_once(troubles: list[str], where: str) -> None:
 
 
 def _compiled(command: tuple[str, ...], source: str, folder: Path) -> bytes:
-    """The code that the compiler makes of a source.
+    """The code that the compiler makes from a source.
 
     Raises:
-        CompileError: it refuses, or makes nothing
+        CompileError: the compiler refuses the source or writes nothing
         OSError: the folder cannot be written
     """
     code, built = folder / "kernel.c", folder / "kernel.so"
     code.write_text(source, encoding="utf-8")
+    # From the fastest code to the plainest: a compiler refuses options that it does not know.
     best = [(*NATIVE, *TUNED, *LEAN, each) for each in GATHERED]
     for native in (*best, NATIVE + TUNED + LEAN, NATIVE + TUNED, NATIVE, NATIVE[:1], ()):
         run = _run([*command, *FLAGS, *native, *_more(), str(code), "-o", str(built), "-lm"], folder)
@@ -237,7 +238,7 @@ def _run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
             errors="replace",
             check=False,
             timeout=LONGEST,
-            # Its own temporary files go with the folder, also where it is killed.
+            # Temporary files of the compiler are removed with the folder, even where it is killed.
             env={**os.environ, "TMPDIR": str(folder)},
         )
     except subprocess.TimeoutExpired:
@@ -256,7 +257,7 @@ def _first_error(text: str) -> str:
 
 
 def identity(executable: str) -> str:
-    """Place, size and time of change of a program or module."""
+    """Path, size and modification time of a program or module."""
     path = Path(shutil.which(executable) or executable).resolve()
     try:
         status = path.stat()
@@ -267,7 +268,7 @@ def identity(executable: str) -> str:
 
 @cache
 def _machine() -> str:
-    """Machine that -march=native depends on, so that a cache on a shared home folder never gives a foreign kernel."""
+    """Processor features that -march=native depends on, so that a shared cache never gives a foreign kernel."""
     try:
         text = Path("/proc/cpuinfo").read_text()
     except OSError:
@@ -276,5 +277,5 @@ def _machine() -> str:
 
 
 def vector_width() -> int:
-    """Numbers that the widest vector register of this machine holds, as far as its system names it; else four."""
+    """Number of doubles in the widest vector register of this machine, where the system states it; else four."""
     return 8 if "avx512f" in _machine().split() else 4

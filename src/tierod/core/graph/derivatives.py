@@ -1,4 +1,4 @@
-"""Automatic Jacobians, of numbers and of symbols alike, and their patterns of dependence."""
+"""Jacobians by automatic differentiation, for numbers and for symbols, and sparsity patterns."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from tierod.core.graph.trace import Graph
 
 
 def jacobian(function: Callable[[T], Tree], at: T) -> list[list[Scalar]]:
-    """Derivative of every leaf of `function(x)` by every leaf of `x`, at one point.
+    """Derivative of every leaf of `function(x)` with respect to every leaf of `x`, at one point.
 
     Args:
         function: maps a tree of the shape of `at` to a tree; pure, written with tierod.core.graph.maths
-        at: the point: floats, or symbols of a trace under way
+        at: the point: floats, or symbols of a running trace
 
     Returns:
         rows by output leaf, columns by input leaf; structural zeros and constants come back as floats,
@@ -27,6 +27,7 @@ def jacobian(function: Callable[[T], Tree], at: T) -> list[list[Scalar]]:
     symbols = casadi.SX.sym("x", len(point))
     images = values_of(function(rebuild(at, casadi.vertsplit(symbols))))
     derivative = casadi.jacobian(casadi.vertcat(*images), symbols)
+    # Even at a point of numbers the function may hold symbols of a running trace, such as a parameter.
     if any(map(is_symbol, point)) or casadi.symvar(casadi.substitute(derivative, symbols, casadi.DM.zeros(len(point)))):
         derivative = casadi.substitute(derivative, symbols, casadi.vertcat(*point))
     else:
@@ -37,7 +38,7 @@ def jacobian(function: Callable[[T], Tree], at: T) -> list[list[Scalar]]:
 
 
 def dependence(function: Callable[[T], Tree], shape: T) -> list[list[bool]]:
-    """Pattern of dependence of the leaves of `function(x)` on the leaves of `x`, whatever their values.
+    """Sparsity pattern: which leaves of `function(x)` depend on which leaves of `x`, whatever their values.
 
     Args:
         function: maps a tree of the shape of `shape` to a tree; pure, written with tierod.core.graph.maths
@@ -56,10 +57,10 @@ def dependence(function: Callable[[T], Tree], shape: T) -> list[list[bool]]:
 
 
 def tuning_in_use(graph: Graph) -> tuple[str, ...]:
-    """Names of the tuning that the next state or the output of a graph depends on, in order.
+    """Names of the tuning values that the next state or the output of a graph depends on, in order.
 
     Args:
-        graph: of one step
+        graph: graph of one step
     """
     patterns = [graph.function.jac_sparsity(group, 0) for group in range(graph.function.n_out())]
     columns = {column for pattern in patterns for column in pattern.get_triplet()[1]}

@@ -1,4 +1,4 @@
-"""Digest of a block's behaviour: its traced graph and its tuning, whatever its code looks like and where it lies."""
+"""Digest of a block's behaviour: of its traced graph and its tuning, independent of its source text and its place."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def graph_digest(*blocks: Block) -> str:
     A change of a threshold or of an equation changes it; a renamed or moved file, class or comment does not.
 
     Args:
-        blocks: or banks of them
+        blocks: blocks or banks of blocks
 
     Raises:
         TraceError: a block cannot be traced

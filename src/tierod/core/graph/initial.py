@@ -1,4 +1,4 @@
-"""The state before the first sample as a program of the tuning, so that generated C follows a changed parameter."""
+"""The state before the first sample as a function of the tuning, so that generated C follows a changed parameter."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from tierod.core.graph.operations import NEXT_STATE, PUSH, Operation, Program, i
 def initial_program(block: Block) -> Program:
     """Program of `init` over the floats of a block: next states, and the value that fills each delay line.
 
-    Where `init` cannot be followed with symbols, or gives other numbers with them, the numbers themselves.
+    Where `init` cannot be traced with symbols, or gives other numbers with them, it holds the numbers as constants.
 
     Args:
-        block: whose graph is a straight line
+        block: a block whose graph is a straight line
     """
     if hasattr(block, "traced"):
         raise TypeError("lanes and judge of a bank begin each by itself")
@@ -39,7 +39,7 @@ def initial_program(block: Block) -> Program:
 
 
 def _with_signs(followed: Program, numbers: dict[int, list[float]]) -> Program:
-    """The program with negative zeros where they are constants: CasADi has none."""
+    """The program with the signs of its constant zeros restored: CasADi has no negative zero."""
     operations, outputs = list(followed.operations), dict(followed.outputs)
     for (group, position), value in followed.outputs.items():
         if is_constant(operations[value], 0.0) and math.copysign(1.0, numbers[group][position]) < 0.0:
@@ -49,7 +49,7 @@ def _with_signs(followed: Program, numbers: dict[int, list[float]]) -> Program:
 
 
 def _parted(state: Tree) -> tuple[list[Any], list[Any]]:
-    """Plain numbers of a state, and the first values of its delay lines."""
+    """Plain numbers of a state, and the initial values of its delay lines."""
     flat = values_of(state)
     return [each for each in flat if not isinstance(each, Ring)], [
         each.initial for each in flat if isinstance(each, Ring)
@@ -57,7 +57,7 @@ def _parted(state: Tree) -> tuple[list[Any], list[Any]]:
 
 
 def _constants(plain: list[float], rings: list[float]) -> Program:
-    """A program that gives these numbers whatever the tuning."""
+    """A program whose outputs are constants, independent of the tuning."""
     operations = tuple(Operation("constant", (), float(value)) for value in (*plain, *rings))
     outputs = {(NEXT_STATE, k): k for k in range(len(plain))}
     outputs |= {(PUSH, k): len(plain) + k for k in range(len(rings))}

@@ -24,7 +24,7 @@ from tierod.core.graph.virtual_machine import BankMachine, VirtualMachine
 Engine = Literal["auto", "compiled", "virtual machine"]
 
 CACHE_LINE = 64
-"""Bytes."""
+"""Size of a cache line of the processor [bytes]."""
 
 _LOOP = (ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_long)
 
@@ -37,11 +37,11 @@ class Kernel(Protocol):
         """Interface of the block's graph."""
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
-        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
+        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is updated, `count` steps came before."""
 
 
 class CompiledKernel:
-    """A block's step as machine code, with this block's tuning prepared."""
+    """A block's step as machine code; all that depends on its tuning alone is computed once."""
 
     def __init__(self, block: Block):
         self.graph = trace(block)
@@ -52,7 +52,7 @@ class CompiledKernel:
         self._scan.argtypes, self._scan.restype = _LOOP, None
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
-        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
+        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is updated, `count` steps came before."""
         _run(self._scan, memory, samples, outputs, self.carried, count)
 
 
@@ -66,7 +66,7 @@ class LaneKernel:
         library = _library(self.graph, own)
         name = prefix(self.graph)
         columns = [_prepare(library, name, block) for block in blocks] if own else [_prepare(library, name, blocks[0])]
-        if own:
+        if own:  # unused lanes run too, so that they need a valid calibration
             columns += [columns[0]] * (LANES - len(columns))
         self.carried = np.ascontiguousarray(np.stack(columns, axis=1)).ravel()
         self._lanes = getattr(library, f"{name}_lanes")
@@ -75,7 +75,7 @@ class LaneKernel:
         self._batch.argtypes, self._batch.restype = (*_LOOP, ctypes.c_void_p, ctypes.c_void_p), None
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
-        """Run over samples (n, inputs, lanes) into outputs (n, outputs, lanes); `memory` is carried on likewise."""
+        """Run over samples (n, inputs, lanes) into outputs (n, outputs, lanes); `memory` is updated likewise."""
         _run(self._lanes, memory, samples, outputs, self.carried, count)
 
     def batch(
@@ -92,7 +92,7 @@ class LaneKernel:
 
 
 def lane_array(*shape: int) -> np.ndarray:
-    """An array (..., lanes) from a cache line on: vectors across two lines cost up to a sixth of a lane's time."""
+    """An array (..., lanes) aligned to a cache line: vectors across two lines cost up to a sixth of a lane's time."""
     size = int(np.prod(shape)) * LANES
     raw = np.empty(size + CACHE_LINE // 8)
     skipped = -raw.ctypes.data % CACHE_LINE // 8
@@ -103,7 +103,7 @@ def kernel(block: Block, engine: Engine = "auto") -> Kernel:
     """Kernel that runs a block.
 
     Args:
-        block: to be run
+        block: block to run
         engine: "compiled", "virtual machine", or "auto": compiled where there is a compiler; the environment variable
             TIEROD_ENGINE decides for "auto"
 
@@ -138,7 +138,7 @@ _INTERPRETED: set[str] = set()
 
 
 def _warn_interpreted(error: CompileError, engine: str) -> None:
-    """Warn once in a process why blocks run on the virtual machine; an error where compiled ones were requested."""
+    """Warn once per process why blocks run on the virtual machine; an error where compilation was requested."""
     if _chosen(engine) == "compiled":
         raise error
     if not _INTERPRETED:
@@ -152,10 +152,10 @@ def print_c(graph: Graph | BankGraph) -> str:
 
 
 def is_interpreted(engine: str = "auto") -> bool:
-    """Whether blocks run on the virtual machine here.
+    """Whether blocks run on the virtual machine with this engine.
 
     Raises:
-        ParameterError: an engine of that name does not exist
+        ParameterError: there is no such engine
     """
     chosen = _chosen(engine)
     return chosen == "virtual machine" or (chosen == "auto" and compiler() is None)
@@ -184,7 +184,7 @@ def _address(array: np.ndarray) -> int:
 
 
 def _library(graph: Graph | BankGraph, own_tuning: bool | None = None) -> ctypes.PyDLL:
-    """The library of a graph; of lanes where it is known whether they have tunings of their own."""
+    """The library of a graph: for one block where `own_tuning` is None, else for lanes with own or shared tuning."""
     found = _attempted(graph, own_tuning)
     if isinstance(found, CompileError):
         raise found.with_traceback(None)
@@ -193,7 +193,7 @@ def _library(graph: Graph | BankGraph, own_tuning: bool | None = None) -> ctypes
 
 @lru_cache(maxsize=512)
 def _attempted(graph: Any, own_tuning: bool | None) -> ctypes.PyDLL | CompileError:
-    """A refusal is kept too, so that the next piece of a recording does not compile everything again."""
+    """The library, or the error: it is cached too, so that the next piece of a recording does not compile again."""
     name = prefix(graph)
     try:
         if own_tuning is None:
@@ -212,7 +212,7 @@ def _attempted(graph: Any, own_tuning: bool | None) -> ctypes.PyDLL | CompileErr
 
 
 def _loaded(graph: Any, kind: str, source: Callable[[], str], name: str) -> ctypes.PyDLL:
-    """The library of a graph; printed only where no earlier process has."""
+    """The library of a graph; its C is printed only where no earlier process has compiled it."""
     entry = kernel_entry(graph.entry, kind) if graph.entry else None
     known = kept(entry) if entry else None
     library = load_kept(known.decode()) if known else None
@@ -226,7 +226,7 @@ def _loaded(graph: Any, kind: str, source: Callable[[], str], name: str) -> ctyp
 
 
 def _prepare(library: ctypes.PyDLL, name: str, block: Block) -> np.ndarray:
-    """The block's tuning with all that depends on it alone worked out once."""
+    """Values that depend on the block's tuning alone, computed once."""
     values = np.array([value for _, value in tuning(block)], dtype=float)
     carried = np.zeros(ctypes.c_long.in_dll(library, f"{name}_carried").value)
     prepare = getattr(library, f"{name}_prepare")

@@ -1,7 +1,7 @@
-"""Compiled kernels on the disk: only in a folder that no other user can write, each verified before it is loaded.
+"""Cache of compiled kernels: only in a folder that no other user can write, each verified before it is loaded.
 
-A file holds the digest of its own name and code, and the code. The bytes that were read and verified are the very bytes
-that are loaded, so nothing that happens to the file afterwards, a cut or a removal, reaches the process.
+A file holds the digest of its own name and code, and the code. Exactly the bytes that were read and verified are
+loaded, so that a file that is truncated or removed afterwards does not affect the process.
 """
 
 from __future__ import annotations
@@ -37,14 +37,13 @@ class Bounds:
     """Bounds on the contents of a cache.
 
     Args:
-        bytes: of all kernels [B]; a thousand of the usual 70 kB and the largest of 2 MB fit
-        count: of kernels [-]; the whole test suite makes about a thousand
-        unused: a kernel that was not loaded for so long [s] is removed: its source or compiler has most likely changed
-        recent: a kernel that was loaded or written within this time [s] stays, whatever the other bounds: running
+        bytes: size of all kernels [B]; a thousand of the usual 70 kB and the largest of 2 MB fit
+        count: number of kernels [-]; the whole test suite makes about a thousand
+        unused: time without use after which a kernel is removed [s]: its source or compiler has most likely changed
+        recent: time since the last use within which a kernel is kept, whatever the other bounds [s]: running
             processes may load it next
-        abandoned: a half-written file that was not touched for so long [s] belongs to a killed process; a running one
-            needs milliseconds
-        waited: for another process that compiles the same kernel [s]; the largest one takes about a minute
+        abandoned: age from which a half-written file belongs to a killed process [s]; a running one needs milliseconds
+        waited: longest wait for another process that compiles the same kernel [s]; the largest takes about a minute
     """
 
     bytes: Annotated[int, "B"] = 256 * 1024**2
@@ -60,8 +59,8 @@ class KernelCache:
     """A folder of kernels.
 
     Args:
-        folder: made where it is absent; it need not be usable
-        bounds: of its content
+        folder: created where it is absent; it need not be usable
+        bounds: bounds on its content
     """
 
     folder: Path
@@ -69,21 +68,21 @@ class KernelCache:
 
     @property
     def where(self) -> str:
-        """Place of the kernels, as the end of a sentence."""
+        """Place of the kernels, for the end of a sentence."""
         return f"in {self.folder}"
 
     def trouble(self) -> str:
-        """Why the folder must not be used; "" where it may be, or does not exist yet."""
+        """Reason why the folder must not be used; "" where it may be used or does not exist yet."""
         with contextlib.suppress(OSError):
             if trouble := _trouble(self.folder.stat()):
                 return f"the folder of compiled kernels {self.folder} is not used: {trouble}"
         return ""
 
     def kept(self, name: str) -> bytes | None:
-        """The code of a kernel, verified; None where there is none, or one that must not be loaded.
+        """The verified code of a kernel; None where there is none, or it must not be loaded.
 
         Args:
-            name: of the kernel
+            name: name of the kernel
         """
         try:
             place = os.open(self.folder, os.O_RDONLY | getattr(os, "O_DIRECTORY", 0))
@@ -100,11 +99,11 @@ class KernelCache:
             os.close(place)
 
     def keep(self, name: str, code: bytes) -> None:
-        """Write a kernel, whole or not at all, and remove what the bounds exclude.
+        """Write a kernel, completely or not at all, and remove kernels beyond the bounds.
 
         Args:
-            name: of the kernel
-            code: of the shared library
+            name: name of the kernel
+            code: code of the shared library
 
         Raises:
             OutputError: it cannot be written
@@ -113,7 +112,7 @@ class KernelCache:
         if target.is_dir() and not target.is_symlink():
             raise OutputError(f"there is a folder {target} where a compiled kernel belongs; remove it")
         if not target.is_file() or target.is_symlink():
-            self.forget(name)  # a link, a pipe or a device would be written to, not replaced
+            self.forget(name)  # `replacing` would follow a link, and refuses a pipe or a device
         with replacing(target, sweeps=False) as temporary:
             temporary.write_bytes(_HEAD + _digest(name, code) + code)
             temporary.chmod(0o600)
@@ -127,10 +126,10 @@ class KernelCache:
 
     @contextmanager
     def building(self, name: str) -> Iterator[Path]:
-        """An empty folder to compile a kernel in; one process at a time compiles it, and the folder goes with it.
+        """An empty folder to compile a kernel in, removed afterwards; one process at a time compiles a kernel.
 
         Args:
-            name: of the kernel
+            name: name of the kernel
 
         Raises:
             OutputError: the cache cannot be used, or another process did not end; the message states cause and remedy
@@ -162,14 +161,14 @@ class KernelCache:
                 with contextlib.suppress(FileNotFoundError):  # the process that held it has removed it: make it again
                     held = stack.enter_context(alone(build, self.bounds.waited))
             try:
-                # Not `build` itself: the compiler of a process that was killed may still be writing there.
+                # Not `build` itself: the compiler of a killed process may still be writing there.
                 with tempfile.TemporaryDirectory(dir=build if held else self.folder, prefix=_BUILD) as private:
                     yield Path(private)
             finally:
                 shutil.rmtree(build, ignore_errors=True)
 
     def prune(self) -> None:
-        """Remove kernels that were not used for long, the oldest of too many, and what killed processes left."""
+        """Remove kernels unused for long, the oldest of too many, and leftovers of killed processes."""
         now = time.time()
         kernels = []
         for entry in os.scandir(self.folder):
@@ -196,7 +195,7 @@ class KernelCache:
 
 
 class NoCache:
-    """Used where no folder can hold kernels: each is compiled in a temporary folder."""
+    """Substitute for a cache where no folder can hold kernels: each is compiled in a temporary folder."""
 
     where = "nowhere: every process compiles its own"
 
@@ -211,7 +210,7 @@ class NoCache:
         """Nothing is kept."""
 
     def forget(self, name: str) -> None:
-        """Nothing is there."""
+        """There is nothing to remove."""
 
     @contextmanager
     def building(self, name: str) -> Iterator[Path]:
@@ -228,7 +227,7 @@ class NoCache:
 
 
 def _trouble(folder: os.stat_result) -> str:
-    """Why a folder cannot be trusted, with what to do; "" where it can."""
+    """Reason why a folder cannot be trusted, with the remedy; "" where it can."""
     if not hasattr(os, "getuid"):
         return ""
     other = "name another one with the environment variable TIEROD_CACHE"
@@ -240,28 +239,28 @@ def _trouble(folder: os.stat_result) -> str:
 
 
 def _read(place: int, name: str) -> tuple[bytes, bytes]:
-    """Head and code in a file of ours in an open folder; OSError where it is no regular one, or another's."""
-    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # a pipe in its place must not be waited for
+    """Head and code of a file in an open folder; OSError where it is not regular or belongs to another user."""
+    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # opening a pipe in its place must not block
     handle = os.open(name, flags, dir_fd=place)
-    with open(handle, "rb", buffering=0) as file:  # a megabyte is copied once, not three times
+    with open(handle, "rb", buffering=0) as file:  # without a buffer a megabyte is copied once, not three times
         found = os.fstat(handle)
         if not stat.S_ISREG(found.st_mode) or _trouble(found):
             raise OSError("no kernel of ours")
         head, code = file.read(len(_HEAD) + _DIGEST), file.readall()
         with contextlib.suppress(OSError):
-            os.utime(handle)  # the least recently used go first
+            os.utime(handle)  # `prune` removes the least recently used first
     return head, code
 
 
 def _digest(name: str, code: bytes) -> bytes:
-    """Digest of name and code: a kernel under the name of another does not pass."""
+    """Digest of name and code, so that a kernel under the name of another one is not accepted."""
     digest = hashlib.sha256(name.encode() + b"\0")
     digest.update(code)
     return digest.digest()
 
 
 def _sweep(build: Path, old: bool) -> None:
-    """Remove a build folder whose process was killed; where the system has no locks, once it is old."""
+    """Remove the build folder of a killed process; where the system has no locks, once it is old."""
     with contextlib.suppress(TimeoutError), alone(build, 0.0) as held:
         if held or old:
             shutil.rmtree(build, ignore_errors=True)

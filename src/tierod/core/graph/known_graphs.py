@@ -1,10 +1,11 @@
-"""Graphs that an earlier process traced: whoever finds one here neither traces nor prints it.
+"""Cache of the graphs that earlier processes traced: a graph found here is neither traced nor printed again.
 
-An entry lies beside the compiled kernels, in the same verified files. Its name is a digest of the block's structure, of
-every source file that a block may call, of the tracer and of the compiler; it holds the names and shapes of the graph,
-or the name of the kernel that was compiled from it. A block with a part that is not tierod's own has no entry: the
-sources of a plug-in are not known here. Nor is what a script changes in a running process, such as a constant of a
-module; so only the command line asks for entries, by the environment variable TIEROD_GRAPHS.
+An entry is stored beside the compiled kernels, in the same verified files. Its name is a digest of the block's
+structure, of every source file that a block may call, of the tracer and of the compiler; it holds the names and shapes
+of the graph, or the name of the kernel that was compiled from it. A block with a part that is not tierod's own has no
+entry: the digest does not cover the sources of a plug-in. It does not cover what a script changes in a running process
+either, such as a constant of a module; therefore only the command line uses entries, by the environment variable
+TIEROD_GRAPHS.
 """
 
 from __future__ import annotations
@@ -28,19 +29,19 @@ BLOCKS = ("core", "physics", "models", "methods", "monitors", "diagnosis")
 """Packages whose blocks have entries."""
 
 SOURCES = (*BLOCKS, "io", "vehicles")
-"""Packages that they import."""
+"""Packages whose sources determine what a block computes: these, and those that they import."""
 
 
 class _Foreign(Exception):
-    """A part of a structure that has no text which stands for it alone."""
+    """A part of a structure has no text that identifies it."""
 
 
 def entry_of(structure: object, name: str) -> str | None:
-    """Name of the entry of a graph; None for a block that has none, where nothing is compiled, or entries are not used.
+    """Name of the entry of a graph; None for a block without one, where nothing is compiled, or entries are not used.
 
     Args:
-        structure: of the block, see `tierod.core.block.structure`
-        name: of its class
+        structure: structure of the block, see `tierod.core.block.structure`
+        name: name of its class
     """
     command = compiler.compiler()
     if command is None or os.environ.get("TIEROD_GRAPHS") != "known":
@@ -52,22 +53,22 @@ def entry_of(structure: object, name: str) -> str | None:
 
 
 def interface_of(entry: str) -> Mapping[str, Any] | None:
-    """Names and shapes of a graph; None where no cache has them."""
+    """Names and shapes of a graph; None where no cache holds them."""
     kept = compiler.kept(entry)
     if kept is None:
         return None
     try:
         found: Mapping[str, Any] = pickle.loads(kept)
-    except Exception:  # a class that was moved: the graph is traced anew
+    except Exception:  # a class that was moved: the graph is traced again
         return None
     return found
 
 
 def keep_interface(entry: str, interface: Mapping[str, Any]) -> None:
-    """Keep names and shapes of a graph where that can be done."""
+    """Keep names and shapes of a graph, where they can be serialised."""
     try:
         content = pickle.dumps(dict(interface))
-    except Exception:  # a class that was made on the way has no address
+    except Exception:  # a class that was made at run time cannot be imported by its name
         return
     compiler.keep(entry, content)
 
@@ -76,15 +77,15 @@ def kernel_entry(entry: str, kind: str) -> str:
     """Name of the entry that holds the name of a kernel.
 
     Args:
-        entry: of the graph
-        kind: of kernel, as a part of a name
+        entry: name of the entry of the graph
+        kind: kind of kernel, as a part of a name
     """
     name, _, digest = entry.rpartition("-")
     return f"{name}_{kind}-{digest}"
 
 
 def _text(part: object) -> str:
-    """A text that stands for a part of a structure alone."""
+    """A text that identifies a part of a structure."""
     if part is float:
         return "float"
     if not isinstance(part, tuple) or len(part) != 2 or not isinstance(part[0], type):
@@ -114,7 +115,7 @@ def _address(what: Any) -> str:
 
 @cache
 def _digest_of_sources() -> str:
-    """Digest of all that decides what a traced step is."""
+    """Digest of everything that a traced step depends on."""
     digest = hashlib.sha256(sys.version.encode())
     for name in ("casadi", "numpy"):
         spec = find_spec(name)

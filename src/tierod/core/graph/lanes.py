@@ -16,7 +16,7 @@ from tierod.core.graph.samples import Memory, Result, Samples, columns_of, memor
 from tierod.core.graph.trace import trace
 
 FEWEST = 3
-"""Vehicles from which lanes pay: all lanes cost as much as two or three single runs, whether they are used or not."""
+"""Smallest number of vehicles for lanes: used or not, all lanes together cost as much as two or three single runs."""
 
 
 def batch(
@@ -29,10 +29,10 @@ def batch(
     Args:
         blocks: one for all, or one per recording; they may differ in their floats (calibrations), not in structure
         recordings: one set of samples per vehicle, as for `scan`; lengths may differ
-        states: one per vehicle to go on from; the blocks' own initial states if None
+        states: one per vehicle to continue from; the blocks' own initial states if None
 
     Returns:
-        one result per vehicle, to the last bit what `scan` gives
+        one result per vehicle, equal to that of `scan` to the last bit
 
     Raises:
         InputError: counts differ, or blocks of different structure are mixed
@@ -52,10 +52,10 @@ def batch(
 
 
 class SideBySide:
-    """Runs blocks side by side over many pieces of recordings; what runs the same ones again is made ready once."""
+    """Runs blocks side by side over consecutive pieces of recordings; prepares a kernel once for the same blocks."""
 
     def __init__(self) -> None:
-        # With the blocks themselves: what is gone leaves its identity to another one.
+        # The blocks are kept alive: after an object is deleted, another one may get its id.
         self._ready: dict[tuple[int, ...], tuple[Sequence[Block], LaneKernel | None, list[Scanner[Any, Any, Any]]]] = {}
 
     def scan(
@@ -67,9 +67,9 @@ class SideBySide:
         """Run blocks over their next pieces.
 
         Args:
-            blocks: of one structure, `LANES` at the most
+            blocks: blocks of one structure, `LANES` at the most
             recordings: one set of samples per block; lengths may differ
-            states: one per block to go on from; its own initial state if None
+            states: one per block to continue from; its own initial state if None
 
         Raises:
             TraceError: a block cannot be traced
@@ -88,14 +88,14 @@ class SideBySide:
 
 
 def _scanned(runner: LaneKernel, recordings: Sequence[Samples], memories: Sequence[Memory]) -> list[Result[Any]]:
-    found: dict[int, np.ndarray] = {}  # the same samples for all lanes, as of moved vehicles, are put in order once
+    found: dict[int, np.ndarray] = {}  # samples that lanes share, as with varied parameters, are arranged once
     samples = []
     for recording in recordings:
         if id(recording) not in found:
             found[id(recording)] = np.ascontiguousarray(columns_of(runner.graph, recording))
         samples.append(found[id(recording)])
     lengths = [len(values) for values in samples]
-    # In one piece: the C library gives several large ones back to the system each time, and their pages cost.
+    # One array for all: the C library returns several large ones to the system each time, and fresh pages cost time.
     whole = np.empty((len(samples), max(lengths, default=0), len(runner.graph.output)))
     outputs = [each[:length] for each, length in zip(whole, lengths, strict=True)]
     states = lane_array(runner.graph.memory)
@@ -127,7 +127,7 @@ def _advance_lanes(
     stop: int,
     count: int,
 ) -> None:
-    """Samples start to stop of the lanes that reach so far; the others run idle on another lane's input."""
+    """Advance the lanes whose samples reach from start to stop; the others run idle on the input of another lane."""
     running = [lane for lane, values in enumerate(samples) if len(values) >= stop]
     idle = np.empty((stop - start, outputs[0].shape[1]))
     lanes = [lane if lane in running else None for lane in range(LANES)]

@@ -15,7 +15,7 @@ COMPARE = {"lt": "<", "le": "<=", "eq": "==", "ne": "!="}
 
 @dataclass(frozen=True)
 class Places:
-    """Expressions by which C reaches the arrays from inside a loop."""
+    """C expressions that address the arrays from inside a loop."""
 
     state: Callable[[int], str]
     ring: Callable[[int], str]
@@ -25,7 +25,7 @@ class Places:
 
 
 class LinePrinter:
-    """One graph's operations as lines of C; holds the state that all functions of a file share."""
+    """Prints the operations of one graph as lines of C; holds the layout that all functions of a file share."""
 
     def __init__(self, graph: Graph, operations: Program):
         self.graph, self.program = graph, operations
@@ -36,7 +36,7 @@ class LinePrinter:
         self.ring_start = starts
 
     def prepared(self, stride: int) -> str:
-        """The body that works out `c` from the tuning `p`, its numbers so far apart."""
+        """C that computes `c` from the tuning `p`, with a stride between the numbers of `c`."""
         lines = []
         for index, operation in enumerate(self.program.operations):
             if index in self.program.invariant and operation.name != "constant":
@@ -49,7 +49,7 @@ class LinePrinter:
         return "".join(lines) + "".join(stores) + unused
 
     def body(self, places: Places, indent: str) -> str:
-        """The whole step."""
+        """C of the whole step."""
         named = self.names(places)
         notes = self.notes()
         lines = [
@@ -67,7 +67,7 @@ class LinePrinter:
         return named | {value: places.carried(slot) for value, slot in self.carried.items()}
 
     def statement(self, index: int, named: dict[int, str], places: Places, notes: dict[int, str], indent: str) -> str:
-        """The line that works out one value."""
+        """C line that computes one value."""
         operation = self.program.operations[index]
         if operation.name == "input":
             group, position = operation.constant
@@ -77,13 +77,13 @@ class LinePrinter:
         return f"{indent}const real v{index} = {self.expression(operation, named)};{note}\n"
 
     def store(self, target: tuple[int, int], value: int, named: dict[int, str], places: Places, indent: str) -> str:
-        """The line that puts a value where an output belongs."""
+        """C line that stores a value in an output."""
         group, position = target
         reach = {NEXT_STATE: places.state, PUSH: places.ring, OUTPUT: places.output}
         return f"{indent}{reach[group](position)} = {self.constant(value) or named[value]};\n"
 
     def notes(self) -> dict[int, str]:
-        """Meanings of values, by their numbers."""
+        """Names of the next states and outputs that values stand for, by index."""
         names = {NEXT_STATE: self.graph.state, OUTPUT: self.graph.output}
         notes: dict[int, str] = {}
         for (group, position), value in self.program.outputs.items():
@@ -93,7 +93,7 @@ class LinePrinter:
         return notes
 
     def constant(self, index: int) -> str | None:
-        """A constant as C writes it; None for a value that is no constant."""
+        """C of a constant; None for a value that is no constant."""
         operation = self.program.operations[index]
         if operation.name != "constant":
             return None
@@ -109,7 +109,7 @@ class LinePrinter:
         return operation.name in LOGICAL or (operation.name == "constant" and operation.constant in (0.0, 1.0))
 
     def expression(self, operation: Operation, named: dict[int, str]) -> str:
-        """An operation as C writes it."""
+        """C expression of an operation."""
 
         def text(index: int) -> str:
             return self.constant(index) or named.get(index, f"v{index}")
@@ -124,6 +124,7 @@ class LinePrinter:
             return FUSED[name].format(*map(text, arguments))
         if name in COMPARE:
             return f"{text(arguments[0])} {COMPARE[name]} {text(arguments[1])} ? R(1.0) : R(0.0)"
+        # Truth values are numbers, 0 or 1: && and || would branch, and the loop over lanes would not vectorise.
         if name == "and":
             return f"{truth(arguments[0])} * {truth(arguments[1])}"
         if name == "or":

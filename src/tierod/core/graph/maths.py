@@ -1,4 +1,4 @@
-"""The functions that models and blocks may use: one import for floats, NumPy arrays and traced symbols.
+"""The functions that models and blocks may use, for floats, NumPy arrays and traced symbols alike.
 
 Logic is 0.0 or 1.0. `where` selects, it never multiplies, so NaN in the branch not taken does no harm.
 """
@@ -23,7 +23,7 @@ Number = TypeVar("Number", Scalar, Array, default=Scalar)
 
 
 class OfOne(Protocol):
-    """A function of one scalar; of an array, entry by entry."""
+    """Function of one scalar, or of an array element by element."""
 
     @overload
     def __call__(self, value: Scalar, /) -> Scalar: ...
@@ -32,7 +32,7 @@ class OfOne(Protocol):
 
 
 class OfTwo(Protocol):
-    """A function of two scalars; of arrays, entry by entry."""
+    """Function of two scalars, or of arrays element by element."""
 
     @overload
     def __call__(self, a: Scalar, b: Scalar, /) -> Scalar: ...
@@ -43,7 +43,7 @@ class OfTwo(Protocol):
 
 
 class Where(Protocol):
-    """A selection by a condition; of arrays, entry by entry."""
+    """Selection by a condition, of arrays element by element."""
 
     @overload
     def __call__(self, condition: Truth, a: Scalar, b: Scalar, /) -> Scalar: ...
@@ -56,7 +56,8 @@ class Where(Protocol):
 
 
 def is_symbol(value: object) -> bool:
-    """Whether a value is a symbol of a trace under way."""
+    """Whether a value is a symbol of a running trace."""
+    # Not imported here: as long as CasADi is not loaded, there can be no symbol.
     casadi = sys.modules.get("casadi")
     return casadi is not None and isinstance(value, casadi.SX)
 
@@ -76,7 +77,7 @@ def _dispatch(name: str, plain: Callable[..., Any], array: Callable[..., Any], s
 
 
 def _guarded(plain: Callable[..., float]) -> Callable[..., float]:
-    """IEEE behaviour instead of Python's exceptions, so that floats and kernels agree."""
+    """A function with IEEE results instead of Python's exceptions, so that floats and kernels agree."""
 
     def function(*args: float) -> float:
         try:
@@ -99,7 +100,7 @@ def _quiet(function: Callable[..., Any]) -> Callable[..., float]:
 
 
 def _sign(x: float) -> float:
-    return 1.0 if x > 0.0 else -1.0 if x < 0.0 else x * 0.0
+    return 1.0 if x > 0.0 else -1.0 if x < 0.0 else x * 0.0  # keeps NaN and the sign of zero
 
 
 sin: OfOne = _dispatch("sin", _guarded(math.sin), np.sin, "sin", "Sine of an angle [rad]")
@@ -149,12 +150,12 @@ where: Where = _dispatch(
 
 
 def minimum(a: Number, b: Number | Scalar) -> Number:
-    """The smaller; the first where one is NaN (everywhere alike, unlike the fmin of C)."""
+    """The smaller of two; the first where one is NaN (the same in every driver, unlike fmin of C)."""
     return where(b < a, b, a)
 
 
 def maximum(a: Number, b: Number | Scalar) -> Number:
-    """The larger; the first where one is NaN (everywhere alike, unlike the fmax of C)."""
+    """The larger of two; the first where one is NaN (the same in every driver, unlike fmax of C)."""
     return where(a < b, b, a)
 
 
@@ -180,10 +181,10 @@ def any_of(first: Truth, *others: Truth) -> Truth:
 
 
 def present(value: Scalar) -> Truth:
-    """Whether a measurement is there: finite, not NaN."""
+    """Whether a measurement is present: finite, not NaN."""
     return absolute(value) < math.inf
 
 
 def limit(value: Number, lower: Number | Scalar, upper: Number | Scalar) -> Number:
-    """The value, held between two limits."""
+    """The value, limited to a range."""
     return minimum(maximum(value, lower), upper)

@@ -8,17 +8,17 @@ from dataclasses import replace
 from tierod.core.graph.operations import LOGICAL, Operation, Program, drop_unused, invariant_of
 
 MEMBER = "member"
-"""Operation on a number; its constant are the whole numbers that it is compared with, in order."""
+"""Name of the operation; its constant holds the whole numbers that its argument is compared with, in order."""
 
 LARGEST = 63
-"""Whole number that a set of 64 bits may hold."""
+"""Largest whole number that a set of 64 bits can hold."""
 
 
 def with_members(program: Program) -> Program:
     """The same program with every disjunction of comparisons of one number with whole numbers as one operation.
 
     Args:
-        program: of a step
+        program: program of a step
     """
     operations, fixed = list(program.operations), program.invariant
     found: dict[int, tuple[int, frozenset[int]]] = {}
@@ -32,7 +32,7 @@ def with_members(program: Program) -> Program:
                 operations[index] = Operation(MEMBER, (known[0],), tuple(sorted(known[1])))
         elif operation.name == "or":
             first, second = operation.arguments
-            # Of a comparison and zero only the comparison is left.
+            # A disjunction of a truth value and zero is the truth value.
             if _is_zero(operations, first) and operations[second].name in LOGICAL:
                 operations[index] = operations[second]
             elif _is_zero(operations, second) and operations[first].name in LOGICAL:
@@ -43,7 +43,7 @@ def with_members(program: Program) -> Program:
 
 
 def _compared(operations: Sequence[Operation], operation: Operation) -> tuple[int, frozenset[int]] | None:
-    """The number that is compared with a whole one, and that."""
+    """(value that is compared with a whole number, set of that number); None for any other comparison."""
     for number, other in (operation.arguments, operation.arguments[::-1]):
         constant = operations[other]
         if constant.name == "constant" and operations[number].name != "constant":
@@ -55,7 +55,7 @@ def _compared(operations: Sequence[Operation], operation: Operation) -> tuple[in
 def _joined(
     operations: Sequence[Operation], operation: Operation, found: dict[int, tuple[int, frozenset[int]]]
 ) -> tuple[int, frozenset[int]] | None:
-    """A disjunction of two sets of one number; zero adds nothing."""
+    """Union of the sets that one value is compared with, for a disjunction; zero adds nothing."""
     if operation.name != "or":
         return None
     own = [found[each] for each in operation.arguments if each in found]

@@ -9,7 +9,7 @@ import numpy as np
 from tierod.core.block import Ring, Tree, values_of
 
 GROUP = 8
-"""Lanes of a bank that are stepped together: as many numbers as the widest vector register holds."""
+"""Number of lanes of a bank that are stepped together: the number of doubles in the widest vector register."""
 
 
 class BankState(NamedTuple):
@@ -18,7 +18,7 @@ class BankState(NamedTuple):
     Args:
         lanes: the state of every lane
         judge: the state of the judge
-        feedback: of the judge at the sample before, for all lanes
+        feedback: feedback of the judge at the previous sample, for all lanes
     """
 
     lanes: tuple[Tree, ...]
@@ -29,7 +29,7 @@ class BankState(NamedTuple):
 def flat_memory(state: Tree) -> np.ndarray:
     """A state tree as one flat array, delay lines (filled with their initial value) at the end.
 
-    The lanes of a bank come first, as `[group][number][lane of the group]`; the last group is filled up with the first
+    The lanes of a bank come first, as `[group][number][lane of the group]`; the last group is padded with the first
     lane.
     """
     if not isinstance(state, BankState):
@@ -41,7 +41,7 @@ def flat_memory(state: Tree) -> np.ndarray:
 
 
 def grouped(rows: np.ndarray) -> np.ndarray:
-    """Rows, one per lane, as they lie in memory: `[group][number][lane of the group]`, flat."""
+    """Rows, one per lane, in the layout of the memory: `[group][number][lane of the group]`, flat."""
     missing = -len(rows) % GROUP
     filled = np.concatenate([rows, np.repeat(rows[:1], missing, axis=0)])
     return filled.reshape(-1, GROUP, rows.shape[1]).transpose(0, 2, 1).ravel()

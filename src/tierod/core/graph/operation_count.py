@@ -11,7 +11,7 @@ from tierod.core.graph.operations import LOGICAL, program
 from tierod.core.graph.trace import Graph, trace
 
 FUSED = ("fma", "fms", "fnma")
-"""A multiplication and an addition in one."""
+"""Operations that are a multiplication and an addition in one."""
 
 TRIGONOMETRIC = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2")
 FUNCTIONS = ("sqrt", "hypot", "exp", "expm1", "log", "log1p", "pow", "sinh", "cosh", "tanh")
@@ -20,15 +20,15 @@ OTHER_DECISIONS = ("if", "select", "fabs", "sign", "floor", "ceil")
 
 @dataclass(frozen=True)
 class OperationCount:
-    """Operations of one step; those on constants and tuning alone are worked out once before, and left out.
+    """Number of operations of one step; those on constants and tuning alone are computed beforehand and not counted.
 
     Args:
         multiplications, additions: subtractions are additions; a fused multiply-add counts once as each
-        divisions: and inversions
-        trigonometric: functions, inverse ones too
-        functions: roots, exponentials, logarithms, hyperbolic functions
-        decisions: comparisons, logic, selections, sizes, signs and roundings
-        states: numbers that are remembered from one step to the next, delay lines included
+        divisions: divisions and reciprocals
+        trigonometric: trigonometric functions and their inverses
+        functions: roots, powers, exponentials, logarithms, hyperbolic functions
+        decisions: comparisons, logic, selections, absolute values, signs and roundings
+        states: numbers that are stored from one step to the next, delay lines included
     """
 
     multiplications: int

@@ -17,14 +17,14 @@ TUNING, STATE, RING, SAMPLE = range(4)
 NEXT_STATE, PUSH, OUTPUT = range(3)
 
 Outputs: TypeAlias = dict[tuple[int, int], int]
-"""(group, index) -> number of the operation."""
+"""(group, position) -> index of the operation."""
 
 COMMUTATIVE = {"add", "mul", "and", "or", "eq", "ne"}
 LOGICAL = {"lt", "le", "eq", "ne", "and", "or", "not", "member"}
 
 
 class Operation(NamedTuple):
-    """One value: an operation on earlier values; `constant` for a number, (group, index) for an input."""
+    """One value: an operation on earlier values; `constant` holds a number, or (group, position) of an input."""
 
     name: str
     arguments: tuple[int, ...] = ()
@@ -32,18 +32,18 @@ class Operation(NamedTuple):
 
 
 def is_constant(operation: Operation, value: float) -> bool:
-    """Whether an operation is this number; 0.0 and -0.0 are two."""
+    """Whether an operation is this constant; 0.0 and -0.0 are different."""
     return operation.name == "constant" and repr(float(operation.constant)) == repr(value)
 
 
 @dataclass(frozen=True)
 class Program:
-    """Operations in order, and which value each output takes.
+    """Operations in order, and the value of each output.
 
     Args:
         operations: each refers only to earlier ones
-        outputs: (group, index) -> number of the operation
-        invariant: operations that depend on tuning alone, worked out once before the loop
+        outputs: (group, position) -> index of the operation
+        invariant: indices of the operations that depend on tuning alone, computed once before the loop
     """
 
     operations: tuple[Operation, ...]
@@ -70,7 +70,7 @@ class Program:
 
 
 def program(function: casadi.Function) -> Program:
-    """The operations of a traced function: equal ones merged, selects recognised, shared divisors inverted once."""
+    """The operations of a traced function: equal ones merged, shared divisors inverted once, sums of products fused."""
     operations, outputs = _read(function)
     operations, outputs = _invert_shared_divisors(operations, outputs)
     operations, outputs = drop_unused(operations, outputs)
@@ -86,12 +86,12 @@ class Builder:
         self.known: dict[object, int] = {}
 
     def add(self, name: str, arguments: Iterable[int] = (), constant: object = None) -> int:
-        """Number of an operation on earlier ones."""
+        """Index of an operation on earlier ones."""
         arguments = tuple(arguments)
         if name in COMMUTATIVE:
             arguments = tuple(sorted(arguments))
         operation = Operation(name, arguments, constant)
-        # Numbers by what is written of them: 0.0 equals -0.0, and their inverses are infinite to either side.
+        # Constants by their text: 0.0 equals -0.0, but their reciprocals are infinities of opposite sign.
         key = repr(constant) if name == "constant" else operation
         if key not in self.known:
             self.known[key] = len(self.operations)
@@ -125,6 +125,7 @@ def _read(function: casadi.Function) -> tuple[list[Operation], Outputs]:
 
 def _add(builder: Builder, name: str, arguments: list[int]) -> int:
     operations = builder.operations
+    # CasADi writes a selection as a sum of two values of which the condition makes one zero.
     if name == "add" and all(operations[a].name == "if" for a in arguments):
         (condition, first), (other, second) = (operations[a].arguments for a in arguments)
         if operations[other] == Operation("not", (condition,)):
@@ -139,7 +140,7 @@ def _add(builder: Builder, name: str, arguments: list[int]) -> int:
 
 
 def _invert_shared_divisors(operations: list[Operation], outputs: Outputs) -> tuple[list[Operation], Outputs]:
-    """CasADi turns a * (1 / b) back into a / b; a divisor used twice is inverted once instead."""
+    """Products with the reciprocal for divisors used more than once; CasADi turns a * (1 / b) back into a / b."""
     shared = Counter(o.arguments[-1] for o in operations if o.name in ("div", "inverse"))
     builder = Builder()
     new: dict[int, int] = {}
@@ -155,7 +156,7 @@ def _invert_shared_divisors(operations: list[Operation], outputs: Outputs) -> tu
 def _fuse(operations: list[Operation], outputs: Outputs) -> list[Operation]:
     """A product that is used once, in a sum, becomes one fused operation: shorter chains, one rounding less.
 
-    It is fused here, in the graph, and not left to the compiler: so all drivers fuse alike, and agree to the last bit.
+    It is fused here, in the graph, and not by the compiler, so that all drivers fuse alike and agree to the last bit.
     Of two products in one sum the later one is fused.
     """
     uses = Counter(argument for operation in operations for argument in operation.arguments)
@@ -181,7 +182,7 @@ def _fuse(operations: list[Operation], outputs: Outputs) -> list[Operation]:
 
 
 def drop_unused(operations: Sequence[Operation], outputs: Outputs) -> tuple[list[Operation], Outputs]:
-    """The operations that outputs need, and the outputs by their new numbers."""
+    """The operations that outputs need, and the outputs with their new indices."""
     used, waiting = set(), list(outputs.values())
     while waiting:
         index = waiting.pop()
@@ -197,7 +198,7 @@ def drop_unused(operations: Sequence[Operation], outputs: Outputs) -> tuple[list
 
 
 def invariant_of(operations: Sequence[Operation]) -> frozenset[int]:
-    """Numbers of the operations that depend on tuning alone."""
+    """Indices of the operations that depend on tuning alone."""
     fixed: set[int] = set()
     for index, operation in enumerate(operations):
         if operation.name == "input":

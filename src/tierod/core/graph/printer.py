@@ -12,10 +12,11 @@ from tierod.core.graph.operations import Program, program
 from tierod.core.graph.trace import Graph, Interface
 
 LANES = vector_width()
-"""Vehicles that are stepped together: one vector register holds a number of each, and a step fits into registers."""
+"""Number of vehicles that are stepped together: one vector register holds a number of each."""
 TILE_STEPS = 64
-"""Samples of one tile: inputs and outputs of all vehicles then stay in a core's cache."""
+"""Number of samples of a tile: inputs and outputs of all vehicles then stay in the cache of a core."""
 STATE_IN_LOCALS = 200
+"""Largest number of states that `scan` keeps in local variables."""
 
 
 def prefix(graph: Interface) -> str:
@@ -24,7 +25,7 @@ def prefix(graph: Interface) -> str:
 
 
 def legend(graph: Interface) -> str:
-    """A comment for every input and output: which name lies where."""
+    """C comments that list name and position of every input and output."""
     groups = {"tuning": graph.tuning, "state": graph.state, "sample": graph.sample, "output": graph.output}
     return "".join(
         f"/* {word:6s} {i:4d}  {name} */\n" for word, names in groups.items() for i, name in enumerate(names)
@@ -50,14 +51,14 @@ def print_lanes(graph: Graph, own_tuning: bool) -> str:
     """C99 for `LANES` vehicles at once, arrays laid out `[time][signal][lane]`.
 
     Args:
-        graph: of the block
-        own_tuning: each lane brings its own calibration; otherwise all share one
+        graph: graph of the block
+        own_tuning: whether each lane has its own calibration; otherwise all share one
     """
     return _LanesPrinter(graph, program(graph.function)).text(own_tuning)
 
 
 def _prepare(printer: LinePrinter) -> str:
-    """C that computes the values that depend on the tuning alone, and its size."""
+    """C that computes the values that depend on the tuning alone, and their number."""
     name = prefix(printer.graph)
     signature = f"void {name}_prepare(const real *restrict p, real *restrict c)"
     size = f"extern const long {name}_carried;\nconst long {name}_carried = {len(printer.carried)};\n"
@@ -70,14 +71,14 @@ def _head(printer: LinePrinter, in_lanes: bool = False) -> str:
 
 
 class _ScalarPrinter(BranchingPrinter):
-    """For one vehicle: nothing has to vectorise, so operations of one choice are left out where another is made."""
+    """Printer for one vehicle: nothing has to vectorise, so operations of a branch that is not taken are skipped."""
 
     def __init__(self, graph: Graph, operations: Program):
         super().__init__(graph, operations)
         self.name = prefix(graph)
 
     def text(self) -> str:
-        """The whole file."""
+        """C of the whole file."""
         in_locals = len(self.graph.state) <= STATE_IN_LOCALS
         return "".join([_head(self), _prepare(self), self._step(), push(self.name), self._scan(in_locals)])
 
@@ -125,14 +126,14 @@ class _ScalarPrinter(BranchingPrinter):
 
 
 class _LanesPrinter(LinePrinter):
-    """For several vehicles at once: every decision is a selection, so that the loop over them vectorises."""
+    """Printer for several vehicles at once: every decision is a selection, so that the loop over them vectorises."""
 
     def __init__(self, graph: Graph, operations: Program):
         super().__init__(graph, operations)
         self.name = prefix(graph)
 
     def text(self, own_tuning: bool) -> str:
-        """The whole file."""
+        """C of the whole file."""
         places = Places(
             state=lambda i: f"x[{i * LANES} + l]",
             ring=lambda i: f"r{i}[l]",
@@ -146,7 +147,7 @@ class _LanesPrinter(LinePrinter):
             for i, (_, size) in enumerate(self.graph.rings)
         ]
         unused = "" if rings else "    (void)k0;\n"
-        # GCC vectorises no loop that loads what does not change in it.
+        # GCC does not vectorise a loop that loads a loop-invariant value.
         shared = [] if own_tuning else [f"    const real c{i} = c[{i}];\n" for i in range(len(self.carried))]
         constants = "".join(shared) + ("" if self.carried else "    (void)c;\n")
         n_sample, n_output = len(self.graph.sample), len(self.graph.output)
@@ -165,7 +166,7 @@ class _LanesPrinter(LinePrinter):
         return "".join([_head(self, in_lanes=True), _prepare(self), declaration, loop, self._batch()])
 
     def _batch(self) -> str:
-        """Lanes over arrays of their own, moved into tiles that stay in the cache and back."""
+        """C of a loop over separate arrays of the lanes, which are copied to tiles that stay in the cache, and back."""
         signature = (
             f"void {self.name}_batch(long n, real *restrict x, const real *const *u, real *const *y, "
             "const real *restrict c, long k0, real *restrict tile_u, real *restrict tile_y)"

@@ -29,7 +29,7 @@ def scan(
         block: estimator, detector, monitor, plant
         samples: signals aligned to one time grid (columns are found by name), or an array (n, inputs) in the order of
             the leaves of `block.Sample`
-        state: to go on from: the `state` of an earlier result, or a state tree; the block's own initial state if None
+        state: state to continue from: that of an earlier result, or a state tree; the block's initial state if None
         engine: "compiled", "virtual machine" or "auto"
 
     Raises:
@@ -40,7 +40,7 @@ def scan(
 
 
 class Scanner(Generic[State, Given, Output]):
-    """A block made ready once to be run over many pieces of a recording.
+    """A block prepared once to be run over consecutive pieces of a recording.
 
     Args:
         block: estimator, detector, monitor, plant
@@ -49,7 +49,7 @@ class Scanner(Generic[State, Given, Output]):
     Raises:
         TraceError: the block cannot be traced
 
-    `names` are those of the signals that it takes, `outputs` those of what it gives, in order; `graph` is of the block.
+    `names` and `outputs` are the names of its input and output signals, in order; `graph` is the block's graph.
     """
 
     def __init__(self, block: Block[State, Given, Output], engine: Engine = "auto"):
@@ -59,7 +59,7 @@ class Scanner(Generic[State, Given, Output]):
         self.outputs: tuple[str, ...] = tuple(self.graph.output)
 
     def scan(self, samples: Samples, state: Memory | State | None = None) -> Result[Output]:
-        """Run the block over a piece; arguments and result as of `scan`."""
+        """Run the block over a piece; arguments and result as for `scan`."""
         graph = self.graph
         memory = memory_of(self.block, state, graph)
         values = np.ascontiguousarray(columns_of(graph, samples))
@@ -74,10 +74,10 @@ class Stream(Generic[State, Given, Output]):
 
     Args:
         block: estimator, detector, monitor
-        state: to go on from; the block's own initial state if None
+        state: state to continue from; the block's own initial state if None
 
-    `push` takes names and gives names. Where every microsecond counts, write into `inputs`, call `advance()`, and read
-    `outputs`: the same step on the same bound buffers, nothing in between.
+    `push` takes and returns named values. Where every microsecond counts, write into `inputs`, call `advance()`, and
+    read `outputs`: the same step on the same bound buffers, without conversion.
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class Stream(Generic[State, Given, Output]):
         self.advance = self._bind(runner) if isinstance(runner, CompiledKernel) else self._interpreted(runner)
 
     def push(self, sample: Given | Mapping[str, float] | Iterable[float]) -> Output:
-        """One sample on.
+        """Advance by one sample.
 
         Args:
             sample: a mapping of (dotted) names to numbers, or the block's own `Sample`
@@ -112,11 +112,12 @@ class Stream(Generic[State, Given, Output]):
         Raises:
             InputError: a signal is missing, or the count of numbers is wrong
         """
+        # Flat numbers, the usual case, are packed without a check; trees of tuples and errors end in the exception.
         try:
             if type(sample) is dict or isinstance(sample, Mapping):
                 self._write(self._input_bytes, 0, *map(sample.__getitem__, self.names))
             else:
-                self._write(self._input_bytes, 0, *sample)  # type: ignore[misc]  # what is no row of numbers raises
+                self._write(self._input_bytes, 0, *sample)  # type: ignore[misc]  # anything but a row of numbers raises
         except (KeyError, TypeError, struct.error) as error:
             self._write(self._input_bytes, 0, *self._flattened(sample, error))
         self.advance()
@@ -124,7 +125,7 @@ class Stream(Generic[State, Given, Output]):
 
     @property
     def state(self) -> Memory:
-        """The present state, to be stored or to go on from."""
+        """The present state, to store or to continue from."""
         return Memory(self._flat.copy(), self._count())
 
     def _flattened(self, sample: object, error: Exception) -> list[float]:
@@ -170,7 +171,7 @@ class Stream(Generic[State, Given, Output]):
 
 
 def _builder(tree: Tree) -> Callable[..., Tree]:
-    """A function from the leaves of a tree to the tree, as fast as Python can: a lambda written for its shape."""
+    """A function from the leaves of a tree to the tree: for speed a lambda that is written for its shape."""
     names: dict[str, Any] = {}
 
     def written(branch: Tree) -> str:

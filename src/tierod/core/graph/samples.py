@@ -21,7 +21,7 @@ class Memory:
 
     Args:
         values: flat, delay lines at the end, shape (numbers,)
-        count: samples so far
+        count: number of samples so far
     """
 
     values: np.ndarray
@@ -35,7 +35,7 @@ class Result(Generic[Output]):
     Args:
         names: dotted names of the outputs, in order
         values: shape (n, outputs)
-        state: to go on from
+        state: state to continue from
         tree: an output of zeros, in its shape
     """
 
@@ -45,7 +45,7 @@ class Result(Generic[Output]):
     tree: Output
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """One output over time, shape (n,), in memory of its own, since a column of the table is slow to read."""
+        """One output over time, shape (n,), as a contiguous copy, since a column of the table is slow to read."""
         try:
             return np.ascontiguousarray(self.values[:, self.names.index(name)])
         except ValueError:
@@ -55,7 +55,7 @@ class Result(Generic[Output]):
         return len(self.values)
 
     def end(self) -> Result[Output]:
-        """The last sample alone, without the memory of the others; none where there is none."""
+        """The result for the last sample alone, without the memory of the others; empty without samples."""
         return replace(self, values=self.values[-1:].copy())
 
     def at(self, index: int) -> Output:
@@ -72,12 +72,12 @@ def memory_of(
     """Memory at the start of a run, of the size that the block's kernel reads and writes.
 
     Args:
-        block: that is run
-        state: to go on from; the block's own initial state if None
-        traced: the block's graph, where it is at hand
+        block: block to run
+        state: state to continue from; the block's own initial state if None
+        traced: the block's graph, where it is known
 
     Raises:
-        InputError: a state of a block of another structure
+        InputError: the state belongs to a block of another structure
     """
     if state is None:
         return Memory(initial_memory(block), 0)

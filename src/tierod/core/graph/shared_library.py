@@ -1,4 +1,4 @@
-"""A shared library loaded from memory: the verified code runs, whatever becomes of the file it came from."""
+"""Shared libraries loaded from memory: the verified code runs, whatever happens to the file that it came from."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ def loaded(code: bytes, name: str) -> ctypes.PyDLL:
     """The library of these bytes.
 
     Args:
-        code: of the shared library
-        name: for debuggers
+        code: code of the shared library
+        name: name for debuggers
 
     Raises:
-        OSError: it is none, or not of this machine
+        OSError: it is no library, or one for another machine
     """
     if hasattr(os, "memfd_create"):
-        # Without /proc, or where files in memory may not hold programs, the way below is left.
+        # It fails without /proc, or where files in memory must not be executed; then the file below is used.
         with contextlib.suppress(OSError):
             return _from_memory(code, name)
     with tempfile.TemporaryDirectory(prefix="tierod-") as folder:
@@ -37,8 +37,8 @@ def _from_memory(code: bytes, name: str) -> ctypes.PyDLL:
     try:
         with open(handle, "wb", closefd=False) as file:
             file.write(code)
-        # The loader takes equal paths for the same library, and handles are used again: the serial number makes every
-        # path another one, written in binary with "./" for 0 and "/" for 1, which lead nowhere else.
+        # The loader takes equal paths for the same library, and descriptors are reused: the serial number makes every
+        # path unique. It is written in binary with "./" for 0 and "/" for 1, which do not change where the path leads.
         serial = f"{next(_SERIAL):b}".replace("1", "/").replace("0", "./")
         return ctypes.PyDLL(f"/proc/self/fd/{serial}{handle}")
     finally:

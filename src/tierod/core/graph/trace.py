@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     import casadi
 
 TRUTH_VALUE = "truth value"
+"""Part of CasADi's message where Python decides on a symbol."""
 
 
 class Interface(Protocol):
@@ -66,7 +67,7 @@ class Interface(Protocol):
 
     @property
     def memory(self) -> int:
-        """Numbers of state, delay lines included."""
+        """Number of state values, delay lines included."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,12 +75,12 @@ class Graph:
     """One step of a block as a straight line of operations.
 
     Args:
-        name: of the block's class, as a C identifier
+        name: name of the block's class, as a C identifier
         tuning, state, sample, output: dotted names of the leaves, in order
         rings: (name, size) of every delay line
         sample_tree, output_tree: trees of zeros in their shapes
-        make: traces the step
-        entry: under which later processes find names and kernels; None where they trace the step themselves
+        make: function that traces the step
+        entry: name under which later processes find names and kernels; None where they trace the step themselves
     """
 
     name: str
@@ -100,21 +101,21 @@ class Graph:
 
     @property
     def interface(self) -> dict[str, Any]:
-        """What drivers need of a graph whose kernel is known, by field."""
+        """Fields that drivers need of a graph whose kernel is cached, by name."""
         return {name: getattr(self, name) for name in INTERFACE}
 
     @property
     def memory(self) -> int:
-        """Numbers of state, delay lines included."""
+        """Number of state values, delay lines included."""
         return len(self.state) + sum(size for _, size in self.rings)
 
 
 INTERFACE = tuple(each.name for each in fields(Graph) if each.name not in ("make", "entry"))
-"""Fields of a graph that drivers need of one whose kernel is known."""
+"""Names of the fields that drivers need of a graph whose kernel is cached."""
 
 
 def trace(block: Block) -> Graph:
-    """The graph of a block's step; blocks that differ only in their floats share one. That of a bank is a `BankGraph`.
+    """The graph of a block's step, for a bank a `BankGraph`; blocks that differ only in their floats share one.
 
     Raises:
         TraceError: the step decides with Python's `if` on a signal, uses a foreign function on one, or returns a state
@@ -132,7 +133,7 @@ def trace(block: Block) -> Graph:
 
 
 class _Structure:
-    """A block as a key: equal where the graphs are equal."""
+    """A block as a key of the cache: equal where the graphs are equal."""
 
     def __init__(self, key: object, block: Block):
         self.key, self.block = key, block
@@ -162,25 +163,25 @@ def _trace(structure_: _Structure) -> Graph:
     if known is not None and {*declared, *known} == set(INTERFACE):
         return Graph(**{**declared, **known}, make=lambda: traced().function, entry=entry)
     graph = traced()
-    # What the block declares is not kept: its class may have no address, as one that was made for the signals of a car.
+    # Declared trees are not kept: their class may not be importable, such as one that is made for a car's signals.
     keep_interface(entry, {name: each for name, each in graph.interface.items() if not _same(each, declared.get(name))})
     return replace(graph, entry=entry)
 
 
 def _same(tree: Tree, other: Tree) -> bool:
-    """Whether two trees of zeros have the same classes throughout."""
+    """Whether two trees of zeros have the same classes in all branches."""
     if type(tree) is not type(other):
         return False
     return not isinstance(tree, tuple) or (len(tree) == len(other) and all(map(_same, tree, other)))
 
 
 def straight_line(block: Any, sample_tree: Tree, step: Callable[[Any, Tree, Tree], tuple[Tree, Tree]]) -> Graph:
-    """The graph of `step(block, state, sample)`, the block's floats made inputs.
+    """The graph of `step(block, state, sample)`, with the block's floats as inputs.
 
     Args:
-        block: with `init`
+        block: object with `init`
         sample_tree: a tree in the shape of one sample
-        step: calls the block's own
+        step: function that calls the step of the block
     """
     import casadi
 

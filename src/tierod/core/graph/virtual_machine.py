@@ -12,14 +12,14 @@ from tierod.core.graph.memory_layout import grouped, ungrouped
 from tierod.core.graph.trace import trace
 
 BLOCK = 1000
-"""Samples per call of the unrolled map: large enough that the call does not count, small enough to build at once."""
+"""Samples per call of the unrolled map: enough that the cost of a call is negligible, few enough to build it fast."""
 
 
 class VirtualMachine:
     """A block's step, interpreted; same interface as a compiled kernel.
 
-    Tuning is folded into the graph, but for zeros: CasADi would take 0 * x for 0, and compiled code does not where x is
-    NaN.
+    Tuning values are folded into the graph, except zeros: CasADi simplifies 0 * x to 0, but compiled code gives NaN
+    where x is NaN.
     """
 
     def __init__(self, block: Block):
@@ -33,6 +33,7 @@ class VirtualMachine:
         state, heads, sample = (casadi.SX.sym(n, graph.function.size1_in(i)) for i, n in ((1, "x"), (2, "r"), (3, "u")))
         after, pushes, output = graph.function.call([casadi.SX(tuned), state, heads, sample])
         self._step = casadi.Function("step", [state, heads, sample, zeros], [after, pushes, output])
+        # The place in a delay line depends on the number of samples, so that such blocks are stepped one by one.
         if not graph.rings:
             self._states = np.empty((BLOCK, len(graph.state)))
             plain = casadi.Function("plain", [state, sample, zeros], [after, output])
@@ -42,7 +43,7 @@ class VirtualMachine:
             self._buffer.set_res(0, memoryview(self._states))  # type: ignore[call-arg,arg-type]
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
-        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
+        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is updated, `count` steps came before."""
         done = 0
         if not self.graph.rings:
             self._buffer.set_arg(0, memoryview(memory))  # type: ignore[call-arg,arg-type]
@@ -88,7 +89,7 @@ class BankMachine:
         self._judge = _Call(self.graph.judge.function, values[split:])
 
     def scan(self, memory: np.ndarray, samples: np.ndarray, outputs: np.ndarray, count: int) -> None:
-        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is carried on, `count` steps came before."""
+        """Run over samples (n, inputs) into outputs (n, outputs); `memory` is updated, `count` steps came before."""
         graph, lanes, judge = self.graph, self._lanes, self._judge
         own = graph.lanes_memory
         said = own + len(graph.judge.state)
@@ -115,13 +116,13 @@ class BankMachine:
 
 
 def _sources(adopt: np.ndarray) -> np.ndarray:
-    """The lane whose state each lane goes on with."""
+    """Number of the lane whose state each lane continues with."""
     valid = (adopt >= 0.0) & (adopt < len(adopt))
     return np.where(valid, np.where(valid, adopt, 0.0).astype(int), np.arange(len(adopt)))
 
 
 class _Call:
-    """A function of CasADi on arrays of its own; the first input is filled with the tuning."""
+    """A CasADi function bound to arrays of its own; the first input is filled with the tuning."""
 
     def __init__(self, function: Any, values: np.ndarray):
         self.inputs = [np.zeros(function.numel_in(k)) for k in range(function.n_in())]
@@ -134,5 +135,5 @@ class _Call:
             self._buffer.set_res(k, memoryview(array))  # type: ignore[arg-type]
 
     def rows(self, position: int, count: int) -> np.ndarray:
-        """One input as one row per lane."""
+        """One input as an array with a row per lane."""
         return self.inputs[position].reshape(count, -1)

@@ -1,4 +1,4 @@
-"""Proposes a channel map: which column of a recording is which signal, in which unit, with which sign, and why."""
+"""Proposal of a channel map: which column of a recording is which signal, in which unit, with which sign, and why."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Chooses the unit of every column: the combination in which redundant signals agree best."""
+"""Choice of the unit of every column: the combination in which redundant signals agree best."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from tierod.io.proposal.motion import RATE, SECONDS, STRONG, Motion, Relation
 from tierod.io.proposal.units import RADIUS, Unit
 
 DECISIVE = 4.0
-"""Difference of the squared deviations from which the better unit counts as decided: two standard deviations."""
+"""Smallest difference of the squared deviations at which a unit counts as decided: two standard deviations [-]."""
 
 MOST = 25.0
-"""Largest squared deviation of one relation: a signal that is wrong in another way must not decide all others."""
+"""Bound on the squared deviation of one relation [-], so that a signal with another fault does not decide all units."""
 
 WORSE = 0.3
-"""What every later candidate costs, so that the usual unit is taken where nothing decides."""
+"""Cost of a unit per place in the list of candidates [-], so that the usual unit is chosen where nothing decides."""
 
 TIED = (
     "yaw_rate", "lateral_acceleration", "steering_wheel_angle", "steering_wheel_rate", "longitudinal_acceleration",
 )  # fmt: skip
-"""Signals that the relations tie to the speed, or to one that is."""
+"""Signals that are related to the speed, directly or through another signal."""
 
 
 class Chosen(NamedTuple):
-    """A unit and its reason; `decided` is whether the recording or the file decides it, else it is only assumed."""
+    """A unit with its reason; `decided` where the recording or the file decides it, else it is only assumed."""
 
     unit: Unit
     reason: str
@@ -41,10 +41,11 @@ def chosen_units(motion: Motion, possible: Mapping[str, tuple[Unit, ...]]) -> di
 
     Args:
         motion: the columns as recorded
-        possible: by signal, the units that its values and the file leave open, the usual one first
+        possible: candidates by signal: the units that its values and the file leave open, the usual one first
     """
     basis = motion.basis
     names = [name for name in (basis, *TIED) if name is not None and name in possible]
+    # All combinations are compared: every relation depends on the units of several signals.
     ranked = sorted(
         ((_cost(motion, basis, dict(zip(names, units, strict=True)), possible), units)
          for units in itertools.product(*(possible[name] for name in names))),
@@ -103,7 +104,7 @@ def _explained(
 
 
 def _beside(motion: Motion, name: str, units: tuple[Unit, ...], basis: Chosen | None) -> Chosen:
-    """The unit of a signal that no relation holds: of a further speed by the basis, else the usual one."""
+    """The unit of a signal without a relation: of a further speed by comparison with the basis, else the usual one."""
     if units[0].stated:
         return Chosen(units[0], f"{shown(units[0])}: the file states it", True)
     speed = motion.speed()
@@ -129,5 +130,5 @@ def _mean_ratio(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def shown(unit: Unit) -> str:
-    """A unit for people."""
+    """A unit for display."""
     return f"{unit.name} of the wheel, radius {RADIUS:g} m" if unit.turns else written(unit.name) or "no unit"

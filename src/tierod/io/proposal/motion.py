@@ -12,26 +12,26 @@ import numpy as np
 from tierod.core.recording import Recording
 
 RATE, SMOOTHING, LONGEST = 20.0, 20, 3600.0
-"""Of the comparison [Hz], samples that are averaged first, and seconds from the beginning that are compared."""
+"""Rate of the comparison [Hz], samples of the moving average before it, and length that is compared [s]."""
 
 SECONDS = 5.0
-"""Of driving that two signals must have in common [s]."""
+"""Shortest driving time that two signals must have in common [s]."""
 
 STRONG = 0.6
-"""Magnitude of a correlation from which two signals go together."""
+"""Smallest magnitude of the correlation coefficient at which two signals count as related [-]."""
 
 WHEELBASE, STEERING_RATIO, UNDERSTEER, TRACK = 2.7, 1.0 / 15.5, 0.0025, 1.5
-"""A usual car, good enough to separate degrees from radians: [m], [-], [rad s^2/m], [m]."""
+"""Parameters of a usual car, good enough to separate degrees from radians: [m], [-], [rad s^2/m], [m]."""
 
 
 class Relation(NamedTuple):
-    """Two signals that a car ties to each other.
+    """Physical relation between two signals of a car.
 
     Args:
         words: what is compared
-        correlation: of both, from -1 to 1
-        ratio: of the first over the second, as recorded; 1 with the right units
-        powers: by signal, how its unit enters the ratio
+        correlation: correlation coefficient of both, from -1 to 1
+        ratio: magnitude of the first over that of the second, as recorded; 1 with the right units
+        powers: by signal, exponent with which its unit enters the ratio
         spread: standard deviation of the ratio's logarithm between cars
     """
 
@@ -47,7 +47,7 @@ class Motion:
     """The matched columns of a recording as recorded, on one grid and smoothed.
 
     Args:
-        columns: by signal, (n,)
+        columns: values by signal, (n,) each
     """
 
     columns: dict[str, np.ndarray]
@@ -71,12 +71,12 @@ class Motion:
 
     @property
     def axle(self) -> str | None:
-        """The axle whose wheels give speed and turn: the rear one where it is recorded."""
+        """The axle whose wheel speeds are used for speed and turn: the rear one where it is recorded."""
         return next((end for end in ("rear", "front") if self.pair(end) is not None), None)
 
     @property
     def basis(self) -> str | None:
-        """The signal that stands for the speed."""
+        """The signal that represents the speed."""
         if self.axle is not None:
             return f"wheel_speed_{self.axle}_left"
         return "vehicle_speed" if "vehicle_speed" in self.columns else None
@@ -94,10 +94,10 @@ class Motion:
         return None if pair is None else np.asarray(pair[1] - pair[0])
 
     def relations(self, factor: float) -> list[Relation]:
-        """Every pair that the recording holds.
+        """Every relation whose signals are recorded.
 
         Args:
-            factor: metres per second of one unit of the basis, which the bend of a car's understeer needs
+            factor: metres per second of one unit of the basis, which the understeer term needs
         """
         if factor not in self.cache:
             self.cache[factor] = list(self._relations(factor))
@@ -144,10 +144,11 @@ class Motion:
 
 
 def compared(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
-    """Correlation of two signals, and the magnitude of the first over the second; (0, NaN) without information."""
+    """Correlation coefficient of two signals, and the magnitude of the first over the second; (0, NaN) if unknown."""
     good = np.isfinite(a) & np.isfinite(b)
     if np.count_nonzero(good) < SECONDS * RATE:
         return 0.0, math.nan
+    # Without their means, so that the offset of a sensor has no effect.
     a, b = a[good] - np.mean(a[good]), b[good] - np.mean(b[good])
     of_a, of_b = float(a @ a), float(b @ b)
     if not (of_a > 0.0 and of_b > 0.0):

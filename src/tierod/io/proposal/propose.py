@@ -1,4 +1,4 @@
-"""Proposes a channel map for a recording: signal, unit and sign of every column that can be recognised."""
+"""Proposal of a channel map for a recording: signal, unit and sign of every column that can be recognised."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tierod.io.readers.source import Column
 from tierod.io.readers.streaming import SHARE_READ, Reading
 
 SLICE = 600.0
-"""Seconds of a recording that are read at once."""
+"""Length of a recording that is read at once [s]."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,13 @@ class Proposed:
     """One entry of a map.
 
     Args:
-        signal: canonical
-        column: of the file
-        meant: why the title means the signal
-        unit: and why
-        sign: and why
-        factor: that goes into the entry beside the unit; 1 where the unit suffices
-        others: columns that could be the signal too
+        signal: canonical name
+        column: column of the file
+        meant: reason why the title stands for the signal
+        unit: unit with its reason
+        sign: sign with its reason
+        factor: factor of the entry beside the unit; 1 where the unit suffices
+        others: other columns that could be the signal
     """
 
     signal: str
@@ -57,8 +57,8 @@ class Proposed:
 
 
 LIKE_OTHERS = 0.03
-"""Relative difference up to which the tyres of an axle differ by wear and pressure []: a wheel that turns otherwise has
-a fault, which a factor of its own would hide."""
+"""Largest relative difference of the tyre radii of an axle by wear and pressure [-]: a wheel that deviates more has a
+fault, which a factor of its own would hide."""
 
 
 @dataclass(frozen=True)
@@ -66,9 +66,9 @@ class Proposal:
     """A channel map for a recording.
 
     Args:
-        path: of the recording
-        entries: in the order of the file
-        unmatched: columns that mean no signal that is known
+        path: path of the recording
+        entries: entries in the order of the file
+        unmatched: columns that match no known signal
         texts: names of columns that hold text, which is not read
     """
 
@@ -82,12 +82,12 @@ def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], Non
     """The channel map that names, values and redundant signals of a recording suggest.
 
     Args:
-        path: of a recording; its first hour is looked at
+        path: path of a recording, of which the first hour is evaluated
         dbc: database of a CAN log, or several
         progress: called with the share read, 0 to 1
 
     Raises:
-        InputError: the file cannot be read, or no column means a signal that is known
+        InputError: the file cannot be read, or no column matches a known signal
     """
     source, kind = open_source(path, dbc)
     columns = [column for column in source.columns if column.name not in source.silent]
@@ -115,7 +115,7 @@ def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], Non
 
 
 def _one_each(columns: list[Column], meant: dict[str, Meant]) -> tuple[dict[str, Column], dict[str, tuple[str, ...]]]:
-    """Best column of every signal, a known name before mere words, and the other candidates."""
+    """Best column of every signal, a known name before single words, and the other candidates."""
     found: dict[str, list[Column]] = {}
     for column in columns:
         if column.name in meant:
@@ -178,7 +178,7 @@ def _entry(
 
 
 def _beside_its_axle(signal: str, radii: dict[str, float]) -> float:
-    """Radius of a wheel; that of the other one of its axle where it is the odd one of the two."""
+    """Radius of a wheel; where it is the deviating one of its axle, the radius of the other one."""
     sides = ("left", "right") if signal.endswith("left") else ("right", "left")
     partner = signal.removesuffix(sides[0]) + sides[1]
     own, other = radii[signal], radii.get(partner)
@@ -190,7 +190,7 @@ def _beside_its_axle(signal: str, radii: dict[str, float]) -> float:
 
 
 def _radii(motion: Motion, units: dict[str, Chosen]) -> dict[str, float]:
-    """Radius of each wheel that counts turns over the usual one, by a vehicle speed whose unit is decided."""
+    """Radius relative to the usual one, of each wheel whose turns are recorded, by a speed whose unit is decided."""
     by, speed = units.get("vehicle_speed"), motion.columns.get("vehicle_speed")
     found: dict[str, float] = {}
     if by is None or not by.decided or speed is None:
@@ -202,6 +202,6 @@ def _radii(motion: Motion, units: dict[str, Chosen]) -> dict[str, float]:
         good = np.isfinite(speed) & np.isfinite(values)
         turns = float(np.mean(values[good])) if np.any(good) else 0.0
         radius = by.unit.factor * float(np.mean(speed[good])) / turns / unit.unit.factor if turns else math.nan
-        if 0.7 < radius < 1.4:
+        if 0.7 < radius < 1.4:  # 0.22 to 0.43 m, else it is no wheel of a car
             found[signal] = radius
     return found

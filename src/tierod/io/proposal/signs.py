@@ -1,4 +1,4 @@
-"""Decides the sign of every column: left is positive, as the wheels of an axle show that turn faster on the outside."""
+"""Choice of the sign of every column: left is positive, which the faster outer wheels of an axle show in a turn."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ FOLLOWERS = {
     "road_wheel_angle": ("steering_wheel_angle", "yaw_rate"),
     "pinion_angle": ("steering_wheel_angle", "yaw_rate"),
 }
-"""Signals that are positive in a left turn as well, by the first of the others that they go together with."""
+"""Signals that are also positive in a left turn, with those that may decide their sign: the first related one does."""
 
 
 class Sign(NamedTuple):
-    """A sign and why; no reason where a sign means nothing."""
+    """A sign with its reason, which is empty where a sign has no meaning."""
 
     sign: int
     reason: str = ""
@@ -61,7 +61,7 @@ def _of_speeds(motion: Motion) -> dict[str, Sign]:
 
 
 def _lateral(motion: Motion) -> dict[str, np.ndarray]:
-    """Every signal of the turn as a lateral acceleration up to a positive factor."""
+    """Every signal of the turn scaled to a lateral acceleration, up to a positive factor."""
     speed = motion.speed()
     pace = np.ones(1) if speed is None else np.abs(speed)
     powers = {"yaw_rate": pace, "lateral_acceleration": np.ones(1), "steering_wheel_angle": pace * pace}
@@ -71,6 +71,7 @@ def _lateral(motion: Motion) -> dict[str, np.ndarray]:
 def _of_turns(motion: Motion) -> dict[str, Sign]:
     signals, turn, speed = _lateral(motion), motion.turn(), motion.speed()
     if turn is not None and speed is not None:
+        # Times speed, the difference of the wheel speeds is proportional to the lateral acceleration.
         by_wheels = {name: compared(values, turn * np.abs(speed))[0] for name, values in signals.items()}
         if any(abs(value) >= STRONG for value in by_wheels.values()):
             return _by_wheels(signals, by_wheels, str(motion.axle))
@@ -99,7 +100,7 @@ def _as(name: str, signals: dict[str, np.ndarray], known: dict[str, int]) -> Sig
 
 
 def _by_majority(signals: dict[str, np.ndarray]) -> dict[str, Sign]:
-    """Without wheels: the two that agree are kept, and the third follows; which side is left, nothing shows."""
+    """Signs without wheel speeds: two signals that agree are kept, the third follows; the side is not observable."""
     names = list(signals)
     strong = {(a, b): compared(signals[a], signals[b])[0] for i, a in enumerate(names) for b in names[i + 1 :]}
     agreeing = max(strong, key=lambda pair: strong[pair], default=None)
@@ -130,7 +131,7 @@ def _following(motion: Motion, name: str, others: tuple[str, ...], found: dict[s
 
 
 def _add_rates(motion: Motion, found: dict[str, Sign]) -> None:
-    """A rate has the sign of the change that it is the rate of."""
+    """Signs of rates, from the change of the signal that each is the rate of."""
     speed, columns = motion.speed(), motion.columns
     changes = {"longitudinal_acceleration": speed, "steering_wheel_rate": columns.get("steering_wheel_angle")}
     for name, of in changes.items():

@@ -12,7 +12,7 @@ def text_of(proposal: Proposal) -> str:
     """A channel map in TOML, to be read, edited and used.
 
     Args:
-        proposal: of a recording
+        proposal: proposal for a recording
     """
     doubtful = [entry.signal for entry in proposal.entries if entry.doubtful]
     head = [

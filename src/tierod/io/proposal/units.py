@@ -1,4 +1,4 @@
-"""The units that a column without one may have, as far as its values leave them open."""
+"""Candidate units of a column: the stated one, else those in which its values are plausible."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from tierod.core.signals import SIGNALS
 from tierod.core.units import COUNT, scale
 
 RADIUS = 0.31
-"""Effective radius of a passenger car's wheel [m], where turns of a wheel are all that is recorded."""
+"""Effective radius of a passenger car's wheel [m], for recordings of wheel turns without a speed."""
 
 
 class Unit(NamedTuple):
     """A unit that a column may have.
 
     Args:
-        name: as a channel map writes it
-        factor: SI value over the column's
-        offset: added after that
+        name: notation in a channel map
+        factor: factor from the value of the column to SI
+        offset: offset that is added after the factor
         turns: whether it counts turns of a wheel, so that the factor holds a radius
         stated: whether the file states it
     """
@@ -44,7 +44,7 @@ _CANDIDATES: dict[str, tuple[str, ...]] = {
     "m": ("m", "mm"),
     "": ("", "percent"),
 }
-"""By SI unit; of those that the values leave open and no other signal decides, the first one is taken."""
+"""Candidates by SI unit; of those that the values leave open and no other signal decides, the first one is chosen."""
 
 _TURNS = ("rpm", "rad/s")
 
@@ -53,9 +53,9 @@ def candidates(name: str, stated: str, values: np.ndarray, turns: bool = False) 
     """The units that a column may have: the stated one, else those in which its values are plausible.
 
     Args:
-        name: of the signal
+        name: name of the signal
         stated: unit in the file; "" where it has none
-        values: of the column; NaN is missing
+        values: values of the column; NaN is missing
         turns: whether the title of a wheel speed indicates turns of the wheel
     """
     wanted, wheel = SIGNALS[name].unit, name.startswith("wheel_speed_")
@@ -91,5 +91,6 @@ def _plausible(name: str, unit: Unit, values: np.ndarray) -> bool:
     if not len(finite):
         return True
     low, high = SIGNALS[name].plausible
+    # Quantiles, so that single outliers do not exclude a unit.
     least, most = np.quantile(finite, (0.002, 0.998)) * unit.factor + unit.offset
     return bool(low <= least <= most <= high) and math.isfinite(float(most))

@@ -1,4 +1,4 @@
-"""Assignment of the title of a column to a signal, by the words of English, German and some other loggers."""
+"""Assignment of the title of a column to a signal, by words of English, German and some other languages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tierod.io.readers.source import Column
 
 
 class Meant(NamedTuple):
-    """A signal, and why a title means it; exact: by a name of the catalogue, not by the words in it."""
+    """A signal, and why a title stands for it; `exact` where the title is a name of the catalogue."""
 
     signal: str
     reason: str
@@ -20,7 +20,7 @@ class Meant(NamedTuple):
 
 
 class _Rule(NamedTuple):
-    """Words that a title must all hold, and words that it must not hold."""
+    """Patterns that a title must all contain, and a pattern that it must not contain."""
 
     signal: str
     words: tuple[str, ...]
@@ -57,7 +57,7 @@ _RULES: tuple[_Rule, ...] = (
     _Rule("target_steering_wheel_angle", (_STEER, _ANGLE, _WANTED), _TORQUE),
     _Rule("steering_torque_request", (_STEER, _TORQUE, _WANTED), "motor"),
     _Rule("motor_target_torque", (_ASSIST, _TORQUE, _WANTED)),
-    # The unit that sends it is no word of its meaning: EPS_TorsionBarTorque is the driver's.
+    # The name of the sender has no meaning: EPS_TorsionBarTorque is the torque of the driver.
     _Rule("driver_torque", (_OF_DRIVER, _TORQUE), f"{_WANTED}|{_ASSIST.replace('_eps_|', '')}"),
     _Rule("motor_torque", (_ASSIST, _TORQUE), f"{_WANTED}|engine|verbrenn|drehmoment_?motor|fahrmotor|wheel_motor"),
     _Rule("driver_torque", (_STEER, _TORQUE), f"{_WANTED}|{_ASSIST}"),
@@ -84,7 +84,7 @@ _RULES: tuple[_Rule, ...] = (
     _Rule("vehicle_speed", (_CAR, _SPEED), f"{_WHEEL}|lateral|quer|_wind|engine|motor"),
     _Rule("vehicle_speed", (r"^_(geschwindigkeit|speed|velocity|vitesse|velocita|velocidad|v)_$",)),
 )
-"""The first rule that fits decides: special ones stand before general ones."""
+"""Rules in order: the first one that fits decides, so that special rules precede general ones."""
 
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue"})
 
@@ -97,10 +97,10 @@ def words_of(title: str) -> str:
 
 
 def meant_by(column: Column) -> Meant | None:
-    """The signal that a column's title means; None where none is known.
+    """The signal that a column's title stands for; None where none is known.
 
     Args:
-        column: of a file, with its unit where the file has one
+        column: column of a file, with its unit where the file has one
     """
     bare, ending = split_suffix(column.name)
     unit = column.unit or ending

@@ -1,4 +1,4 @@
-"""Reading recordings: one function for every format, chosen by the content of the file.
+"""Reading of recordings: one function for every format, chosen by the content of the file.
 
 recording = read("drive.mf4")
 recording = read("can.log", dbc="car.dbc", channel_map="car.channels.toml")

@@ -19,17 +19,17 @@ from tierod.io.readers.parquet import _columns, _stamps, find_clocks_of, texts_o
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
 ROWS = 1 << 17
-"""Rows that are given out at a time."""
+"""Number of rows of a piece."""
 
 Result = TypeVar("Result")
 
 
 def open_arrow(path: Path, time: TimeEntry = GUESSED) -> Source:
-    """An Arrow IPC file (Feather 2) or stream; what a killed program left of a stream is read up to its last batch.
+    """An Arrow IPC file (Feather 2) or stream; a stream that is cut off is read up to its last batch.
 
     Args:
-        path: of the file
-        time: column of the time, as a user gives it
+        path: path of the file
+        time: time column as given by a user
 
     Raises:
         InputError: the file is damaged, holds no row or no time column
@@ -112,7 +112,7 @@ def _channels(batch: Any, columns: Sequence[Column], clock_of: dict[str, str], u
 
 
 def _next(batches: Iterator[Any]) -> Any:
-    """The next batch, None at the end; pyarrow itself does not compare what a batch claims with the bytes it has."""
+    """The next batch, None at the end; pyarrow by itself does not check the sizes in a batch against its bytes."""
     batch = next(batches, None)
     if batch is not None:
         batch.validate()
@@ -125,7 +125,7 @@ def _guarded(path: Path, work: Callable[[], Result]) -> Result:
     try:
         return work()
     except (pa.ArrowException, OSError, UnicodeDecodeError, ValueError) as error:
-        large = isinstance(error, MemoryError)
+        large = isinstance(error, MemoryError)  # one of the errors of pyarrow is
         reason = "a block claims more than the memory" if large else " ".join(str(error).split())[:120]
         raise InputError(
             f"{path} is damaged or cut off and cannot be read as Arrow ({reason}); write it again"

@@ -1,4 +1,4 @@
-"""ROS 1 and ROS 2 bags and MCAP files, in the process of `tierod.io.readers.child`; imports nothing of tierod."""
+"""Reader of ROS 1 and ROS 2 bags and MCAP files for the process of `tierod.io.readers.child`; imports no tierod."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from dataclasses import fields
 from typing import Any, NamedTuple
 
 SECONDS, MESSAGES = 0.05, 4000
-"""Computing time and messages after which a piece is given out."""
+"""Computing time [s] and number of messages after which a piece is delivered."""
 
 LONGEST = 32
-"""Numbers of an array in a message that become columns; longer ones are images, scans and clouds."""
+"""Length up to which an array in a message becomes columns; longer ones are images, scans and point clouds."""
 
 LOOKED, LOOK = 300, 0.5
-"""Messages of a topic, and computing time [s], in which fields are looked for where messages may differ."""
+"""Number of messages of a topic, and computing time [s], for the search of fields where messages may differ."""
 
 SCANNED = 200_000
-"""Messages of an MCAP file without an index in which its topics are looked for."""
+"""Number of messages of an MCAP file without an index in which its topics are searched."""
 
 _GROWS = re.compile(r"\[(<=\d+)?\]|sequence<")
-"""An array without a fixed length in the definition of a message."""
+"""Pattern of an array without a fixed length in the definition of a message."""
 
 _UNITS = {
     "angular_velocity": "rad/s",
@@ -40,11 +40,11 @@ class Topic(NamedTuple):
     """One topic of a bag.
 
     Args:
-        name: as in the bag
-        kind: of its messages
+        name: name in the bag
+        kind: type of its messages
         encoding: "ros1", "cdr" or "json"
-        definition: of the messages, where the bag holds it
-        form: of the definition: "msg", "idl" or ""
+        definition: definition of the messages, where the bag holds it
+        form: form of the definition: "msg", "idl" or ""
     """
 
     name: str
@@ -55,7 +55,7 @@ class Topic(NamedTuple):
 
 
 class Message(NamedTuple):
-    """A message: its topic, when it was logged [ns], its bytes, and how much of the file was read, 0 to 1."""
+    """A message: its topic, time of logging [ns], bytes, and share of the file that was read, 0 to 1."""
 
     topic: Topic
     stamp: int
@@ -64,10 +64,10 @@ class Message(NamedTuple):
 
 
 class Reader:
-    """One bag: a file, or the folder of a ROS 2 bag.
+    """Reads one bag: a file, or the folder of a ROS 2 bag.
 
     Args:
-        path: of the bag
+        path: path of the bag
     """
 
     def __init__(self, path: str):
@@ -89,7 +89,7 @@ class Reader:
         import rosbags.typesys  # noqa: F401
 
     def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """(arrays, further metadata) on a request for the content, or for the next piece of a lane."""
+        """(arrays, further metadata) in answer to a request for the content, or for the next piece of a lane."""
         if "lane" not in request:
             return {}, self._content()
         number = request["lane"]
@@ -99,7 +99,7 @@ class Reader:
         return arrays, {"end": False, "notes": self._notes, **about}
 
     def _content(self) -> dict[str, Any]:
-        """Columns found in the first messages of every topic: in one, where all of them are alike."""
+        """Columns found in the first messages of every topic: in a single one, where all messages are alike."""
         found: dict[str, dict[str, Any]] = {}
         first = None
         metadata: dict[str, str] = {}
@@ -137,7 +137,7 @@ class Reader:
             found.setdefault(name, {"name": name, "unit": unit, "title": path})
 
     def _done_with(self, topic: Topic, begun: float) -> bool:
-        """Whether the fields of a topic are known: further messages of JSON, or with arrays, may have more."""
+        """Whether the fields of a topic are known; later messages in JSON, or with growing arrays, may have more."""
         listed = self._listed.get(topic.name)
         if listed is None:
             return False
@@ -171,7 +171,7 @@ class Reader:
         return [os.path.join(self._path, name) for name in sorted(names, key=_in_order)]
 
     def _pieces(self, names: list[str], clock: str) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-        """Arrays of the named columns, message by message, and how much was read."""
+        """Arrays of the named columns, some messages at a time, and the share that was read."""
         import numpy as np
 
         wanted: dict[str, list[tuple[int, str]]] = {}
@@ -197,7 +197,7 @@ class Reader:
         for message in self._messages(set(wanted)):
             try:
                 numbers = self._decoded(message)
-            except Exception:  # as above; what cannot be decoded is counted and said
+            except Exception:  # as above; messages that cannot be decoded are counted and reported
                 lost += 1
                 continue
             if not numbers.keys() <= self._listed[message.topic.name]:
@@ -295,7 +295,7 @@ class Reader:
                     break
 
     def _records(self, path: str, metadata: dict[str, str]) -> Iterator[Message]:
-        """The messages of an MCAP file as they stand there, up to where it is cut off."""
+        """The messages of an MCAP file in the order of the file, up to where it is cut off."""
         from mcap.records import Channel, Metadata, Schema
         from mcap.records import Message as Record
         from mcap.stream_reader import StreamReader
@@ -324,7 +324,7 @@ class Reader:
                     self._notes.append(note)
 
     def _decoded(self, message: Message, texts: dict[str, None] | None = None) -> dict[str, float]:
-        """The numbers in a message by their path; what holds text is put into `texts`."""
+        """The numbers in a message by their path; the columns that hold text are added to `texts`."""
         topic = message.topic
         if topic not in self._decoders:
             self._decoders[topic] = self._decoder(topic)
@@ -363,7 +363,7 @@ class Reader:
 
 
 def _flatten(path: str, value: Any, into: dict[str, float], texts: list[str]) -> None:
-    """Every number below a value, by its path; a time stamp is one number [s]."""
+    """Collect every number below a value by its path, and the paths of texts; a time stamp is one number [s]."""
     if isinstance(value, bool | int | float):
         into[path] = float(value)
     elif isinstance(value, str):
@@ -390,9 +390,10 @@ def _flatten(path: str, value: Any, into: dict[str, float], texts: list[str]) ->
 
 
 def _origin(metadata: dict[str, str], first: int) -> int:
-    """Calendar time of the time zero [ns]: as tierod wrote it, else the second in which the first message came."""
+    """Calendar time of the time zero [ns]: as tierod wrote it, else the full second before the first message."""
     try:
         origin = float(json.loads(metadata["description"])["origin"])
+        # Seconds and fraction apart: nanoseconds since 1970 exceed the 53 bits of a float.
         return round(origin) * 10**9 + round((origin - round(origin)) * 1e9)
     except (KeyError, ValueError, TypeError, OverflowError):
         return first // 10**9 * 10**9
@@ -406,7 +407,7 @@ def _topic_of(channel: Any, schema: Any) -> Topic:
 
 
 def _described(topic: Topic) -> dict[str, str]:
-    """Units by path, of a JSON schema that gives them."""
+    """Units by path, from a JSON schema that states them."""
     try:
         properties = json.loads(topic.definition)["properties"] if topic.encoding == "json" else {}
         return {name: each["unit"] for name, each in properties.items() if isinstance(each.get("unit"), str)}
@@ -420,7 +421,7 @@ def _unit(path: str) -> str:
 
 
 def _topics_in_summary(path: str) -> set[str]:
-    """Topics with messages, as the index at the end of an MCAP file lists them; none where there is no index."""
+    """Topics with messages, from the index at the end of an MCAP file; empty without an index."""
     from mcap.reader import make_reader
 
     try:
@@ -430,7 +431,7 @@ def _topics_in_summary(path: str) -> set[str]:
                 return set()
             counts = summary.statistics.channel_message_counts
             return {each.topic for number, each in summary.channels.items() if counts.get(number)}
-    except Exception:  # a summary that is damaged in any way is none: the messages themselves are read then
+    except Exception:  # a damaged index counts as none: the messages themselves are read then
         return set()
 
 
@@ -440,6 +441,6 @@ def _begins(path: str, beginning: bytes) -> bool:
 
 
 def _in_order(name: str) -> tuple[int, str]:
-    """Sort key by the number at the end of the name, as recorders split bags."""
+    """Sort key by the number at the end of the name, which recorders append when they split a bag."""
     digits = "".join(each for each in name.rpartition("_")[2] if each.isdigit())
     return int(digits or 0), name

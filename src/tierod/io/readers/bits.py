@@ -1,4 +1,4 @@
-"""Signals from the payload bytes of many frames at once: any start bit and length, both byte orders."""
+"""Extraction of signals from the payload bytes of many frames at once: any start bit and length, both byte orders."""
 
 from __future__ import annotations
 
@@ -9,15 +9,17 @@ import numpy as np
 _REALS = {16: (np.uint16, np.float16), 32: (np.uint32, np.float32), 64: (np.uint64, np.float64)}
 
 LONGEST = 64
-"""Bits of a number; longer signals hold texts, keys or check sums."""
+"""Largest number of bits of a number; longer signals hold texts, keys or checksums."""
 
 
 def span(start: int, length: int, big_endian: bool) -> tuple[int, int]:
-    """(first bit, bit after the last) of a signal, counted from the first byte's highest bit or, little endian, lowest.
+    """(first bit, bit after the last) of a signal, in the order of its bits.
+
+    Bits count from the highest bit of the first byte where the signal is big endian, else from its lowest bit.
 
     Args:
-        start: bit as a DBC counts it: of the lowest bit, or of the highest one where big endian
-        length: bits
+        start: position of the signal's lowest bit, where big endian of its highest one, as a DBC counts bits
+        length: number of bits
         big_endian: Motorola byte order
     """
     begin = 8 * (start // 8) + 7 - start % 8 if big_endian else start
@@ -26,7 +28,7 @@ def span(start: int, length: int, big_endian: bool) -> tuple[int, int]:
 
 @dataclass(frozen=True)
 class Payloads:
-    """The payloads of the frames of one message, with their bytes as 64-bit words made once.
+    """The payloads of the frames of one message, with their bytes as 64-bit words, which are made once.
 
     Args:
         data: bytes, shape (n, width); zero beyond the end of a short frame
@@ -55,8 +57,8 @@ class Payloads:
             real: IEEE 754 of 16, 32 or 64 bits
 
         Returns:
-            unsigned or signed 64-bit integers, or floats, shape (n,); NaN where what the database describes is no
-            number of a frame: beyond 64 bits, before the first bit, a real number of another length
+            unsigned or signed 64-bit integers, or floats, shape (n,); NaN where the description is invalid: more than
+            64 bits, a begin before the first bit, a real number of another length
         """
         if not 1 <= length <= LONGEST or start < 0 or (real and length not in _REALS):
             return np.full(len(self.data), np.nan)
@@ -64,6 +66,7 @@ class Payloads:
         first = 0 if end <= 64 else begin // 8
         begin, end = begin - 8 * first, end - 8 * first
         value = self.word(first, big_endian)
+        # Shifted up to the end of the word and down again, which extends the sign of a signed signal.
         if end <= 64:
             above = begin if big_endian else 64 - end
             value = value << np.uint64(above) if above else value
@@ -78,7 +81,7 @@ class Payloads:
         return value >> np.uint64(below)
 
     def _across_nine_bytes(self, value: np.ndarray, first: int, begin: int, end: int, big_endian: bool) -> np.ndarray:
-        """The signal's bits at the upper end of a word."""
+        """Bits of a signal that covers nine bytes, shifted to the upper end of a word."""
         ninth = self.word(first + 8, big_endian)
         if big_endian:
             return (value << np.uint64(begin)) | (ninth >> np.uint64(64 - begin))

@@ -1,7 +1,7 @@
 """Text of `candump -L`, parsed as arrays.
 
-Lines of the same make (interface name, lengths, positions) form one rectangular table of characters, which is then
-converted column by column; a log has a few dozen makes, whatever its length.
+Lines with their parts at the same positions (of the same `Make`) form one rectangular table of characters, which is
+then converted column by column; a log has a few dozen makes, whatever its length.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from tierod.io.readers.log import Log
 from tierod.io.readers.source import Format, text_begin
 
 LINE = re.compile(rb"^\(\d+\.\d+\) +\S+ +[0-9A-Fa-f]{3,8}#", re.MULTILINE)
-"""How a line of `candump -L` begins."""
+"""Pattern of the beginning of a line of `candump -L`."""
 
 _HEX = np.full(256, 255, dtype=np.uint8)
 for _digits, _least in ((b"0123456789", 0), (b"ABCDEF", 10), (b"abcdef", 10)):
     _HEX[list(_digits)] = np.arange(_least, _least + len(_digits))
 
 _DIGITS = 20
-"""Digits of seconds and of their fraction that a line may hold; more are no time."""
+"""Largest number of digits of the seconds and of their fraction; more are no time."""
 
 _MARK, _DOT, _CLOSE, _SPACE, _OPEN = b"#.) ("
 _ERROR_FRAME, _ID = 0x20000000, 0x1FFFFFFF
 
 
 class Make(NamedTuple):
-    """Places of the parts of a line: "(12.34) can0 123#0102" has dot 3, close 6, space 12, mark 16, length 21."""
+    """Positions of the parts of a line: "(12.34) can0 123#0102" has dot 3, close 6, space 12, mark 16, length 21."""
 
     dot: int
     close: int
@@ -45,7 +45,7 @@ class Make(NamedTuple):
 
     @property
     def data(self) -> int:
-        """Place at which the payload begins; after "##" and its flags for flexible data rate."""
+        """Position at which the payload begins; for flexible data rate after "##" and its flags."""
         return self.mark + 3 if self.flexible else self.mark + 1
 
     @property
@@ -58,7 +58,7 @@ class Make(NamedTuple):
 
 
 class Part(NamedTuple):
-    """The frames of one make, and the lines they come from."""
+    """The frames of one make, and the numbers of their lines."""
 
     lines: np.ndarray
     seconds: np.ndarray
@@ -70,10 +70,10 @@ class Part(NamedTuple):
 
 
 def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
-    """The frames of a log, block by block, their time counted from the first; the last has the notes on broken lines.
+    """The frames of a log, block by block, their time counted from the first; the last has the note on broken lines.
 
     Args:
-        blocks: of whole lines; the tables of a block take about ten times as much memory
+        blocks: blocks of whole lines; the tables of a block take about ten times as much memory
 
     Raises:
         InputError: no line holds a frame
@@ -101,7 +101,7 @@ def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
 
 
 def _parsed(text: np.ndarray, names: dict[bytes, int]) -> tuple[list[Part], int, int]:
-    """(frames by make, number of lines, lines that are whole but without a signal)."""
+    """(frames by make, number of lines, number of whole lines without a signal)."""
     starts, ends = _lines(text)
     parts, passed = [], 0
     for make, members in _alike(_makes(text, starts, ends)):
@@ -113,7 +113,7 @@ def _parsed(text: np.ndarray, names: dict[bytes, int]) -> tuple[list[Part], int,
 
 
 def _lines(text: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Begin and end of every line that is not empty, without line ends and the direction (" R", " T") at the end."""
+    """Begin and end of every line that is not empty, without line end and direction (" R", " T") at its end."""
     ends = np.flatnonzero(text == 10)
     if len(text) and (not len(ends) or ends[-1] != len(text) - 1):
         ends = np.append(ends, len(text))
@@ -134,11 +134,12 @@ def _makes(text: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray
     flexible = (mark >= 0) & (after == _MARK) & (starts + mark + 1 < ends)
     opened = text[starts] == _OPEN
     makes = np.stack([np.where(opened, dot, -1), close, space, mark, ends - starts, flexible], axis=1)
+    # Positions beyond those of any frame are cut: `_alike` packs all six into one integer, nine bits each.
     return np.asarray(np.minimum(makes, 400))
 
 
 def _first(text: np.ndarray, starts: np.ndarray, ends: np.ndarray, code: int, skip: int) -> np.ndarray:
-    """Per line the position of a character within it, after `skip` earlier ones; -1 where it is not there."""
+    """Position of a character within each line, after `skip` earlier ones; -1 where it is absent."""
     at = np.flatnonzero(text == code)
     if not len(at):
         return np.full(len(starts), -1)
@@ -148,7 +149,7 @@ def _first(text: np.ndarray, starts: np.ndarray, ends: np.ndarray, code: int, sk
 
 
 def _alike(makes: np.ndarray) -> list[tuple[Make, np.ndarray]]:
-    """The lines of every make that has all its parts."""
+    """(make, numbers of its lines) of all lines that have all parts."""
     keys = np.zeros(len(makes), dtype=np.int64)
     for column in makes.T:
         keys = keys * 512 + column + 1
@@ -198,7 +199,7 @@ def _part(table: np.ndarray, make: Make, members: np.ndarray, names: dict[bytes,
 
 
 def _number(digits: np.ndarray, base: float) -> np.ndarray:
-    """Numbers from digits, the first being the highest; exact to 2**53."""
+    """Numbers from digits, the highest digit first; exact to 2**53."""
     return digits.astype(float) @ base ** np.arange(digits.shape[1] - 1, -1, -1.0)
 
 
@@ -228,7 +229,8 @@ def _ordered(parts: list[Part]) -> Part:
 
 
 def _frames(part: Part, first: tuple[float, float], buses: tuple[str, ...]) -> Frames:
-    """The frames of a block, their time counted from the seconds and the fraction of the first of all."""
+    """The frames of a block, their time counted from the seconds and the fraction of the first frame of the log."""
+    # Seconds and fraction are subtracted apart, so that the large calendar time takes no digit of the fraction.
     time = (part.seconds - first[0]) + (part.fraction - first[1])
     return Frames(time, part.identifier, part.bus, part.payload, part.length, buses, first[0] + first[1])
 

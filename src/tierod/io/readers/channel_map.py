@@ -1,17 +1,17 @@
-"""The channel map: which column of a file is which canonical signal, in TOML.
+"""Channel map in TOML: which column of a file is which canonical signal.
 
 [signals.driver_torque]
 source = "EPS.DriverTorque"   # or a list, whose sum is taken
 sign = -1                     # 1 where not given
 factor = 1.0
 offset = 0.0
-unit = "deg"                  # of all that; what the file says where not given; "count" stays a raw count
+unit = "deg"                  # of sign * factor * source + offset; where not given, that of the file; "count" stays raw
 optional = false              # true: no warning where the file lacks the source
 note = "why"
 
-[time]                        # of a table (CSV, Parquet, MATLAB); left out, the column that is called so
+[time]                        # of a table (CSV, Parquet, MATLAB); where not given, the column with such a title
 column = "timestamp"
-unit = "ms"                   # left out, what the title says, else s
+unit = "ms"                   # where not given, that of the title, else s
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ class Entry:
 
     Args:
         source: names of the columns, which are summed
-        unit: of sign * factor * source + offset; None where it is that of the columns, and the file states it
+        unit: unit of sign * factor * source + offset; None where it is that of the columns, and the file states it
         sign: 1 or -1
-        factor: multiplies the source
-        offset: added after sign and factor, in `unit`
+        factor: factor of the source
+        offset: offset that is added after sign and factor, in `unit`
         optional: whether the file may lack the source
-        note: why
+        note: reason for the entry
     """
 
     source: tuple[str, ...]
@@ -53,11 +53,11 @@ class Entry:
 
 @dataclass(frozen=True)
 class TimeEntry:
-    """Column of a table that is its time.
+    """Time column of a table.
 
     Args:
-        column: its name; the first with such a title where None
-        unit: of the time columns; that of their titles where None
+        column: its name; the first column with such a title where None
+        unit: unit of the time columns; that of their titles where None
     """
 
     column: str | None = None
@@ -65,12 +65,12 @@ class TimeEntry:
 
 
 GUESSED = TimeEntry()
-"""Nothing is given: column and unit follow from the titles."""
+"""No time column is given: column and unit follow from the titles."""
 
 
 @dataclass(frozen=True)
 class ChannelMap:
-    """Entries by canonical signal, the file they come from, for messages, and the column of the time."""
+    """Entries by canonical signal, path of the file for messages, and time column."""
 
     entries: dict[str, Entry]
     path: str = "the channel map"
@@ -102,13 +102,13 @@ def load_channel_map(path: str | Path) -> ChannelMap:
 
 
 def maps_beside(databases: Iterable[Path]) -> tuple[Path, ...]:
-    """The channel maps that lie beside databases: of "car.dbc" it is "car.channels.toml"."""
+    """The channel maps beside databases: for "car.dbc" it is "car.channels.toml"."""
     candidates = (path.with_name(f"{path.stem}.channels.toml") for path in databases)
     return tuple(path for path in candidates if path.is_file())
 
 
 def load_maps_beside(paths: Sequence[Path]) -> ChannelMap:
-    """The maps beside several databases as one, of which nothing is required: a log may lack some of the messages.
+    """The maps beside several databases as one; all entries are optional, since a log may lack some of the messages.
 
     Raises:
         InputError: as for `load_channel_map`
@@ -121,7 +121,7 @@ def load_maps_beside(paths: Sequence[Path]) -> ChannelMap:
 
 
 def parse_channel_map(document: Mapping[str, object], path: str = "the channel map") -> ChannelMap:
-    """The channel map of a TOML document that was parsed already.
+    """The channel map of a parsed TOML document.
 
     Raises:
         InputError: a key or signal is not known, or a value is of the wrong kind

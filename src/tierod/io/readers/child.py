@@ -1,10 +1,10 @@
-"""The process that reads a file with a library whose native code can end the process on a damaged file.
+"""The process that reads a file with a library whose native code can crash on a damaged file.
 
-A script of its own that imports nothing of tierod, so that it starts fast. It imports the library, and forks for every
-file. The fork takes requests, one JSON document a line, and answers each with such a line, followed by the arrays that
-the line lists. `tierod.io.readers.reader_template` and `tierod.io.readers.reader_process` are the other ends; bare
-arrays, since what a damaged process sends must not be able to do harm there. The class `Reader` of the script that is
-named on the command line makes the answers.
+It is a separate script that imports nothing of tierod, so that it starts fast. It imports the library, and forks for
+every file. The fork takes requests, one JSON document per line, and answers each with such a line, followed by the
+arrays that the line lists. `tierod.io.readers.reader_template` and `tierod.io.readers.reader_process` are the other
+ends. Arrays are sent as bare numbers, so that the output of a damaged process can do no harm there. The class `Reader`
+of the script that is named on the command line makes the answers.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     import numpy as np
 
 REQUEST = 1 << 16
-"""Bytes that hold every request for a reader: a path and some numbers."""
+"""Size of the buffer for a request for a reader [bytes]: a path and some numbers."""
 
 
 def main() -> None:
-    """Import the library, and start readers until the other end closes the line."""
+    """Import the library, and start readers until the other end closes the socket."""
     line = socket.socket(fileno=os.dup(0))
     kind = runpy.run_path(sys.argv[1])["Reader"]
     kind.prepare()
@@ -53,11 +53,11 @@ def main() -> None:
 
 
 def _code(pid: int) -> int | None:
-    """Exit code of a reader, None while it runs."""
+    """Exit code of a reader; None while it runs."""
     try:
         found, status = os.waitpid(pid, os.WNOHANG)
     except ChildProcessError:
-        return 0  # asked for once more
+        return 0  # its exit code was collected by an earlier request
     return os.waitstatus_to_exitcode(status) if found else None
 
 
@@ -66,14 +66,14 @@ def read(kind: type, path: str, memory: int, ends: list[int]) -> None:
 
     Args:
         kind: class that makes the answers
-        path: of the file
-        memory: to take beyond that of now [bytes]; 0 sets no limit
-        ends: of the pipes of requests, of answers, and of the one whose closing ends this process
+        path: path of the file
+        memory: memory that it may take beyond the present use [bytes]; 0 sets no limit
+        ends: ends of the pipes of requests, of answers, and of the one whose closing ends this process
     """
     requests, sent, life = ends
     end_with(life)
     os.dup2(requests, 0)
-    # Prints of the library go where errors go, and not between the answers.
+    # What the library prints goes to the error output, not between the answers.
     os.dup2(2, 1)
     limit_memory(memory)
     begun = computed()
@@ -94,7 +94,7 @@ def read(kind: type, path: str, memory: int, ends: list[int]) -> None:
 
 
 def end_with(line: int) -> None:
-    """End when the other end of a pipe is closed, in native code too: the signal's default action is to end."""
+    """End this process when the other end of a pipe is closed, even in native code: by default SIGIO ends a process."""
     with contextlib.suppress(ImportError, AttributeError, OSError):
         import fcntl
 
@@ -103,7 +103,7 @@ def end_with(line: int) -> None:
 
 
 def limit_memory(more: int) -> None:
-    """Take no more memory [bytes] than now and some more; 0 sets no limit."""
+    """Limit the memory to the present use and some more [bytes]; 0 sets no limit."""
     with contextlib.suppress(ImportError, OSError, ValueError):
         import resource
 
@@ -114,7 +114,7 @@ def limit_memory(more: int) -> None:
 
 
 def computed() -> float:
-    """Computing time of this process until now [s]."""
+    """Computing time of this process so far [s]."""
     with contextlib.suppress(ImportError):
         import resource
 
@@ -124,7 +124,7 @@ def computed() -> float:
 
 
 def limit_time(seconds: float) -> None:
-    """Take no more computing time in all [s]; the process is ended then."""
+    """Limit the total computing time [s], beyond which the system ends the process."""
     with contextlib.suppress(ImportError, OSError, ValueError):
         import resource
 

@@ -1,4 +1,4 @@
-"""Slices of equal length from the lanes of a file, which are put in order and aligned."""
+"""Slices of equal length from the lanes of a file, with samples in order and lanes over the same time."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ Stretch = tuple[np.ndarray, dict[str, np.ndarray]]
 
 
 FEWEST = 0.1
-"""Samples per second [Hz] that a slice has at least; a slice costs some milliseconds, also with few samples."""
+"""Smallest mean sampling rate within a slice [Hz]; a slice costs some milliseconds, even with few samples."""
 
 
 class Slice(NamedTuple):
     """All channels over the same time.
 
-    A slice of fewer than `FEWEST` samples a second goes on until it has them: work follows the samples, whatever their
-    stamps are.
+    A slice with a lower mean sampling rate than `FEWEST` is extended until it has enough samples, so that the effort
+    depends on the number of samples, whatever their stamps are.
 
     Args:
-        channels: fit for use; notes on repairs count from the beginning of the recording
-        share: of the file that has been read, 0 to 1
+        channels: usable channels; notes on repairs count from the beginning of the recording
+        share: share of the file that has been read, 0 to 1
     """
 
     channels: list[Channel]
@@ -38,10 +38,10 @@ class Slice(NamedTuple):
 
 
 class _Clock:
-    """The channels that have their time stamps in common, put in order, waiting until a slice is full.
+    """Channels with common time stamps, whose sorted samples wait until a slice is full.
 
     Args:
-        channels: the first of them, of which nothing is kept but what they are called
+        channels: the first channels, of which only the descriptions are kept
     """
 
     def __init__(self, channels: list[Channel]):
@@ -51,7 +51,7 @@ class _Clock:
         self.waiting: list[Stretch] = []
 
     def add(self, channels: list[Channel]) -> None:
-        """Channels over the next stretch, as recorded."""
+        """Add the channels over the next stretch, as recorded."""
         time = np.asarray(channels[0].time, dtype=float)
         values = {channel.name: _values(channel, time) for channel in channels}
         self.about |= {channel.name: channel for channel in channels}
@@ -63,6 +63,7 @@ class _Clock:
         if self.repairs.in_order:
             self.waiting.append((time, values))
             return
+        # Late samples: only the stretches that overlap with them are sorted again.
         least = float(time.min())
         overlapping: list[Stretch] = []
         while self.waiting and self.waiting[-1][0][-1] > least:
@@ -72,11 +73,11 @@ class _Clock:
         self.waiting.append((joined[put], {name: each[put] for name, each in columns.items()}))
 
     def first(self) -> float:
-        """The first stamp that waits [s]; infinity where none does."""
+        """First stamp of the waiting samples [s]; infinity where none waits."""
         return float(self.waiting[0][0][0]) if self.waiting else math.inf
 
     def filled(self, samples: int) -> float:
-        """The stamp that follows on so many samples that wait [s]; infinity where there are no more."""
+        """Stamp that follows a number of waiting samples [s]; infinity where no more wait."""
         for time, _ in self.waiting:
             if samples < len(time):
                 return float(time[samples])
@@ -84,7 +85,7 @@ class _Clock:
         return math.inf
 
     def taken(self, stop: float) -> list[Channel]:
-        """The channels before `stop` [s], taken out of what waits."""
+        """Remove the waiting samples before `stop` [s] and return them as channels."""
         ready: list[Stretch] = []
         while self.waiting and self.waiting[0][0][0] < stop:
             time, values = self.waiting.pop(0)
@@ -114,7 +115,7 @@ def _values(channel: Channel, time: np.ndarray) -> np.ndarray:
 
 
 def _joined(stretches: list[Stretch], names: list[str]) -> Stretch:
-    """Stretches as one; a channel that one of them lacks is missing there."""
+    """Stretches joined to one; a channel that one of them lacks is NaN there."""
     if len(stretches) == 1 and len(stretches[0][1]) == len(names):
         return stretches[0]
     if not stretches:
@@ -135,11 +136,11 @@ def _joined(stretches: list[Stretch], names: list[str]) -> Stretch:
 
 
 class _Lane:
-    """One lane of a file: until when its channels are complete, and what of them waits.
+    """One lane of a file: the time up to which its channels are complete, and their waiting samples.
 
     Args:
-        pieces: of the file
-        allowance: counts the samples
+        pieces: pieces of the file
+        allowance: limit on the size of the samples
     """
 
     def __init__(self, pieces: Lane, allowance: Allowance):
@@ -148,7 +149,7 @@ class _Lane:
         self.reach, self.share = -math.inf, 0.0
 
     def advance(self) -> None:
-        """The next piece."""
+        """Read the next piece."""
         piece = next(self._pieces, None)
         if piece is None:
             self.reach, self.share = math.inf, 1.0
@@ -178,12 +179,12 @@ def slices(lanes: Iterable[Lane], seconds: float, allowance: Allowance) -> Itera
     """Consecutive slices of all lanes, which do not depend on the pieces; slices without a sample are left out.
 
     Args:
-        lanes: of a file; one lags behind another by no more than the pieces are long
+        lanes: lanes of a file; one lags behind another by no more than the length of a piece
         seconds: length of the slices [s], counted from the first stamp of all; infinity gives a single slice
-        allowance: counts the samples
+        allowance: limit on the size of the samples
 
     Raises:
-        InputError: a clock jumps back by more than LATE or stands still throughout, or the file unfolds to too much
+        InputError: a clock jumps back by more than LATE or stands still throughout, or the unpacked file is too large
     """
     running = [_Lane(lane, allowance) for lane in lanes]
     start = math.nan
@@ -193,7 +194,7 @@ def slices(lanes: Iterable[Lane], seconds: float, allowance: Allowance) -> Itera
         if until > -math.inf:
             while (first := _first(running)) < until:
                 start = first if math.isnan(start) else _begin(start, seconds, first)
-                # Beside a stamp of 1e18 s ten minutes are less than the last bit: then all the rest is one slice.
+                # At a stamp of 1e18 s ten minutes are less than the last bit: then all the rest is one slice.
                 stop = start + seconds if start + seconds > first else math.inf
                 stop = max(stop, _filled(running, seconds))
                 if stop > until:
@@ -211,7 +212,7 @@ def _first(lanes: list[_Lane]) -> float:
 
 
 def _filled(lanes: list[_Lane], seconds: float) -> float:
-    """Time at which the densest channels have the samples that a slice needs at least [s]."""
+    """Time at which the densest channels have the smallest number of samples of a slice [s]."""
     samples = math.floor(FEWEST * seconds) if math.isfinite(seconds) else 0
     return min((clock.filled(samples) for lane in lanes for clock in _clocks(lane)), default=math.inf)
 

@@ -1,4 +1,4 @@
-"""Columns of a table that are its time, and the columns that each of them times."""
+"""Time columns of a table, and the columns that belong to each of them."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.source import Column
 
 DATES = "YYYY-MM-DD hh:mm:ss.fff"
-"""The only way of writing dates that is read: in all others day and month may be taken for each other."""
+"""The only notation of dates that is read: in all others day and month may be confused."""
 
 OF_DAY = "hh:mm:ss.fff"
-"""The only way of writing times of a day that is read."""
+"""The only notation of times of a day that is read."""
 
 _NAMES = ("time", "t", "timestamp", "timestamps", "zeit", "time_s", "times", "seconds", "sec", "ts", "date", "datetime")
 
 
 SLOWEST = 1.0
-"""Rate [Hz] below which seconds are in doubt where no unit is given: no recording of a steering system is so slow."""
+"""Rate [Hz] below which seconds are doubtful where no unit is given: no recording of a steering system is so slow."""
 
 USUAL = (5.0, 20e3)
-"""Rates [Hz] of recordings of vehicles and motors, from coarse telemetry to phase currents."""
+"""Range of usual sampling rates [Hz], from coarse telemetry of vehicles to phase currents of motors."""
 
 FEWEST = 8
-"""Stamps from which a rate is taken."""
+"""Smallest number of stamps from which a rate is estimated."""
 
 
 @dataclass(frozen=True)
 class Clock:
-    """A time column and the columns that it times.
+    """A time column and the columns that belong to it.
 
     Args:
-        column: its name
-        columns: the columns timed by it
+        column: name of the time column
+        columns: names of the columns whose time it is
     """
 
     column: str
@@ -47,7 +47,7 @@ class Clock:
 
 
 def is_time(name: str) -> bool:
-    """Whether a column's title is one of a time."""
+    """Whether the title of a column indicates a time."""
     words = [word for word in re.split(r"[^a-z]+", name.lower()) if word]
     return _is_called_time(name) or bool({"time", "timestamp"} & set(words))
 
@@ -57,13 +57,13 @@ def _is_called_time(name: str) -> bool:
 
 
 def unread_clock(others: Sequence[Column], usable: Sequence[Column]) -> Column | None:
-    """The column that is the time by its title but cannot be read, where no usable one is the time as surely.
+    """The column whose title indicates the time but that cannot be read, where no usable one is as certain.
 
-    Another column ("lap_time", or a counter) must not take its place in silence. A date beside a time is no clock.
+    Otherwise another column ("lap_time", a counter) would take its place unnoticed. A date beside a time is no clock.
 
     Args:
         others: columns that cannot be read
-        usable: columns that can
+        usable: columns that can be read
     """
     titles = [column.title or column.name for column in usable]
     clocks = [column for column in others if is_time(column.title or column.name)]
@@ -78,15 +78,15 @@ def unread_clock(others: Sequence[Column], usable: Sequence[Column]) -> Column |
 def find_clocks(
     columns: Sequence[Column], increasing: Sequence[str] = (), given: TimeEntry = GUESSED
 ) -> tuple[Clock, ...]:
-    """The clocks of a table: its first time column and every repetition ("time.2"), each for what follows it.
+    """The clocks of a table: its first time column and every repetition ("time.2"), each for the columns after it.
 
     Args:
-        columns: in the order of the file
-        increasing: columns that count up throughout, used where no title is that of a time
-        given: by the user, which column is the time
+        columns: columns in the order of the file
+        increasing: names of columns that increase throughout, used where no title indicates a time
+        given: time column as given by the user
 
     Raises:
-        InputError: no column can be the time, or there is none of the given name
+        InputError: no column can be the time, or there is none with the given name
     """
     first = _named(given.column, columns) or next(
         (column for column in columns if is_time(column.title or column.name)), None
@@ -131,11 +131,11 @@ def _named(name: str | None, columns: Sequence[Column]) -> Column | None:
 
 
 def unit_of(column: Column, given: TimeEntry = GUESSED) -> str:
-    """The unit of a time column as given by the user, as written, or as its name ends.
+    """The unit of a time column: as given by the user, as stated by the file, or by the ending of its name.
 
     Args:
-        column: of the time
-        given: clock description of the user
+        column: the time column
+        given: time column as given by the user
 
     Returns:
         the unit as written; "" where none is given
@@ -145,11 +145,11 @@ def unit_of(column: Column, given: TimeEntry = GUESSED) -> str:
 
 
 def require_plausible_rate(clocks: Iterable[tuple[str, str, np.ndarray]]) -> None:
-    """Refuse time stamps without a unit that are too slow in seconds and usual in another unit.
+    """Refuse time stamps without a unit whose rate is too low in seconds and usual in another unit.
 
     Args:
-        clocks: (column, its unit as of `unit_of`, its first stamps as recorded) of all clocks of a table; while one
-            of them is fast enough, none is in doubt: others may belong to slow signals
+        clocks: (column, its unit by `unit_of`, its first stamps as recorded) of all clocks of a table; if one of them
+            is fast enough, none is doubtful: the others may belong to slow signals
 
     Raises:
         InputError: a unit has to be given; the message names the one that fits
@@ -184,11 +184,11 @@ def _in_doubt(rate: float, step: float, column: str, applied: str, fitting: Sequ
 
 
 def seconds(stamps: np.ndarray, unit: str, column: str) -> tuple[np.ndarray, str]:
-    """Time stamps in seconds, and the note on what was guessed.
+    """Time stamps in seconds, and the note on a guessed unit.
 
     Args:
         stamps: as recorded, shape (n,)
-        unit: as `unit_of` gives it; where it gives none, seconds, or the unit that makes large numbers a calendar date
+        unit: unit by `unit_of`; where it is "", seconds, or the unit that makes large numbers a calendar date
         column: its name, for the message
 
     Raises:

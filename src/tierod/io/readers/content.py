@@ -17,7 +17,7 @@ from tierod.core.errors import InputError
 from tierod.io.readers.limits import Allowance, limits
 
 BLOCK = 1 << 20
-"""Bytes of text that are read at a time."""
+"""Number of bytes of text that are read at a time."""
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,11 @@ class Content:
     """The bytes of a file.
 
     Args:
-        path: for messages
-        size: bytes that it takes where it lies
+        path: path for messages
+        size: size of the stored file [bytes]
         packed: whether it is packed with gzip
         piped: whether it came through a pipe
-        opened: its bytes as they lie there, from the beginning
+        opened: opens the stored bytes, from the beginning
     """
 
     path: Path
@@ -59,10 +59,10 @@ class Content:
 
 
 def content_of(path: Path, packed: bool) -> Content:
-    """The content of a file that lies on a disk.
+    """The content of a file on a disk.
 
     Args:
-        path: of the file
+        path: path of the file
         packed: whether it is compressed with gzip
     """
     return Content(path, path.stat().st_size, packed, False, lambda: path.open("rb"))
@@ -72,11 +72,11 @@ def spooled(path: Path, pipe: IO[bytes]) -> Content:
     """Content from a pipe, kept in a temporary file so that it can be read again.
 
     Args:
-        path: of the pipe, for messages
-        pipe: open for reading
+        path: path of the pipe, for messages
+        pipe: pipe that is open for reading
 
     Raises:
-        InputError: more comes than is allowed, or the disk is full
+        InputError: the content is larger than is allowed, or the disk is full
     """
     allowance = Allowance(path, 0)
     kept, head = Kept(), b""
@@ -91,13 +91,14 @@ def spooled(path: Path, pipe: IO[bytes]) -> Content:
 
 
 class Kept:
-    """A temporary file without a name; it goes with this object.
+    """A temporary file without a name, which is removed with this object.
 
     Raises:
         OSError: there is no room for it
     """
 
     def __init__(self) -> None:
+        # A bare descriptor for `pread`: several streams may read at once, since they share no position.
         with tempfile.TemporaryFile() as file:
             self.descriptor = os.dup(file.fileno())
         self.size = 0
@@ -111,7 +112,7 @@ class Kept:
             left, self.size = left[written:], self.size + written
 
     def read(self, count: int, at: int) -> bytes:
-        """Some bytes from a place on; fewer at the end."""
+        """A number of bytes from a position on; fewer at the end."""
         return os.pread(self.descriptor, count, at)
 
 
@@ -124,7 +125,7 @@ class Stream(_Raw):
     """Blocks of bytes as a stream, for libraries that read one.
 
     Args:
-        blocks: of any length
+        blocks: blocks of any length
     """
 
     def __init__(self, blocks: Iterable[bytes]):
@@ -144,7 +145,7 @@ class Stream(_Raw):
 
 
 class _Again(_Raw):
-    """Stream of the kept content, from its beginning."""
+    """Stream of the kept content from its beginning."""
 
     def __init__(self, kept: Kept):
         self._kept, self._at = kept, 0
@@ -157,7 +158,7 @@ class _Again(_Raw):
 
 
 class _Unpacked(_Raw):
-    """A packed file, whose unpacked bytes are counted."""
+    """Stream of the unpacked bytes of a packed file, which are counted."""
 
     def __init__(self, content: Content):
         self._content, self._file = content, content.opened()
@@ -176,7 +177,7 @@ class _Unpacked(_Raw):
         return len(data)
 
     def close(self) -> None:
-        """Close the file too."""
+        """Close the stream and the packed file."""
         self._packed.close()
         self._file.close()
         super().close()
@@ -186,10 +187,10 @@ def whole_lines(blocks: Iterable[bytes], path: Path | str, quotes: bool = False,
     """Blocks of bytes cut again at the ends of lines, so that no line is in two of them.
 
     Args:
-        blocks: of any length
-        path: of the file, for the message
+        blocks: blocks of any length
+        path: path of the file, for the message
         quotes: whether an end of line between quotation marks is part of a cell
-        end: of a line
+        end: bytes that end a line
 
     Raises:
         InputError: a line is longer than is allowed
@@ -210,11 +211,12 @@ def whole_lines(blocks: Iterable[bytes], path: Path | str, quotes: bool = False,
 
 
 def _last_end(rest: bytes, block: bytes, quotes: bool, end: bytes) -> int:
-    """The place after the last end of line of a block; 0 where there is none."""
+    """The position after the last end of line in a block; 0 where there is none."""
     cut = block.rfind(end) + 1
     if not quotes:
         return cut
     marks = (rest.count(b'"') + block.count(b'"', 0, cut)) % 2
+    # After an odd number of quotation marks the end of line is part of a cell.
     while cut and marks:
         before = block.rfind(end, 0, cut - 1) + 1
         marks = (marks + block.count(b'"', before, cut)) % 2

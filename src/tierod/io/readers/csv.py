@@ -27,7 +27,7 @@ from tierod.io.readers.csv_layout import Layout, find_layout
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
 DAY = 86400.0
-"""[s]"""
+"""Length of a day [s]."""
 
 
 def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
@@ -35,10 +35,10 @@ def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
 
     Args:
         content: the bytes of the file
-        time: column of the time, as a user gives it; not looked at in a file that tierod wrote
+        time: time column as given by a user; ignored in a file that tierod wrote
 
     Raises:
-        InputError: no table of numbers with a time column is in it
+        InputError: it holds no table of numbers with a time column
     """
     path = content.path
     head = head_of(content)
@@ -87,13 +87,13 @@ def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
 def _clocks(
     path: Path, columns: Sequence[Column], head: dict[str, np.ndarray], time: TimeEntry
 ) -> tuple[tuple[Clock, ...], dict[str, str]]:
-    """The clocks, and the unit of each; "" where none is given."""
+    """The clocks, and the unit of each, which is "" where none is given."""
     increasing = [name for name, part in head.items() if len(part) > 2 and bool((part[1:] > part[:-1]).all())]
     try:
         clocks = find_clocks(columns, increasing, time)
         by_name = {column.name: column for column in columns}
         units = {clock.column: unit_of(by_name[clock.column], time) for clock in clocks}
-        # Where one clock is a date, time is beyond doubt.
+        # Only where all clocks are numbers: a date leaves no doubt about the time.
         if all(name in head for name in units):
             require_plausible_rate((name, unit, head[name]) for name, unit in units.items())
     except InputError as error:
@@ -112,15 +112,15 @@ def _refuse_text_as_clock(path: Path, layout: Layout, usable: Sequence[Column]) 
 
 @dataclass
 class Lines:
-    """The columns with one clock, block by block.
+    """Reads the columns with one clock, block by block.
 
     Args:
-        table: of the file
-        clock: that times them
-        unit: of the clock; "" where none is given
-        names: of the columns
-        padded: whether rows without a stamp only fill the table up, beside longer columns
-        broken: takes the note on broken lines
+        table: the text table
+        clock: clock of the columns
+        unit: unit of the clock; "" where none is given
+        names: names of the columns
+        padded: whether rows without a stamp are only padding beside longer columns
+        broken: list that receives the note on broken lines; None where another reader gives it
     """
 
     table: Table
@@ -132,7 +132,7 @@ class Lines:
     bad: dict[str, int] = field(default_factory=dict)
 
     def pieces(self) -> Lane:
-        """The channels, from the first line to the last."""
+        """The channels block by block, from the first line to the last."""
         layout = self.table.layout
         columns = {column.name: column for column in layout.columns}
         about = {each["name"]: each for each in layout.about.get("channels", {}).values()}
@@ -171,7 +171,7 @@ class Lines:
 
 
 def _past_midnight(time: np.ndarray, last: float) -> np.ndarray:
-    """Times of a day [s], (n,), that go on past midnight, after the last one (NaN at first); dates as they are."""
+    """Times of a day [s], (n,), continued past midnight from the last one (NaN at first); dates unchanged."""
     there = np.flatnonzero(np.isfinite(time))
     if not len(there) or not (time[there] < DAY).all():
         return time
@@ -182,7 +182,7 @@ def _past_midnight(time: np.ndarray, last: float) -> np.ndarray:
 
 
 def _beginning(head: bytes, table: Table) -> dict[str, np.ndarray]:
-    """The beginning of the columns of numbers."""
+    """The first samples of the columns of numbers."""
     part = head[: table.layout.begin + (1 << 16)]
     part = part[: part.rfind(table.end) + 1] if len(part) < len(head) else part
     part = part[table.layout.begin :]
@@ -197,4 +197,4 @@ FORMAT = Format(
     lambda head, ending: False,
     text=True,
 )
-"""No beginning is that of a text table: any text that is nothing else is taken for one."""
+"""It recognises no beginning: any text that is of no other format is read as a text table."""

@@ -1,4 +1,4 @@
-"""The cells of a text table: its rows in blocks, numbers, dates and decimal commas."""
+"""Cells of a text table: its rows in blocks, numbers, dates and decimal commas."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Table:
 
     Args:
         content: the bytes of the file
-        layout: how they are laid out
-        end: of a line
-        size: bytes of the unpacked text in UTF-8
-        lines: of data
-        quotes: quotation marks in the data
+        layout: layout of the text
+        end: bytes that end a line
+        size: size of the data as unpacked text [bytes]
+        lines: number of lines of data
+        quotes: number of quotation marks in the data
     """
 
     content: Content
@@ -48,12 +48,12 @@ class Table:
 
     @property
     def quoted(self) -> bool:
-        """Whether quotation marks quote; not where their number is odd: an open one would hide lines up to the next."""
+        """Whether quotation marks enclose cells; not where their number is odd: an open one would swallow lines."""
         return self.quotes > 0 and self.quotes % 2 == 0
 
 
 def head_of(content: Content) -> bytes:
-    """The beginning of the text, more than the layout is found from, in UTF-8.
+    """The beginning of the text, longer than the sample for the layout, in UTF-8.
 
     Args:
         content: the bytes of the file
@@ -71,8 +71,8 @@ def counted(content: Content, layout: Layout, end: bytes) -> Table:
 
     Args:
         content: the bytes of the file
-        layout: how they are laid out
-        end: of a line
+        layout: layout of the text
+        end: bytes that end a line
     """
     size = lines = quotes = 0
     last = b""
@@ -84,7 +84,7 @@ def counted(content: Content, layout: Layout, end: bytes) -> Table:
 
 
 def _below(blocks: Iterable[bytes], begin: int) -> Iterator[bytes]:
-    """The blocks without the first bytes."""
+    """The blocks without the first `begin` bytes."""
     for block in blocks:
         if begin < len(block):
             yield block[begin:]
@@ -92,7 +92,7 @@ def _below(blocks: Iterable[bytes], begin: int) -> Iterator[bytes]:
 
 
 def _in_utf8(content: Content) -> Iterator[bytes]:
-    """The text as it is, or in UTF-8 where it is in UTF-16."""
+    """The text as stored, or converted to UTF-8 where it is in UTF-16."""
     decoder: Any = None
     for place, block in enumerate(content.blocks()):
         if place == 0 and block[:2] in (b"\xff\xfe", b"\xfe\xff"):
@@ -107,7 +107,7 @@ _FRACTION = re.compile(r"\.\d+")
 
 
 class Rows(NamedTuple):
-    """A block of lines as a table of Arrow, and how many of them have another number of cells than the table."""
+    """A block of lines as an Arrow table, and the number of broken lines, with another number of cells."""
 
     table: Any
     broken: int
@@ -118,11 +118,11 @@ def numbers(block: bytes, table: Table, names: Sequence[str]) -> tuple[Rows, dic
 
     Args:
         block: whole lines, in UTF-8
-        table: that they belong to
-        names: of the columns
+        table: table that they belong to
+        names: names of the columns
 
     Returns:
-        rows, columns of numbers as floats by name, and cells that are no number by name of the column
+        rows, columns of numbers as floats by name, and number of cells that are no number by name of the column
 
     Raises:
         InputError: the lines cannot be split into cells
@@ -130,6 +130,7 @@ def numbers(block: bytes, table: Table, names: Sequence[str]) -> tuple[Rows, dic
     import pyarrow as pa
 
     plain = [name for name in names if name not in table.layout.dates]
+    # Where one cell is no number, Arrow refuses the whole block; then its cells are converted one by one.
     try:
         rows = _rows(block, table, names, pa.float64())
         return rows, {name: floats(rows.table[name]) for name in plain}, {}
@@ -142,7 +143,7 @@ def numbers(block: bytes, table: Table, names: Sequence[str]) -> tuple[Rows, dic
 
 
 def _as_text(block: bytes, table: Table, names: Sequence[str]) -> Rows:
-    """The rows with the cells as they are written."""
+    """The rows, with the cells as text."""
     import pyarrow as pa
 
     try:
@@ -188,7 +189,7 @@ def _rows(block: bytes, table: Table, names: Sequence[str], kind: pa.DataType) -
 
 
 def _copied(block: bytes) -> pa.Buffer:
-    """The block in memory of Arrow: a thread of the library that frees Python's as the process ends aborts it.
+    """The block in memory of Arrow: a library thread that freed memory of Python at exit would abort the process.
 
     For the same reason `skip` is called on this thread alone.
     """
@@ -201,7 +202,7 @@ def _copied(block: bytes) -> pa.Buffer:
 
 
 def _in_unicode(block: bytes) -> bytes:
-    """The block with marks where it is in no Unicode: the library decodes the lines that are broken."""
+    """The block with replacement characters where it is not UTF-8, since the library decodes broken lines."""
     if not block.isascii():
         try:
             block.decode()
@@ -211,7 +212,7 @@ def _in_unicode(block: bytes) -> bytes:
 
 
 def _tolerant(column: pa.ChunkedArray, decimal: str) -> tuple[np.ndarray, int]:
-    """Cells as floats, each by itself, and how many of them are no number."""
+    """Cells as floats, each by itself, and the number of cells that are no number."""
     import pyarrow as pa
     import pyarrow.compute as compute
 
@@ -237,8 +238,8 @@ def calendar(column: pa.ChunkedArray, name: str) -> np.ndarray:
     """A column of dates in seconds since 1970, or of times of a day since midnight, (n,); NaN where a cell is missing.
 
     Args:
-        column: of texts, of Arrow; dates without a zone are in UTC
-        name: of the column, for the message
+        column: Arrow column of texts; dates without a zone are in UTC
+        name: name of the column, for the message
 
     Raises:
         InputError: a cell is no date
@@ -247,7 +248,7 @@ def calendar(column: pa.ChunkedArray, name: str) -> np.ndarray:
     import pyarrow.compute as compute
 
     column = compute.replace_substring(compute.utf8_trim_whitespace(column), ",", ".")
-    # A day that begins at zero, where no date is written.
+    # A time of day without a date counts from midnight of day zero.
     column = compute.replace_substring_regex(column, r"^(\d\d:)", r"1970-01-01 \1")
     for zone in (None, "UTC"):
         with contextlib.suppress(pa.ArrowException):
@@ -263,7 +264,8 @@ def calendar(column: pa.ChunkedArray, name: str) -> np.ndarray:
 
 
 def _instant(cell: str) -> float:
-    """Seconds since 1970 of a date with a time zone, or of one in UTC."""
+    """Seconds since 1970 of a date with a time zone, or in UTC without one."""
+    # `fromisoformat` keeps microseconds only, so that the fraction is added as a number.
     moment = datetime.fromisoformat(_FRACTION.sub("", cell.strip()))
     fraction = _FRACTION.search(cell)
     whole = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()

@@ -1,4 +1,4 @@
-"""Layout of a text table: delimiter, decimal sign, where the data begin, names and units of the columns."""
+"""Layout of a text table: delimiter, decimal sign, begin of the data, names and units of the columns."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from tierod.io.readers.clocks import is_time
 from tierod.io.readers.source import Column
 
 SAMPLE = 1 << 17
-"""Bytes from the beginning that are looked at."""
+"""Number of bytes at the beginning from which the layout is found."""
 
 COMMENT = "# tierod "
-"""How the line begins that the CSV writer puts first."""
+"""Beginning of the first line that the CSV writer writes."""
 
 _NUMBER = re.compile(r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$|^\s*[-+]?(inf|infinity)\s*$", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*$")
@@ -34,14 +34,14 @@ class Layout:
     """The layout of a text table.
 
     Args:
-        delimiter: between cells
-        decimal: "." or ","
-        begin: bytes before the first line of data
-        columns: in the order of the file
+        delimiter: sign between cells
+        decimal: decimal sign, "." or ","
+        begin: number of bytes before the first line of data
+        columns: columns in the order of the file
         numeric: names of the columns that hold numbers
         dates: names of the columns that hold calendar times, or times of a day
-        texts: a cell of every column that holds neither
-        about: what the CSV writer of tierod wrote about the channels
+        texts: an example of a cell of every column that holds neither, by name
+        about: description of the channels by the CSV writer of tierod; empty in any other file
     """
 
     delimiter: str
@@ -61,7 +61,7 @@ def find_layout(data: bytes) -> Layout:
         data: the file, or enough from its beginning; UTF-8 or Latin-1
 
     Raises:
-        InputError: no table of numbers is in it
+        InputError: it holds no table of numbers
     """
     lines = _lines(data)
     best: tuple[float, str, str] = (0.0, "", "")
@@ -75,7 +75,7 @@ def find_layout(data: bytes) -> Layout:
 
 
 def _lines(data: bytes) -> list[tuple[int, str]]:
-    """(offset, text) of the first lines; a line that the sample cuts is left out."""
+    """(offset, text) of the first lines; a line that is cut at the end of the sample is left out."""
     sample = data[:SAMPLE]
     parts = sample.splitlines(keepends=True)
     if len(data) > SAMPLE and len(parts) > 1:
@@ -100,7 +100,7 @@ def _is_number(cell: str, decimal: str) -> bool:
 
 
 def _score(lines: list[str], delimiter: str, decimal: str) -> float:
-    """Numbers in the last lines, read this way, times their share of all cells; 0 where this is no table."""
+    """Number of numeric cells in the last lines, times their share of all cells; 0 where this is no table."""
     tail = [_cells(line, delimiter) for line in lines[-40:] if line.strip()]
     if not tail:
         return 0.0
@@ -109,6 +109,7 @@ def _score(lines: list[str], delimiter: str, decimal: str) -> float:
     if width < 2 or len(rows) < 0.5 * len(tail):
         return 0.0
     numbers = sum(_is_number(cell, decimal) for row in rows for cell in row)
+    # The decimal point wins a tie.
     return numbers * numbers / (width * len(rows)) + 0.5 * (decimal == ".") if numbers >= len(rows) else 0.0
 
 
@@ -156,7 +157,7 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
 
 
 def _refuse_split_decimals(header: list[list[str]], delimiter: str, width: int) -> None:
-    """Refuse numbers with a decimal comma in a table with commas between its cells, which double their number."""
+    """Refuse a decimal comma in a table with commas between its cells, which doubles the number of cells."""
     named = max((sum(map(bool, cells)) for cells in header), default=width)
     if delimiter == "," and width > 2 and named <= (width + 2) // 2:
         raise InputError(
@@ -166,7 +167,7 @@ def _refuse_split_decimals(header: list[list[str]], delimiter: str, width: int) 
 
 
 def _as_written(column: Column, about: Mapping[str, Any]) -> Column:
-    """The column under the name that the CSV writer of tierod gave it, else as it is."""
+    """The column under the name that the CSV writer of tierod recorded, else unchanged."""
     entry = about.get("channels", {}).get(column.name)
     return column if entry is None else Column(entry["name"], entry["unit"], entry["name"])
 
@@ -177,7 +178,7 @@ def _mostly(rows: list[list[str]], place: int, test: Callable[[str], bool]) -> b
 
 
 def _is_data(body: list[list[str]], at: int, width: int, places: list[int], decimal: str) -> bool:
-    """Whether the data begin here: numbers stand in the columns of numbers, in this row and the next ones."""
+    """Whether the data begin here: this row and the next ones have numbers in the columns of numbers."""
     for cells in body[at : at + 3]:
         if len(cells) != width:
             return False
@@ -224,7 +225,7 @@ def _titles(header: list[list[str]], width: int) -> tuple[list[str], list[str]]:
 
 
 def _repeats(row: list[str]) -> bool:
-    """Whether a label stands in front of every channel, over a column of time stamps of its own."""
+    """Whether the label is repeated before every channel, above a time column of that channel."""
     return len(row) > 1 and (row.count(row[0]) > 1 or len(row) == 2)
 
 

@@ -1,4 +1,4 @@
-"""Databases of CAN messages (DBC), and which of their messages a log holds."""
+"""Databases of CAN messages (DBC), and the decoding of the messages that a log holds."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class Found:
     """A message of the database that a log holds.
 
     Args:
-        message: as cantools describes it
-        prefix: of the names of its signals
+        message: description of the message by cantools
+        prefix: prefix of the names of its signals
         where: identifier and bus, for the source of a channel
     """
 
@@ -50,7 +50,7 @@ def load_databases(paths: Sequence[str | Path]) -> list[Message]:
 
     Raises:
         MissingExtra: cantools is not installed
-        InputError: a file that cannot be read or is no database
+        InputError: a file cannot be read or is no database
     """
     try:
         import cantools  # noqa: F401
@@ -72,7 +72,7 @@ def load_databases(paths: Sequence[str | Path]) -> list[Message]:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Without what cantools warns and logs of names that come twice: identifiers decide here."""
+    """Suppress warnings and log entries of cantools about duplicate names: here identifiers decide."""
     logger = logging.getLogger("cantools")
     level = logger.level
     logger.setLevel(logging.ERROR)
@@ -85,9 +85,9 @@ def _quiet() -> Iterator[None]:
 
 
 def _database(path: Path, content: bytes) -> CanDatabase | DiagnosticsDatabase:
-    """A database; entries on signals that it does not describe, which cantools refuses, are left out of a DBC.
+    """A database; entries of a DBC on signals that it does not describe, which cantools refuses, are left out.
 
-    Its letters are those that cantools expects: Windows-1252 in a DBC and SYM file, UTF-8 in all others.
+    The encoding is that which cantools expects: Windows-1252 of DBC and SYM files, UTF-8 of all others.
     """
     import cantools.database
 
@@ -109,8 +109,8 @@ def match_messages(log: Heard, database: Sequence[Message]) -> dict[tuple[int, i
     """The messages of a database that a log holds, one per message, bus and sender, by bus and identifier.
 
     Args:
-        log: what is in the log
-        database: messages as cantools gives them
+        log: content of the log
+        database: descriptions of messages by cantools
 
     Raises:
         InputError: the log holds none of them; identifiers of both sides are named
@@ -123,6 +123,7 @@ def match_messages(log: Heard, database: Sequence[Message]) -> dict[tuple[int, i
     for (bus, identifier), count in log.counts.items():
         ids[identifier] = ids.get(identifier, 0) + count
         message = exact.get(identifier)
+        # In J1939, priority and sender in an identifier may differ from those in the database.
         if message is None and identifier & EXTENDED:
             message = groups.get(parameter_group(identifier & ~EXTENDED))
         if message is None or message.is_container:
@@ -155,10 +156,10 @@ class Described:
     """Description of the frames of a bus by databases.
 
     Args:
-        found: the messages that came, by bus and identifier
-        places: of every signal that came, by the name of its column: its message, and the signal
-        columns: "Message.Signal"
-        silent: columns of messages that did not come
+        found: messages in the log, by bus and identifier
+        places: (bus and identifier of its message, signal) of every signal in the log, by the name of its column
+        columns: columns "Message.Signal"
+        silent: names of the columns of messages that are not in the log
     """
 
     found: dict[tuple[int, int], Found]
@@ -178,7 +179,7 @@ class Described:
 def described(content: Heard, database: Sequence[Message]) -> Described:
     """Description of the received frames by databases.
 
-    A message that several buses or senders carry keeps its plain name for the first and gets a prefix for the others.
+    A message on several buses or from several senders keeps its plain name for the first, the others get a prefix.
 
     Raises:
         InputError: none of the frames is in the databases
@@ -197,10 +198,10 @@ def bus_source(log: Log, content: Heard, database: Sequence[Message], metadata: 
     """A CAN log with its database as a source of columns named "Message.Signal".
 
     Args:
-        log: that is read again for every reading
-        content: what is in it
-        database: messages
-        metadata: what else is known of the log
+        log: log, which is read again for every reading
+        content: content of the log
+        database: descriptions of messages
+        metadata: further metadata of the log
     """
     known = described(content, database)
 
@@ -217,7 +218,7 @@ def _decoded(
     found: dict[tuple[int, int], Found],
     wanted: dict[tuple[int, int], list[tuple[str, Signal]]],
 ) -> Lane:
-    """The wanted signals of a log, block by block; at first all without a sample: a message may come late."""
+    """The wanted signals of a log, block by block; the first piece has all without samples: a message may come late."""
     yield Piece([channel for key, items in wanted.items() for channel in silent_channels(found[key], items)])
     done = 0
     for frames in InOrder(log):
@@ -237,9 +238,9 @@ class Rows:
 
     Args:
         time: [s], shape (n,)
-        payloads: their bytes
-        length: bytes of each payload, shape (n,)
-        shortest: the least of them
+        payloads: bytes of the frames
+        length: number of bytes of each payload, shape (n,)
+        shortest: smallest of these numbers
     """
 
     time: np.ndarray
@@ -249,13 +250,13 @@ class Rows:
 
     @staticmethod
     def of(frames: Frames, index: np.ndarray) -> Rows:
-        """Some rows of the frames."""
+        """Those rows of the frames that an index selects."""
         length = frames.length[index]
         return Rows(frames.time[index], Payloads(frames.payload[index]), length, int(length.min()))
 
 
 def silent_channels(entry: Found, items: Sequence[tuple[str, Signal]]) -> list[Channel]:
-    """Signals of a message without a sample; those that every frame carries share their time stamps."""
+    """Signals of a message, without samples; those that every frame carries share their time stamps."""
     none = np.empty((0, 8), dtype=np.uint8)
     rows = Rows(np.empty(0), Payloads(none), np.empty(0, dtype=int), 8)
     return [channel_of(name, entry, item, rows) for name, item in items]
@@ -265,7 +266,7 @@ def channel_of(name: str, entry: Found, item: Signal, rows: Rows) -> Channel:
     """A signal of some frames of its message, in the unit of the database.
 
     Args:
-        name: of the column
+        name: name of the column
         entry: the message
         item: the signal
         rows: the frames
@@ -289,7 +290,7 @@ def selected(message: Message, item: Signal, rows: Rows) -> np.ndarray | None:
 
 
 def physical(message: Message, item: Signal, rows: Rows) -> np.ndarray:
-    """The values of a signal; NaN where the frame is too short for it, or a J1939 sender has none to give."""
+    """The values of a signal; NaN where the frame is too short for it, or a J1939 sender marks it as without value."""
     raw = _raw(item, rows)
     with np.errstate(all="ignore"):
         values = raw.astype(float)

@@ -1,4 +1,4 @@
-"""Results of CarMaker (ERG): rows of fixed length, described in a text file beside them."""
+"""Result files of CarMaker (ERG): rows of fixed length, described in a text file beside them."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _TYPES = {
     "UInt": "u4", "Short": "i2", "UShort": "u2", "Char": "i1", "UChar": "u1",
 }  # fmt: skip
 ROWS = 1 << 15
-"""Rows that are read at a time."""
+"""Number of rows that are read at a time."""
 
 
 class Quantity(NamedTuple):
-    """One column of the rows: name, type of NumPy, unit, factor and offset of the stored number."""
+    """One column of the rows: name, NumPy type, unit, factor and offset of the stored number."""
 
     name: str
     kind: str
@@ -37,7 +37,7 @@ def open_erg(path: Path) -> Source:
     """A result file of CarMaker with its ".info" beside it.
 
     Raises:
-        InputError: that is missing or damaged, does not fit the rows, or there is no time
+        InputError: the description is missing or damaged, does not fit the rows, or there is no time
     """
     info = path.with_name(path.name + ".info")
     if not info.is_file():
@@ -46,7 +46,7 @@ def open_erg(path: Path) -> Source:
     try:
         order = "<" if facts["File.ByteOrder"] == "LittleEndian" else ">"
         quantities = _quantities(facts)
-        # Quantities of bytes fill the gaps between the others, and may share a name.
+        # Fields are named by number: quantities of bytes, which fill gaps between the others, may share a name.
         row = np.dtype([(str(number), order + each.kind) for number, each in enumerate(quantities)])
     except (KeyError, ValueError, TypeError) as error:
         raise InputError(f"{info} is damaged and does not describe {path} ({error}); copy both files again") from None
@@ -71,7 +71,7 @@ def open_erg(path: Path) -> Source:
 
 
 def _facts(text: str) -> dict[str, str]:
-    """key = value of every line."""
+    """Values of the lines "key = value", by key."""
     found = {}
     for line in text.splitlines():
         key, equal, value = line.partition("=")

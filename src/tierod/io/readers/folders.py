@@ -11,7 +11,7 @@ from tierod.io.readers.content import Content
 
 
 def holds_bag(folder: Path) -> bool:
-    """Whether a folder is a ROS 2 bag: its description lies beside its data."""
+    """Whether a folder is a ROS 2 bag, with its description beside its data."""
     return (folder / "metadata.yaml").is_file() and bool(bag_files(folder))
 
 
@@ -24,8 +24,8 @@ def beside_bag(folder: Path, endings: Iterable[str]) -> str:
     """A sentence on recordings in the folder of a bag that are no part of it; "" where there are none.
 
     Args:
-        folder: of a ROS 2 bag
-        endings: of recordings that can be read
+        folder: folder of a ROS 2 bag
+        endings: endings of recordings that can be read
     """
     known = set(endings)
     own = set(bag_files(folder))
@@ -37,7 +37,7 @@ def beside_bag(folder: Path, endings: Iterable[str]) -> str:
 
 
 def folder_content(folder: Path) -> Content:
-    """The content of a folder, which only its own reader opens."""
+    """The content of a folder, which only the reader of bags can open."""
 
     def opened() -> IO[bytes]:
         raise InputError(f"{folder} is a folder; give one recording in it")

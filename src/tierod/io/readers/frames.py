@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from cantools.database.can import Signal
 
 EXTENDED = 1 << 31
-"""Marks a 29-bit identifier in `Frames.identifier`."""
+"""Flag of a 29-bit identifier in `Frames.identifier`."""
 
 MOST_BUSES = 64
-"""Buses of a log at the most: where more names stand in their place, the log is damaged, or none."""
+"""Largest number of buses of a log: with more names in their place, the log is damaged, or is none."""
 
 IDENTIFIERS = 1 << 29
-"""How many identifiers there are: those of extended frames have 29 bits."""
+"""Number of possible identifiers: those of extended frames have 29 bits."""
 
 _STANDARD = 0x7FF
 """The largest identifier of 11 bits; a damaged log may hold larger ones of three digits."""
@@ -37,10 +37,10 @@ class Frames:
         identifier: shape (n,), uint32, EXTENDED added for 29-bit identifiers
         bus: number of the bus in `buses`, shape (n,)
         payload: bytes, shape (n, width), zero beyond the length
-        length: bytes of the payload, shape (n,)
+        length: number of bytes of the payload, shape (n,)
         buses: names of the buses
         origin: calendar time of the stamp zero [s]
-        notes: what was lost or repaired while reading
+        notes: notes on losses and repairs while reading
     """
 
     time: np.ndarray
@@ -77,7 +77,7 @@ def messages(frames: Frames) -> Iterator[Message]:
 
 
 def _codes(frames: Frames, keys: np.ndarray) -> np.ndarray:
-    """Numbers in the order of the keys, in 16 bits where they fit, because those are sorted in linear time."""
+    """Numbers in the order of the keys, in 16 bits where they fit, because NumPy sorts those in linear time."""
     if len(frames.buses) <= 32 and (frames.identifier <= _STANDARD).all():
         return (frames.bus << np.uint16(11)) | frames.identifier.astype(np.uint16)
     found = np.unique(keys)
@@ -127,7 +127,7 @@ Name = TypeVar("Name", int, str)
 
 
 def bus_number(buses: dict[Name, int], name: Name) -> int:
-    """The number of a bus, a new one for a name that was not there before.
+    """The number of a bus; a new name gets the next number.
 
     Raises:
         InputError: the log names more buses than there can be
@@ -151,7 +151,7 @@ _SAYS_NOTHING = re.compile(
     r"|do ?n.?o?t[ _-]*care|no[ _-]*action",
     re.IGNORECASE,
 )
-"""How databases call the states that carry no value."""
+"""Pattern of the names that databases give to states without a value."""
 
 
 def parameter_group(identifier: int) -> int:
@@ -168,11 +168,11 @@ def without_value(item: Signal, raw: np.ndarray) -> np.ndarray | None:
     0b11 not available (of a command: take no action). Of four bits: 0xE error, 0xF not available (SPN 1675).
     Of 3, 5, 6 and 7 bits only all ones is not available: the value below may be a state (SPN 527, 0b110: accelerator
     override). One bit cannot code it. Commands that use all four states of two bits exist (SPN 695): a state that the
-    database calls otherwise than error or not available is kept.
+    database names otherwise than error or not available is kept.
 
     Args:
-        item: the signal as cantools describes it
-        raw: its raw values, unsigned where they can say it, shape (n,)
+        item: description of the signal by cantools
+        raw: its raw values, shape (n,); unsigned for a signal that has such codes
     """
     if item.is_signed or item.is_float or not 2 <= item.length <= LONGEST:
         return None

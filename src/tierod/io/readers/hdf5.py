@@ -21,7 +21,7 @@ from tierod.io.readers.reader_process import ReaderProcess
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
 SAMPLES = 1 << 16
-"""Samples of a vector that are read at a time."""
+"""Number of samples of a vector that are read at a time."""
 
 
 class Data(NamedTuple):
@@ -34,25 +34,25 @@ class Data(NamedTuple):
 
     @property
     def parts(self) -> list[str]:
-        """Names from the outermost group to the vector."""
+        """Names along the path, from the outermost group to the vector."""
         return [part for part in self.path.replace("\0", "/").split("/") if part]
 
 
 class Timed(NamedTuple):
-    """A vector with its time: a vector, or the period of its samples [s]."""
+    """A vector with its time: another vector, or its sampling interval [s]."""
 
     data: Data
     clock: Data | float
 
 
 def open_hdf5(path: Path, given: TimeEntry = GUESSED) -> Source:
-    """A MATLAB 7.3 or HDF5 file: every group (structure) with vectors beside a time vector or a sampling period.
+    """A MATLAB 7.3 or HDF5 file: every group (structure) with vectors beside a time vector or a sampling interval.
 
     A vector without a time in its own group takes that of a group around it, where the lengths agree.
 
     Args:
-        path: of the file
-        given: vector of the time, as a user gives it
+        path: path of the file
+        given: time vector as given by a user
 
     Raises:
         MissingExtra: h5py is not installed
@@ -130,7 +130,7 @@ def _clock(members: Sequence[Data], given: TimeEntry) -> Data | float | None:
 
 
 def _named(timed: Sequence[Timed]) -> dict[str, Timed]:
-    """Datasets by the shortest name that is unique: that of the vector alone, or with its groups."""
+    """Vectors by the shortest name that is unique: that of the vector alone, or with its groups."""
     often: dict[str, int] = {}
     for each in timed:
         often[each.data.parts[-1]] = often.get(each.data.parts[-1], 0) + 1
@@ -145,7 +145,7 @@ def _part(process: ReaderProcess, names: Sequence[str], begin: int, end: int) ->
 
 
 def _lane(process: ReaderProcess, signals: dict[str, Timed], units: dict[str, str]) -> Lane:
-    """The signals that have their time in common."""
+    """The signals with a common time, piece by piece."""
     first = next(iter(signals.values()))
     clock, count = first.clock, first.data.length
     count = max(each.data.length for each in signals.values()) if not isinstance(clock, Data) else count
@@ -159,6 +159,7 @@ def _lane(process: ReaderProcess, signals: dict[str, Timed], units: dict[str, st
         values = _part(process, [each.data.path for each in signals.values()], begin, end)
         channels = []
         for (name, each), part in zip(signals.items(), values, strict=True):
+            # Beside a sampling interval the vectors may differ in length.
             stamps = time if len(part) == len(time) else time[: len(part)]
             channels.append(Channel(name, stamps, part, each.data.unit, "/".join(each.data.parts), note))
         yield Piece(channels, end / count)

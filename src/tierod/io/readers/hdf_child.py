@@ -1,18 +1,18 @@
-"""HDF5 and MATLAB 7.3 files through h5py, in the process of `tierod.io.readers.child`; imports nothing of tierod."""
+"""Reader of HDF5 and MATLAB 7.3 files through h5py for the process of `tierod.io.readers.child`; imports no tierod."""
 
 from __future__ import annotations
 
 from typing import Any
 
 MOST = 20_000
-"""Data sets that are listed."""
+"""Largest number of data sets in a file."""
 
 
 class Reader:
-    """One file.
+    """Reads one file.
 
     Args:
-        path: of the file
+        path: path of the file
     """
 
     def __init__(self, path: str):
@@ -25,7 +25,7 @@ class Reader:
         import h5py  # noqa: F401
 
     def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """(arrays, further metadata) on a request for the content, or for a stretch of some data sets."""
+        """(arrays, further metadata) in answer to a request for the content, or for a stretch of some data sets."""
         import h5py
 
         if self._file is None:
@@ -39,7 +39,7 @@ class Reader:
         return {}, {"found": found}
 
     def _list(self, group: Any, prefix: str, found: list[dict[str, Any]]) -> None:
-        """Every vector of numbers, every column of a table, and every number alone."""
+        """List every vector of numbers, every column of a table, and every single number."""
         import h5py
 
         for name in group:

@@ -1,4 +1,4 @@
-"""Limits on the size to which a recording may unfold: a file of some megabytes can hold gigabytes of zeros."""
+"""Limits on the unpacked size of a recording: a file of some megabytes can hold gigabytes of zeros."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ _UNITS = {"": 1, "b": 1, "kb": 10**3, "mb": 10**6, "gb": 10**9, "kib": 2**10, "m
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a recording's size, unpacked text as well as samples of eight bytes.
+    """Limits of the unpacked size of a recording, as text as well as in samples of eight bytes.
 
     Args:
-        largest: bytes that any recording may unfold to: ten hours at 100 Hz of 37 channels, as samples
-        ratio: times its size that a larger one may; packed recordings of cars stay below 30, zeros reach 1000
-        line: bytes of one line of text: 10 000 columns of numbers with 16 digits take 0.2 MB
-        block: bytes of one packed block that must be unpacked as a whole; recorders write 0.1 to 4 MB
+        largest: unpacked size that any recording may have [byte]: ten hours at 100 Hz of 37 channels, as samples
+        ratio: largest ratio of unpacked to packed size beyond that; packed recordings of cars stay below 30, zeros
+            reach 1000
+        line: size of one line of text [byte]: 10 000 columns of numbers with 16 digits take 0.2 MB
+        block: size of one packed block that must be unpacked as a whole [byte]; recorders write 0.1 to 4 MB
     """
 
     largest: Annotated[int, "byte"] = 10**9 + 10**8
@@ -50,11 +51,11 @@ def limits() -> Limits:
 
 
 class Allowance:
-    """Counts what a file unfolds to, and stops where that is beyond the limits.
+    """Counts the unpacked size of a file, and stops where it exceeds the limits.
 
     Args:
-        path: of the file, for the message
-        size: bytes that it takes where it lies
+        path: path of the file, for the message
+        size: size of the stored file [bytes]
     """
 
     def __init__(self, path: Path | str, size: int):
@@ -64,17 +65,17 @@ class Allowance:
         self.taken = 0
 
     def take(self, count: int) -> None:
-        """Count some more bytes.
+        """Count further bytes.
 
         Raises:
-            InputError: all together are more than is allowed
+            InputError: the total is more than is allowed
         """
         self.taken += count
         if self.taken > self.most:
             raise self.refused(f"more than {self.most / 1e9:.3g} GB")
 
     def take_block(self, count: int) -> None:
-        """Look at the size of one packed block before it is unpacked.
+        """Check the size of one packed block before it is unpacked.
 
         Raises:
             InputError: it is more than fits into memory beside the rest
@@ -83,7 +84,7 @@ class Allowance:
             raise self.refused(f"a block of {count / 1e9:.3g} GB, where {self.limits.block / 1e9:.3g} GB are the limit")
 
     def refused(self, what: str) -> InputError:
-        """The sentence on a file that unfolds to too much."""
+        """The error for a file whose unpacked size is too large."""
         return InputError(
             f"{self.path} takes {self.size / 1e6:.3g} MB and unfolds to {what}; if it is no damaged or made-up file, "
             f"raise the limit: set the environment variable {VARIABLE}, for example {VARIABLE}="

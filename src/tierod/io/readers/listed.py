@@ -1,4 +1,4 @@
-"""Files whose reader in a process of its own lists their columns, and gives them piece by piece."""
+"""Bags and MCAP files: a reader in a separate process lists their columns and delivers them piece by piece."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _written(metadata: dict[str, str]) -> dict[str, Any]:
 
 
 def _name(column: Column, written: dict[str, Any]) -> str:
-    """The name of a column: in a file of tierod, that of the channel; else topic and field."""
+    """The name of a column: in a file of tierod that of the channel, else topic and field."""
     return column.title if column.title in written.get("channels", {}) else column.name
 
 
@@ -92,7 +92,7 @@ def _lane(
     notes: list[str],
     given: tuple[dict[str, Any], str],
 ) -> Lane:
-    """The wanted columns, with what tierod wrote of them, by the clock that the user names ("" for that of the log)."""
+    """The wanted columns with their descriptions by tierod, timed by the field that the user names ("": by the log)."""
     described, names = given[0].get("channels", {}), list(columns)
     request = {"lane": number, "clock": given[1], "names": [column.name for column in columns.values()]}
     for about, arrays in _asked(process, request):

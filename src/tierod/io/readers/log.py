@@ -1,4 +1,4 @@
-"""A CAN log that is read more than once: first for what is in it, then frame by frame in the order of time."""
+"""A CAN log that is read more than once: first for its content, then for its frames in the order of time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tierod.io.readers.content import Kept
 from tierod.io.readers.frames import Frames, joined, messages, taken
 
 LATE_ENOUGH = 0.005
-"""Frames that come later than this are remarked, though they can be put in order [s]: drivers of buses are faster."""
+"""Delay of frames from which there is a remark, though they can be sorted [s]: drivers of buses are faster."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class Log:
     """A CAN log.
 
     Args:
-        name: of its file, for messages
-        lanes: the frames from the beginning, in blocks; several where the log keeps its buses apart
+        name: name of its file, for messages
+        lanes: gives the frames from the beginning, in blocks; several lanes where the log keeps its buses apart
     """
 
     name: str
@@ -30,10 +30,10 @@ class Log:
 
 
 class Remembered:
-    """The frames of a log that is slow to read, kept in a temporary file once they were read to the end.
+    """The frames of a log that is slow to read, kept in a temporary file after they were read to the end.
 
     Args:
-        read: the frames from the beginning
+        read: gives the frames from the beginning
     """
 
     def __init__(self, read: Callable[[], Iterator[Frames]]):
@@ -42,14 +42,14 @@ class Remembered:
         self._blocks: list[tuple[int, Frames]] = []
 
     def __call__(self) -> list[Iterator[Frames]]:
-        """The only lane of the log."""
+        """The frames in the only lane of the log."""
         return [self._first() if self._kept is None else self._again(self._kept)]
 
     def _first(self) -> Iterator[Frames]:
         kept, blocks = Kept(), []
         for frames in self._read():
             columns = (frames.time, frames.identifier, frames.bus, frames.length, frames.payload)
-            # Taken by an index, which copies: an empty slice would keep all frames in memory.
+            # An index copies, but an empty slice would keep all frames in memory.
             blocks.append((len(frames), taken(frames, np.arange(0))))
             for column, kind in zip(columns, _KINDS, strict=True):
                 kept.append(column.astype(kind).tobytes())
@@ -70,7 +70,7 @@ class Remembered:
 
 
 _KINDS = ("f8", "u4", "u2", "u2", "u1")
-"""How time, identifier, bus, length and payload of a frame are kept."""
+"""Types in which time, identifier, bus, length and payload of a frame are kept."""
 
 
 @dataclass
@@ -78,12 +78,12 @@ class Heard:
     """Content of a log.
 
     Args:
-        counts: frames by (number of the bus, identifier), in the order of both
-        buses: their names, in the order in which they were first heard
-        frames: how many there are
+        counts: number of frames by (number of the bus, identifier), in the order of both
+        buses: names of the buses, in the order of their first frames
+        frames: number of all frames
         origin: calendar time of the stamp zero [s]
         newest: time of the last frame [s]
-        notes: what was lost or repaired
+        notes: notes on losses and repairs
     """
 
     counts: dict[tuple[int, int], int] = field(default_factory=dict)
@@ -98,7 +98,7 @@ class InOrder:
     """The frames of all lanes of a log together, in the order of time.
 
     Args:
-        log: that is read
+        log: log to read
     """
 
     def __init__(self, log: Log):
@@ -125,7 +125,7 @@ class InOrder:
                 self.notes |= dict.fromkeys(block.notes)
                 kept = self._repairs[lane].arrived(block.time)
                 old, block = waiting[lane], block if kept is None else taken(block, kept)
-                # Sorted by time, since a block may bring frames that belong before the last of the one ahead of it.
+                # Sorted by time, since a block may hold frames that belong before the last one of the block before.
                 waiting[lane] = joined([old, block] if old else [block])
                 reach[lane] = self._repairs[lane].newest - LATE
             until = reach.min()
@@ -136,7 +136,7 @@ class InOrder:
 
     @staticmethod
     def _ready(waiting: list[Frames | None], lane: int, until: float) -> Frames | None:
-        """The frames of a lane before `until` [s], taken out of what waits."""
+        """Remove the waiting frames of a lane before `until` [s] and return them."""
         frames = waiting[lane]
         if frames is None:
             return None
@@ -145,7 +145,7 @@ class InOrder:
         return taken(frames, slice(0, last))
 
     def _numbered(self, frames: Frames) -> Frames:
-        """The frames with buses numbered in the order in which they were first heard of all."""
+        """The frames with the buses of all lanes numbered in the order of their first frames."""
         numbers, first = np.unique(frames.bus, return_index=True)
         for number in numbers[np.argsort(first)].tolist():
             self.buses.setdefault(frames.buses[number], len(self.buses))
@@ -157,7 +157,7 @@ def heard(log: Log) -> Heard:
     """Content of a log, read once from its beginning to its end.
 
     Raises:
-        InputError: no frame is in it, it cannot be read, or its clock was set back
+        InputError: it holds no frame, cannot be read, or its clock was set back
     """
     found = Heard()
     counts: dict[tuple[int, int], int] = {}

@@ -1,4 +1,4 @@
-"""The channels of a plan, made from the columns that were loaded."""
+"""Channels of a plan, made from the loaded columns."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from tierod.core.timestamps import finite_or_missing
 from tierod.io.readers.mapping import Pick, Plan
 
 FASTEST = 60.0
-"""Speed [m/s] that hardly any road vehicle reaches (216 km/h), and every motorway drive in km/h does."""
+"""Speed [m/s] that hardly any road vehicle reaches (216 km/h), but the numbers of any motorway drive in km/h do."""
 
 
 def made_from(plan: Plan, loaded: Sequence[Channel], doubts: Doubts) -> list[Channel]:
     """The channels of a plan from the columns loaded; a channel of which a column is missing is not made.
 
     Args:
-        plan: which columns become which channels
+        plan: plan of the channels
         loaded: the columns
-        doubts: takes note of values that a doubt may rest on
+        doubts: records the magnitude of signals whose unit was assumed
 
     Raises:
         InputError: columns that are to be summed have different time stamps
@@ -43,19 +43,19 @@ def made_from(plan: Plan, loaded: Sequence[Channel], doubts: Doubts) -> list[Cha
 
 
 class Doubts:
-    """The largest magnitude so far of signals without a unit, which may not look like their SI unit."""
+    """Largest magnitude so far of signals without a unit, by which the assumed SI unit is checked."""
 
     def __init__(self) -> None:
         self._most: dict[str, float] = {}
 
     def see(self, channel: Channel) -> None:
-        """A channel over the next stretch of the recording."""
+        """Record the magnitude of a channel over the next stretch of the recording."""
         finite = channel.values[np.isfinite(channel.values)]
         if len(finite):
             self._most[channel.name] = max(self._most.get(channel.name, 0.0), float(np.abs(finite).max()))
 
     def sentences(self, plan: Plan) -> tuple[str, ...]:
-        """Remarks on the signals of a plan."""
+        """Remarks on the signals of a plan whose unit was assumed."""
         seen = (pick for pick in plan.picks if pick.assumed and pick.name in self._most)
         return tuple(filter(None, (_doubt(pick, self._most[pick.name]) for pick in seen)))
 

@@ -13,7 +13,7 @@ from tierod.io.readers.channel_map import ChannelMap, Entry
 from tierod.io.readers.source import Column
 
 TRUTH = "truth_"
-"""Prefix of what a simulation knows of a signal; a file may hold it, and none needs to."""
+"""Prefix of the true value of a signal in a simulation; a file may hold such columns, but need not."""
 
 
 @dataclass(frozen=True)
@@ -21,13 +21,13 @@ class Pick:
     """One channel to be made.
 
     Args:
-        name: canonical, or that of the column
-        columns: of the file, summed
-        unit: of the channel made
+        name: canonical name, or that of the column
+        columns: columns of the file, which are summed
+        unit: unit of the channel
         entry: sign, factor and offset
-        scale: from the unit of the columns
-        notes: what was guessed
-        assumed: the file has no unit, and the canonical one was taken
+        scale: conversion from the unit of the columns
+        notes: notes on guesses and changes
+        assumed: whether the file has no unit, so that the canonical one was assumed
     """
 
     name: str
@@ -45,9 +45,9 @@ class Plan:
 
     Args:
         picks: the channels to be made
-        warnings: what was guessed
-        channel_map: the path of the map that decided; "" where none did
-        lacking: by signal, which column the map names for it that the file lacks, as a sentence
+        warnings: warnings about guesses and absent columns
+        channel_map: path of the map that was used; "" where none was
+        lacking: by signal, a sentence on the column that the map names for it and the file lacks
     """
 
     picks: tuple[Pick, ...]
@@ -70,13 +70,13 @@ def plan(
     """Plan of the columns that become channels.
 
     Args:
-        columns: of the file
-        channel_map: decides for the signals it names; the others are guessed by name
+        columns: columns of the file
+        channel_map: map that decides for the signals it names; the others are guessed by name
         names: the signals or columns wanted; all where not given
-        silent: columns that are known, and of which the file has no value
+        silent: known columns of which the file has no value
 
     Raises:
-        InputError: a wanted name or unit that is not known, or a file without any column of the map
+        InputError: a wanted name or unit is not known, or the file has no column of the map
     """
     by_name = {column.name: column for column in columns}
     wanted = None if names is None else _wanted(tuple(names), by_name)
@@ -120,7 +120,7 @@ def plan(
 def _lacking(
     channel_map: ChannelMap, columns: dict[str, Column], silent: Sequence[str], wanted: set[str] | None
 ) -> dict[str, str]:
-    """By signal, the column that a map requires for it and the file lacks.
+    """By signal, a sentence on the column that a map requires for it and the file lacks.
 
     Raises:
         InputError: the file has no column that the map names, and one of its signals is wanted
@@ -143,7 +143,7 @@ def _lacking(
 
 
 def _left_out(name: str, why: str) -> str:
-    """A warning of a signal whose column is absent."""
+    """Warning about a signal whose column is absent."""
     return (
         f"{name} is left out: {why} Correct the map, or write optional = true below [signals.{name}] where recordings "
         "may lack it"
@@ -151,7 +151,7 @@ def _left_out(name: str, why: str) -> str:
 
 
 def _fits(channel_map: ChannelMap, columns: dict[str, Column]) -> bool:
-    """Whether a map is for this file: it names some column, or none has the canonical name of a signal of the map."""
+    """Whether a map fits a file: it names one of its columns, or no column has the canonical name of its signals."""
     if any(_find(source, columns) for entry in channel_map.entries.values() for source in entry.source):
         return True
     return not any((column.title or column.name) in channel_map.entries for column in columns.values())
@@ -191,7 +191,7 @@ def _mapped(name: str, entry: Entry, columns: dict[str, Column], origin: Channel
 
 
 def _after_factor(entry: Entry, name: str) -> str:
-    """A half-sentence for those who gave a factor that changes the kind of the quantity."""
+    """A half-sentence on a factor that changes the kind of the quantity; "" without a factor."""
     if entry.factor == 1.0:
         return ""
     return (
@@ -208,7 +208,7 @@ def _find(source: str, columns: dict[str, Column]) -> Column | None:
 
 
 def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tuple[dict[str, Signal], dict[str, str]]:
-    """The signal of every column that has one, and by signal a warning where several columns could be it."""
+    """The signal of every recognised column, and by signal a warning where several columns could be it."""
     candidates: dict[str, list[Column]] = {}
     for column in columns:
         found = _meant(column)
@@ -225,7 +225,7 @@ def _guesses(columns: Sequence[Column], mapped: set[str], taken: set[str]) -> tu
 
 
 def _meant(column: Column) -> Signal | None:
-    """The signal that name and unit of a column indicate."""
+    """The signal that name and unit of a column stand for; None where none is known."""
     bare, ending = split_suffix(column.name)
     unit = column.unit or ending
     found = SIGNALS.get(column.name) or match(column.title or column.name, unit, column.qualified)
@@ -252,7 +252,7 @@ def _guessed(column: Column, found: Signal | None, asked: bool) -> tuple[Pick, s
 
 
 def as_recorded(column: Column) -> Pick:
-    """The channel that a column becomes with its name and unit as they stand in the file."""
+    """The channel of a column with its name and unit in the file."""
     return _as_found(column, Entry((column.name,)), column.unit)
 
 

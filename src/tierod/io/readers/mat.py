@@ -22,21 +22,21 @@ from tierod.io.readers.reader_process import MatProcess
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
 
 PERIODS = ("Ts", "ts", "dt", "Dt", "SampleTime", "sample_time")
-"""Names of a sampling period beside vectors without a time."""
+"""Names of a sampling interval beside vectors without a time."""
 
 SAMPLES = 1 << 17
-"""Samples of a vector that are read at a time."""
+"""Number of samples of a vector that are read at a time."""
 
 _HEADER, _PACKED = 128, 15
-"""Bytes before the first variable, and the type of one that is packed."""
+"""Number of bytes before the first variable, and the type of a packed variable."""
 
 
 def open_mat(path: Path, given: TimeEntry = GUESSED) -> Source:
     """A MATLAB file of version 5 to 7.2.
 
     Args:
-        path: of the file
-        given: vector of the time, as a user gives it
+        path: path of the file
+        given: time vector as given by a user
 
     Raises:
         InputError: the file is damaged, of version 7.3, or holds no vectors beside a time vector
@@ -75,12 +75,12 @@ def open_mat(path: Path, given: TimeEntry = GUESSED) -> Source:
 
 @dataclass(frozen=True)
 class Vector:
-    """A vector of the file, kept in a temporary file as it is.
+    """A vector of the file, kept in a temporary file.
 
     Args:
         kept: the temporary file
-        at: where it begins there
-        count: of its numbers
+        at: position of its first byte there
+        count: number of its numbers
     """
 
     kept: Kept
@@ -88,7 +88,7 @@ class Vector:
     count: int
 
     def part(self, begin: int, end: int) -> np.ndarray:
-        """Some of its numbers."""
+        """Its numbers from `begin` up to `end`."""
         data = self.kept.read((min(end, self.count) - begin) * 8, self.at + begin * 8)
         return np.frombuffer(data, dtype="<f8").astype(float)
 
@@ -98,11 +98,11 @@ class Signal:
     """A vector that has as many samples as its time.
 
     Args:
-        prefix: of the structure that it is in
-        name: with that prefix
-        values: as stored
-        clock: its time, or the period [s] of its samples
-        unit: of the time
+        prefix: name of the structure that holds it
+        name: its name with that prefix
+        values: values as stored
+        clock: its time, or its sampling interval [s]
+        unit: unit of the time
     """
 
     prefix: str
@@ -113,10 +113,10 @@ class Signal:
 
 
 def _content(path: Path, kept: Kept) -> dict[str, Any]:
-    """The variables of a file, some at a time, with vectors kept in a temporary file.
+    """The variables of a file, loaded some at a time, with their vectors in a temporary file.
 
     Raises:
-        InputError: the file is damaged, of version 7.3, or unfolds to too much
+        InputError: the file is damaged, of version 7.3, or too large when unpacked
     """
     _refuse_large(path)
     process = MatProcess(path)
@@ -131,10 +131,10 @@ def _content(path: Path, kept: Kept) -> dict[str, Any]:
 
 
 def _refuse_large(path: Path) -> None:
-    """Unpack every packed variable without keeping it, and stop where all of them are too much.
+    """Unpack every packed variable without keeping it, to check the unpacked size.
 
     Raises:
-        InputError: they are
+        InputError: it is too large
     """
     allowance = Allowance(path, path.stat().st_size)
     with path.open("rb") as file:
@@ -147,14 +147,14 @@ def _refuse_large(path: Path) -> None:
             worker = zlib.decompressobj()
             while size > 0 and (data := file.read(min(size, BLOCK))):
                 size -= len(data)
-                with contextlib.suppress(zlib.error):
+                with contextlib.suppress(zlib.error):  # damage is reported by the reader
                     while data:
                         allowance.take(len(worker.decompress(data, BLOCK)))
                         data = worker.unconsumed_tail
 
 
 def _kept(value: object, vectors: Mapping[str, np.ndarray], kept: Kept) -> object:
-    """A value with the vectors in it replaced by what is kept of them."""
+    """A value whose vectors are moved to the temporary file."""
     if isinstance(value, list):
         return [_kept(entry, vectors, kept) for entry in value]
     if not isinstance(value, dict):
@@ -168,7 +168,7 @@ def _kept(value: object, vectors: Mapping[str, np.ndarray], kept: Kept) -> objec
 
 
 def _lane(signals: list[Signal], units: Mapping[str, str]) -> Lane:
-    """The signals of one structure that have their time in common."""
+    """The signals of one structure with a common time, piece by piece."""
     first = signals[0]
     for begin in range(0, first.values.count, SAMPLES):
         end = min(begin + SAMPLES, first.values.count)
@@ -208,7 +208,7 @@ def _structures(prefix: str, members: Mapping[str, object]) -> Iterator[tuple[st
 def _timed(
     prefix: str, members: Mapping[str, object], given: TimeEntry, clocks: list[tuple[str, str, np.ndarray]]
 ) -> Iterator[Signal]:
-    """The vectors of one structure that have as many samples as its time, or as its sampling period allows.
+    """The vectors of one structure with as many samples as its time, or the longest ones beside a sampling interval.
 
     Its clock is added to `clocks`: name, unit ("" where none is given), first stamps as recorded.
     """

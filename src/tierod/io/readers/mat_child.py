@@ -1,4 +1,4 @@
-"""MATLAB 5 files through SciPy, in the process of `tierod.io.readers.child`; imports nothing of tierod."""
+"""Reader of MATLAB 5 files through SciPy for the process of `tierod.io.readers.child`; imports nothing of tierod."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ if TYPE_CHECKING:
     import numpy as np
 
 _AT_ONCE, _STRUCTURE = 1 << 25, 1 << 16
-"""Bytes of variables that are loaded at a time, and what one is taken to hold whose size is unknown."""
+"""Size of the variables that are loaded at a time, and allowance for each, since structures have no size [bytes]."""
 
 _LONGEST_TEXT = 80
-"""Characters of a text that are kept: units are short."""
+"""Largest number of characters of a text that is kept: units are short."""
 
 
 class Reader:
-    """One file.
+    """Reads one file.
 
     Args:
-        path: of the file
+        path: path of the file
     """
 
     def __init__(self, path: str):
@@ -35,7 +35,7 @@ class Reader:
         """(vectors by number, where they belong) of the next variables.
 
         Args:
-            request: says nothing more
+            request: has no further content
 
         Returns:
             the vectors as floats, and "variables" as nested dictionaries and lists, with {"vector": number} for a
@@ -58,7 +58,7 @@ class Reader:
 
 
 def _together(variables: list[tuple[str, tuple[int, ...], str]]) -> list[list[str]]:
-    """The names of variables, so many at a time that they fit into memory."""
+    """The names of the variables in portions that fit into memory."""
     parts: list[list[str]] = [[]]
     size = 0
     for name, shape, _ in variables:
@@ -71,7 +71,7 @@ def _together(variables: list[tuple[str, tuple[int, ...], str]]) -> list[list[st
 
 
 def _plain(value: object, vectors: dict[str, np.ndarray]) -> object:
-    """A value as JSON holds it, with the vectors in it taken out."""
+    """A value in a form for JSON, its vectors moved to `vectors`."""
     import numpy as np
 
     if hasattr(value, "_fieldnames"):

@@ -22,7 +22,7 @@ from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins
 
 
 def open_mdf(path: Path) -> Source | Log:
-    """A measurement file: its channels, or its frames where it is a bus log without channels.
+    """An MDF file: its channels, or its frames where it is a bus log without channels.
 
     Raises:
         MissingExtra: asammdf is not installed
@@ -61,7 +61,7 @@ def _others(content: dict[str, Any]) -> str:
 
 
 def _left_out(content: dict[str, Any]) -> tuple[str, ...]:
-    """A remark on frames of other buses."""
+    """A remark on frames of other buses than CAN; none without such frames."""
     return (f"{_others(content)}, which were left out; {_CURE}",) if content["others"] else ()
 
 
@@ -84,7 +84,7 @@ def _source(process: MdfProcess, content: dict[str, Any], notes: tuple[str, ...]
 
 
 def _lane(process: MdfProcess, group: int, wanted: list[dict[str, Any]], records: int, lost: list[str]) -> Lane:
-    """The wanted channels of a group; those whose samples are no numbers are left out, and lost records remarked."""
+    """The wanted channels of a group; channels without numbers are left out, and lost records are noted in `lost`."""
     done = 0
     for arrays in process.lane(group, [each["channel"] for each in wanted]):
         time = arrays["time"]
@@ -101,7 +101,7 @@ def _lane(process: MdfProcess, group: int, wanted: list[dict[str, Any]], records
 
 
 def _metadata_in(comment: str) -> dict[str, Any]:
-    """Metadata that tierod wrote into the comment of the file; none where another program wrote it."""
+    """Metadata that tierod wrote into the comment of the file; empty where another program wrote the file."""
     try:
         root = ElementTree.fromstring(comment)
         return metadata_in(json_document(root.findtext(".//common_properties/e[@name='tierod']") or "{}"))
@@ -110,7 +110,7 @@ def _metadata_in(comment: str) -> dict[str, Any]:
 
 
 def _origin(start: str) -> float:
-    """Seconds since 1970; a start in local time whose zone the file does not give counts as UTC, on every machine."""
+    """Seconds since 1970; a local time without a zone counts as UTC, so that every machine gives the same result."""
     if not start:
         return 0.0
     moment = datetime.fromisoformat(start)
@@ -120,12 +120,13 @@ def _origin(start: str) -> float:
 def _frames(
     blocks: Iterator[dict[str, np.ndarray]], origin: float, records: int, notes: tuple[str, ...]
 ) -> Iterator[Frames]:
-    """The frames of one group; the last states what was left out, and where some of its records are lost."""
+    """The frames of one group; the last block has the notes on omitted frames and on lost records."""
     done, frames = 0, None
     for arrays in blocks:
         done += len(arrays["time"])
         data, identifier = arrays["data"], arrays["identifier"]
         length = np.clip(arrays["length"], 0, data.shape[1])
+        # A 29-bit identifier is marked by the field IDE, by the highest bit of the identifier, or by both.
         wide = (arrays["extended"] > 0) | ((identifier & EXTENDED) != 0)
         buses, bus = np.unique(arrays["bus"], return_inverse=True)
         frames = Frames(

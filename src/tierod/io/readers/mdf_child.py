@@ -1,4 +1,4 @@
-"""MDF files through asammdf, in the process of `tierod.io.readers.child`; imports nothing of tierod."""
+"""Reader of MDF files through asammdf for the process of `tierod.io.readers.child`; imports nothing of tierod."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ BUS_GROUP = 2
 """Flag of a channel group that holds bus events (ASAM MDF 4.1)."""
 
 FRAGMENT = 1 << 22
-"""Bytes of records that are read at a time."""
+"""Size of the records that are read at a time [bytes]."""
 
 
 def import_asammdf() -> None:
-    """Import asammdf without the libraries that reading does not need: they take two thirds of its time and memory.
+    """Import asammdf without libraries that reading does not need, which take two thirds of its time and memory.
 
     One of them, sympy, would execute the text of a formula in the file.
     """
@@ -27,7 +27,7 @@ def import_asammdf() -> None:
         sys.modules.setdefault(name, _StandIn(name))
     try:
         import asammdf
-    except Exception:  # a stand-in may lack anything that another version of the library asks for
+    except Exception:  # another version of the library may need more than a stand-in offers
         for name in [name for name in sys.modules if name in _NOT_NEEDED[1:] or name.startswith("asammdf")]:
             del sys.modules[name]
         import asammdf  # noqa: F401
@@ -43,7 +43,7 @@ _NOT_NEEDED = ("sympy", "pandas", "canmatrix", "canmatrix.canmatrix", "canmatrix
 
 
 class _StandIn(types.ModuleType):
-    """A module that has every name, each of which refuses to be called."""
+    """Stand-in for a module: it has every name, but each refuses to be called."""
 
     __path__: list[str] = []  # noqa: RUF012
 
@@ -60,10 +60,11 @@ class _StandIn(types.ModuleType):
 
 
 def _stream(path: str) -> Any:
-    """The file; a copy without a name where its recorder did not finish it, since asammdf finishes it in place."""
+    """The file; a nameless copy where the recorder did not finish it, since asammdf would finish it in place."""
     file = open(path, "rb")  # noqa: SIM115
     head = file.read(64)
     file.seek(0)
+    # The bytes 60 to 63 are the flags of an unfinished file (ASAM MDF 4).
     if not head.startswith(b"UnFinMF") and not any(head[60:64]):
         return file
     copy = tempfile.TemporaryFile()  # noqa: SIM115
@@ -74,10 +75,10 @@ def _stream(path: str) -> Any:
 
 
 class Reader:
-    """One file.
+    """Reads one file.
 
     Args:
-        path: of the file
+        path: path of the file
     """
 
     def __init__(self, path: str):
@@ -91,11 +92,11 @@ class Reader:
         import_asammdf()
 
     def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """(columns, further metadata) on a request for the content, or for the next piece of a lane."""
+        """(columns, further metadata) in answer to a request for the content, or for the next piece of a lane."""
         if self._file is None:
             from asammdf import MDF
 
-            # Given a stream it maps no file into memory, which would count as memory, and be read by native code.
+            # Of a stream asammdf maps no file into memory: that would count as memory, and native code would read it.
             options: dict[str, Any] = {"process_bus_logging": False}
             self._file = MDF(_stream(self._path), **options)
             self._file.configure(read_fragment_size=FRAGMENT)
@@ -125,7 +126,7 @@ class Reader:
         }
 
     def _other_buses(self) -> dict[str, int]:
-        """Recorded frames of buses that are no CAN, by their kind."""
+        """Number of recorded frames of buses other than CAN, by their kind."""
         counts: Counter[str] = Counter()
         for group in self._file.groups:
             names = {item.name for item in group.channels}
@@ -135,7 +136,7 @@ class Reader:
         return {kind: count for kind, count in counts.items() if count}
 
     def _channels(self) -> list[dict[str, Any]]:
-        """Every recorded channel, by a name that is unique in the file."""
+        """Every recorded channel, with a name that is unique in the file."""
         found = []
         for number, group in enumerate(self._file.groups):
             if not group.channel_group.cycles_nr or getattr(group.channel_group, "flags", 0) & BUS_GROUP:

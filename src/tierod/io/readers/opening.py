@@ -1,4 +1,4 @@
-"""Opening a file: which format it has, by its content first and its ending second, and the database of a CAN log."""
+"""Opening of files: the format, by the content first and the ending second, and the databases of a CAN log."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ _OWN = {
     "candump": "tierod.io.readers.candump:FORMAT",
     "csv": "tierod.io.readers.csv:FORMAT",
 }
-"""In the order in which they look at the beginning of a file; the last takes any other text."""
+"""tierod's own formats, in the order in which they examine the beginning of a file; the last takes any other text."""
 
 _FALLBACK = "csv"
 
 
 def _obstacle(name: str, given: object) -> str:
-    """Why what a package registers cannot read files."""
+    """Reason why an object that a package registers cannot read files; "" where it can."""
     if not isinstance(given, Format):
         return f"is of the type '{type(given).__name__}'; expected a tierod.io.readers.Format"
     return "" if given.name == name else f"calls itself '{given.name}'; register it under that name"
@@ -65,9 +65,9 @@ class Kind:
     """Kind of a file.
 
     Args:
-        format: whose reader opens it
+        format: format of the file, whose reader opens it
         content: its bytes
-        warning: where the ending is that of another format
+        warning: warning where the ending is that of another format; else ""
     """
 
     format: Format
@@ -81,7 +81,7 @@ class Kind:
 
 
 def detect(path: Path) -> Kind:
-    """The kind of a file.
+    """The kind of a file, from its content first and its ending second.
 
     Raises:
         InputError: the file is absent, empty, not readable, or of a kind that is not read
@@ -104,7 +104,7 @@ def detect(path: Path) -> Kind:
 
 
 def _content(path: Path) -> Content:
-    """The bytes of a file; those of a pipe are kept."""
+    """The bytes of a file; those of a pipe are kept in a temporary file."""
     try:
         if not path.is_dir() and (stat.S_ISCHR(mode := path.stat().st_mode) or stat.S_ISBLK(mode)):
             raise InputError(f"{path} is a device; give a recording, or /dev/stdin with one piped into it")
@@ -121,10 +121,10 @@ def _content(path: Path) -> Content:
 
 
 def require_there(path: Path) -> None:
-    """Raise the error of an absent file without opening one.
+    """Refuse the path of an absent file without opening one.
 
     Raises:
-        InputError: there is none
+        InputError: there is no such file
     """
     if not os.path.exists(path):
         raise _absent(path)
@@ -147,7 +147,7 @@ def _recognised(path: Path, head: bytes) -> Format:
     refusal = next((sentence for beginning, sentence in _REFUSED if head.startswith(beginning)), "")
     if promised and READERS[promised].text and readable and not refusal:
         return READERS[promised]
-    # Only here are installed packages searched: a usual recording does not wait for that.
+    # Installed packages are searched only here, so that a usual recording does not wait for that.
     for name in READERS.plugin_names():
         if _asked(READERS[name], READERS.package_of(name), head, ending):
             return READERS[name]
@@ -162,7 +162,7 @@ def _recognised(path: Path, head: bytes) -> Format:
 
 
 def _asked(plugin: Format, package: str, head: bytes, ending: str) -> bool:
-    """Whether the format of another package recognises a file; a test of it that fails is no reason to stop."""
+    """Whether the format of another package recognises a file; False, with a warning, where its test fails."""
     try:
         return bool(plugin.recognises(head, ending))
     except Exception as error:
@@ -185,12 +185,12 @@ Paths = str | Path | Sequence[str | Path] | None
 
 
 def open_source(path: str | Path, dbc: Paths = None, time: TimeEntry | None = None) -> tuple[Source, Kind]:
-    """The columns of a file, and what kind of file it is; nothing is loaded that the listing does not need.
+    """The columns of a file, and its kind; nothing is loaded that the listing does not need.
 
     Args:
-        path: of the file
+        path: path of the file, or of a folder with parts of one drive
         dbc: databases of a CAN log
-        time: which column of a table is the time, and in which unit; MDF files and CAN logs define their time
+        time: time column of a table, with its unit; MDF files and CAN logs define their time
 
     Raises:
         InputError: the file or the database cannot be used
@@ -228,7 +228,7 @@ def frames_in(path: Path) -> Log | None:
 
 
 def open_parts(paths: Sequence[Path], dbc: Paths = None, time: TimeEntry | None = None) -> tuple[Source, Kind]:
-    """Several files of one drive as one, in the order of their time; arguments and errors as of `open_source`."""
+    """Several files of one drive as one, in the order of their time; arguments and errors as for `open_source`."""
     from tierod.io.readers.parts import joined_source
 
     opened = [(path, *open_source(path, dbc, time)) for path in paths]
@@ -245,7 +245,7 @@ def _joined(folder: Path, dbc: Paths, time: TimeEntry | None) -> tuple[Source, K
 
 
 def _opened(kind: Kind, time: TimeEntry) -> Source | Log:
-    """The file as its reader opens it; what fails in that of another package is a sentence about that package."""
+    """The opened file; an error in the reader of another package becomes an InputError that names the package."""
     if kind.name in READERS.own:
         return kind.format.open(kind.content, time)
     with _blaming(kind):
@@ -298,12 +298,12 @@ def _heard(path: Path, log: Log) -> Heard:
     try:
         return heard(log)
     except InputError as error:
-        # The packed file and its limits name it themselves.
+        # Errors of unpacking name the path already.
         raise InputError(str(error) if str(path) in str(error) else f"{path}: {error}") from None
 
 
 def shipped(name: str | Path, ending: str) -> Path:
-    """A file as given, or the one that tierod ships where a bare name is given; a folder of that name is no file."""
+    """The path of a file as given, or of the shipped one for a bare name, even beside a folder of that name."""
     path = Path(name)
     if path.is_file() or path.suffix or len(path.parts) > 1:
         return path

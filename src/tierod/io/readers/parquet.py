@@ -31,21 +31,21 @@ LAYOUT = b"tierod"
 """Key of the schema metadata that holds clocks, units, sources and notes of tierod's own layout, as JSON."""
 
 _HEAD = 4096
-"""Rows from which the rate of a clock is estimated."""
+"""Number of rows from which the rate of a clock is estimated."""
 
 BATCH = 1 << 17
-"""Rows that are read at a time, of all lanes together."""
+"""Number of rows that are read at a time, of all lanes together."""
 
 _BUFFER = 1 << 20
-"""Bytes read at once, of all lanes together: a mapped file or a read-ahead would count its whole length as memory."""
+"""Size of the read buffers of all lanes together [bytes]: a mapped file or a read-ahead would all count as memory."""
 
 
 def open_parquet(path: Path, time: TimeEntry = GUESSED) -> Source:
     """A Parquet file.
 
     Args:
-        path: of the file
-        time: column of the time, as a user gives it; not looked at in a file that tierod wrote
+        path: path of the file
+        time: time column as given by a user; ignored in a file that tierod wrote
 
     Raises:
         InputError: the file is damaged, or holds no time column
@@ -72,7 +72,7 @@ def open_parquet(path: Path, time: TimeEntry = GUESSED) -> Source:
 
 
 def _opened(path: Path, lanes: int = 1) -> Any:
-    """The file, with a share of the buffer."""
+    """The file, opened with its share of the buffer."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -109,7 +109,7 @@ def _refuse_text_as_clock(path: Path, file: pq.ParquetFile, layout: Layout) -> N
 
 
 def _layout(file: pq.ParquetFile) -> Layout:
-    """tierod's own description, as far as it fits the columns; another program may have changed the file since."""
+    """tierod's own description; empty where it does not fit the columns, since another program changed the file."""
     try:
         layout = description_in((file.schema_arrow.metadata or {}).get(LAYOUT, b"{}"))
         usable = {column.name for column in _columns(file, {})}
@@ -120,12 +120,12 @@ def _layout(file: pq.ParquetFile) -> Layout:
 
 
 def find_clocks_of(file: pq.ParquetFile, layout: Layout, time: TimeEntry = GUESSED) -> tuple[Clock, ...]:
-    """The clocks that the layout names, that the user gives, or those that the columns' names show.
+    """The clocks that the layout names, that the user gives, or that the names of the columns indicate.
 
     Args:
-        file: open, of pyarrow
-        layout: that tierod wrote; empty where another program wrote the file
-        time: column and unit as the user gives them
+        file: open file of pyarrow
+        layout: description that tierod wrote; empty where another program wrote the file
+        time: column and unit as given by the user
     """
     columns = [column for column in _columns(file, layout) if not column.name.startswith("__index")]
     if not layout:
@@ -136,7 +136,7 @@ def find_clocks_of(file: pq.ParquetFile, layout: Layout, time: TimeEntry = GUESS
 
 
 def _added(columns: Sequence[Column], clocks: Sequence[Clock]) -> tuple[str, ...]:
-    """Columns that were added to a file that tierod wrote."""
+    """Columns that another program added to a file that tierod wrote."""
     known = {name for clock in clocks for name in (clock.column, *clock.columns)}
     return tuple(column.name for column in columns if column.name not in known)
 
@@ -157,7 +157,7 @@ def texts_of(schema: pa.Schema) -> tuple[str, ...]:
     """Names of columns that hold neither numbers nor time stamps.
 
     Args:
-        schema: of pyarrow
+        schema: schema of pyarrow
     """
     import pyarrow.types as types
 
@@ -177,7 +177,7 @@ def _source(
     notes = layout.get("channels", {})
 
     def channels(table: pa.RecordBatch, names: Sequence[str]) -> list[Channel]:
-        clock = timed[names[0]].column  # of all in a lane
+        clock = timed[names[0]].column  # the columns of a lane have the same clock
         table = _without_padding(table, clock)
         time, kept, guess = _stamps(table[clock], units[clock], clock)
         made = []
@@ -211,10 +211,10 @@ def _source(
 def _batches(
     path: Path, file: pq.ParquetFile, columns: Sequence[str], size: int
 ) -> Iterator[tuple[pa.RecordBatch, float]]:
-    """(rows, share of the file that is done): of the columns, whose first is the clock.
+    """(rows of the columns, of which the first is the clock; share of the file that is done).
 
-    A slow clock beside a fast one has padding at the end of every row group, ten rows for each sample of a bus with a
-    sensor of 1 kHz; it is not unpacked.
+    A slow clock beside a fast one has padding at the end of every row group, for a bus beside a sensor of 1 kHz ten
+    rows per sample; it is not unpacked.
     """
     padding = _padding(file, columns[0])
     rows, done = file.metadata.num_rows, 0
@@ -222,8 +222,8 @@ def _batches(
     for group in groups:
         of_group = sum(file.metadata.row_group(each).num_rows for each in group)
         stamps, read = of_group - sum(padding[each] for each in group), 0
-        # One row more than the stamps: only the padding that follows them shows that the statistics are right.
-        # In one thread: the C library gives back little of what many threads took, 40 MB per process.
+        # One row more than the stamps: only padding in it confirms that the statistics are right.
+        # One thread: with several, the C library keeps 40 MB per process.
         most = min(size, max(stamps + 1, _HEAD))
         batches = file.iter_batches(most, row_groups=group, columns=columns, use_threads=False)
         while (batch := _guarded(path, partial(next, batches, None))) is not None:
@@ -235,14 +235,14 @@ def _batches(
 
 
 def _without_padding(table: pa.RecordBatch, clock: str) -> pa.RecordBatch:
-    """The rows up to the last stamp of the only clock, where none without one lies between."""
+    """The rows up to the last stamp of the clock, where all rows without a stamp are at the end."""
     stamps = table[clock]
     stamped = len(stamps) - stamps.null_count
     return table.slice(0, stamped) if stamps.null_count and not stamps.slice(0, stamped).null_count else table
 
 
 def _padding(file: pq.ParquetFile, clock: str) -> list[int]:
-    """Rows without a stamp in every row group, as its statistics have it; 0 where they are missing."""
+    """Number of rows without a stamp in every row group, from its statistics; 0 where these are missing."""
     about = file.metadata
     place = next(place for place in range(about.num_columns) if about.schema.column(place).path == clock)
     found = [about.row_group(group).column(place).statistics for group in range(about.num_row_groups)]
@@ -250,9 +250,10 @@ def _padding(file: pq.ParquetFile, clock: str) -> list[int]:
 
 
 def _refuse_large(path: Path, file: pq.ParquetFile, needed: Sequence[str]) -> None:
-    """Stop where the columns unfold to too much, by the file's own metadata, before anything is unpacked."""
+    """Refuse columns that are too large when unpacked, by the metadata of the file, before anything is unpacked."""
     about = file.metadata
     places = [place for place in range(about.num_columns) if about.schema.column(place).path in needed]
+    # The samples and the unpacked pages are checked separately: repeated values make pages small and samples many.
     allowance = Allowance(path, path.stat().st_size)
     allowance.take(8 * len(places) * about.num_rows)
     allowance = Allowance(path, path.stat().st_size)
@@ -280,7 +281,7 @@ def _guarded(path: Path, work: Callable[[], Result]) -> Result:
 
 
 def _stamps(column: pa.Array, unit: str, name: str) -> tuple[np.ndarray, np.ndarray | None, str]:
-    """(time [s], rows kept, what was guessed): rows without a stamp are padding."""
+    """(time [s], mask of the rows with a stamp or None for all, note on a guessed unit); other rows are padding."""
     import pyarrow.types as types
 
     calendar = types.is_timestamp(column.type)

@@ -15,12 +15,12 @@ from tierod.io.readers.making import shifted
 from tierod.io.readers.source import Column, Lane, Piece, Source
 
 STRETCH = 10.0
-"""Time of a part that is read at once [s]."""
+"""Length of a stretch of a part that is read at once [s]."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """One of the files: its path, the opened file, and the time of its first sample [s]."""
+    """One file of a drive: its path, the opened file, and the time of its first sample [s]."""
 
     path: Path
     source: Source
@@ -34,7 +34,7 @@ def joined_source(opened: Sequence[tuple[Path, Source]]) -> Source:
         opened: path and source of every file; a column may be missing in some of them
 
     Raises:
-        InputError: one holds no sample, or a column has different units in two files
+        InputError: a file holds no sample, or a column has different units in two files
     """
     parts = sorted((Part(path, source, _begin(path, source)) for path, source in opened), key=lambda part: part.begin)
     columns: dict[str, Column] = {}
@@ -99,14 +99,14 @@ def _lane(parts: Sequence[Part], names: Sequence[str]) -> Lane:
 
 
 def parts_in(folder: Path, endings: Sequence[str]) -> list[Path]:
-    """The recordings in a folder, of the kind that most of them have.
+    """The recordings in a folder with the most frequent ending.
 
     Args:
-        folder: that is read
-        endings: of the formats that are known
+        folder: folder to read
+        endings: endings of the known formats
 
     Raises:
-        InputError: there is none
+        InputError: there is no recording
     """
     files = sorted(each for each in folder.iterdir() if each.is_file() and each.suffix.lower() in endings)
     often = {ending: sum(each.suffix.lower() == ending for each in files) for ending in endings}

@@ -1,4 +1,4 @@
-"""The process in which native code reads a file, with limits of memory and time; its crash gives one error message."""
+"""The process in which native code reads a file, with limits of memory and time; its crash becomes one error."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ class Budget:
     """Limits of the process.
 
     Args:
-        memory: beyond its start and the size of the file [bytes]; recordings of cars take a tenth of it
-        seconds: of computing for all answers together [s]
-        per_answer: more of it for every answer [s]; a small file takes half of it
-        per_byte: more of it for every answer and byte of the file [s]; a disk that is read once takes a tenth of it
-        patience: times as long until the answer must be there, on a machine that has other work too
+        memory: memory beyond that at its start and the size of the file [bytes]; recordings of cars take a tenth
+        seconds: computing time for all answers together [s], to which the next two are added
+        per_answer: additional computing time per answer [s]; a small file takes half of it
+        per_byte: additional computing time per answer and byte of the file [s]; reading a disk once takes a tenth
+        patience: ratio of the longest wait for an answer to the computing time, for a machine with other work
     """
 
     memory: Annotated[int, "byte"] = 10**9
@@ -49,20 +49,20 @@ class Budget:
 BUDGET = Budget()
 
 PREFIX = "tierod-reading-"
-"""Beginning of the name of a temporary folder; the number of the process that removes it follows."""
+"""Beginning of the name of a temporary folder; the identifier of the process that removes it follows."""
 
 _KINDS = {kind: kind for kind in ("<f8", "<i8", "<u4", "|u1")}
-"""Kinds of numbers that an answer may hold."""
+"""Types of numbers that an answer may hold."""
 
 
 class ReaderProcess:
-    """A process that reads one file; it ends when this object, or the process that made it, is gone.
+    """A process that reads one file; it ends with this object, and with the process that made it.
 
     Args:
-        path: of the file
-        script: module whose class `Reader` reads it there
-        library: that may die of it
-        kind: of the file, for messages
+        path: path of the file
+        script: module whose class `Reader` reads the file in that process
+        library: name of the library that may crash, for messages
+        kind: kind of the file, for messages
     """
 
     def __init__(self, path: Path, script: ModuleType, library: str, kind: str):
@@ -70,7 +70,7 @@ class ReaderProcess:
         size = path.stat().st_size
         self._memory = int(BUDGET.memory * max(limits().largest / Limits.largest, 1.0))
         self._seconds, self._more = BUDGET.seconds, BUDGET.per_answer + BUDGET.per_byte * size
-        # What the library unpacks lies in a folder of its own, since a process that is killed removes nothing.
+        # The library unpacks into a folder of its own, which is removed here: a killed process removes nothing.
         folder = reading_folder()
         try:
             self._reader = started(str(script.__file__), str(path.absolute()), self._memory + size, folder)
@@ -83,7 +83,7 @@ class ReaderProcess:
         """(answer, the arrays that come with it) to a request.
 
         Raises:
-            DamagedFile: the file cannot be read, or the process died of it
+            DamagedFile: the file cannot be read, or the process crashed on it
         """
         self._seconds += self._more
         try:
@@ -120,7 +120,7 @@ class ReaderProcess:
         )
 
     def _died(self) -> DamagedFile:
-        """The sentence on how the process ended."""
+        """The error that states how the process ended."""
         code = self._reader.code(BUDGET.patience)
         if code is None:
             return self._refused(f"the answer of {self._library} makes no sense")
@@ -138,7 +138,7 @@ class MdfProcess(ReaderProcess):
     """A process that reads one MDF file.
 
     Args:
-        path: of the file
+        path: path of the file
 
     Raises:
         MissingExtra: asammdf is not installed
@@ -172,7 +172,7 @@ class MatProcess(ReaderProcess):
     """A process that reads one MATLAB file.
 
     Args:
-        path: of the file
+        path: path of the file
     """
 
     def __init__(self, path: Path):
@@ -201,7 +201,7 @@ def reading_folder() -> Path | None:
 
 @functools.cache
 def _sweep(folder: str) -> None:
-    """Remove what a killed program left, once in a program."""
+    """Remove the folders that killed programs left, once per program."""
     for each in Path(folder).glob(f"{PREFIX}*"):
         number = each.name.removeprefix(PREFIX).partition("-")[0]
         if number.isdigit() and not runs(int(number)):

@@ -1,4 +1,4 @@
-"""The process that has imported one library, from which the readers of single files are forked."""
+"""A process that has imported one library, from which the readers of single files are forked."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from tierod.core.threads import THREADS
 from tierod.io.readers import child
 
 REPLY = 256
-"""Bytes that hold every reply of a template."""
+"""Size of the buffer for a reply of a template [bytes]."""
 
 PAUSE: Annotated[float, "s"] = 0.01
-"""Between two questions whether a reader has ended."""
+"""Polling interval for the end of a reader [s]."""
 
 GRACE: Annotated[float, "s"] = 5.0
-"""That a template whose line is closed gets to end."""
+"""Time that a template has to end after its socket is closed [s]."""
 
 
 class TemplateEnded(Exception):
@@ -42,10 +42,10 @@ class TemplateEnded(Exception):
 
 
 class Template:
-    """A process with a library imported, which starts readers; it ends when the process that made it is gone.
+    """A process that has imported a library and starts readers; it ends with the process that made it.
 
-    Importing takes half a second, a fork of what has imported a hundredth: many small files of a fleet are read in the
-    time of one.
+    The import takes half a second, a fork a hundredth of that, so that many small files of a fleet are read in the time
+    of one.
 
     Args:
         script: path of the module whose class `Reader` reads a file
@@ -65,16 +65,16 @@ class Template:
             )
 
     def start(self, path: str, memory: int, folder: Path | None, ends: tuple[int, int, int]) -> int:
-        """Start a reader and give its process number.
+        """Start a reader and return its process identifier.
 
         Args:
-            path: of the file, absolute
-            memory: that it may take beyond what the template has [bytes]
-            folder: for its temporary files; None for the usual one
-            ends: of the pipes that it reads requests from, writes answers to, and ends with
+            path: absolute path of the file
+            memory: memory that it may take beyond that of the template [bytes]
+            folder: folder for its temporary files; None for the usual one
+            ends: ends of the pipes for requests, for answers, and of the one whose closing ends the reader
 
         Raises:
-            TemplateEnded: it has
+            TemplateEnded: the template has ended
         """
         return int(self._ask({"path": path, "memory": memory, "folder": folder and str(folder)}, list(ends))["pid"])
 
@@ -82,10 +82,10 @@ class Template:
         """Exit code of a reader: its exit status, a negative signal, or None while it runs.
 
         Args:
-            pid: of the reader
+            pid: process identifier of the reader
 
         Raises:
-            TemplateEnded: it has
+            TemplateEnded: the template has ended
         """
         code = self._ask({"ended": pid}, [])["code"]
         return None if code is None else int(code)
@@ -101,7 +101,7 @@ class Template:
         return found
 
     def end(self) -> int:
-        """End the process and give its exit status, a negative signal where one ended it."""
+        """End the process and return its exit status, a negative signal where one ended it."""
         self._line.close()
         with contextlib.suppress(subprocess.TimeoutExpired):
             return self._process.wait(GRACE)
@@ -118,10 +118,10 @@ class Started:
     """A reader and the pipes to it.
 
     Args:
-        template: that it was forked from
-        pid: number of its process
-        requests: to it
-        answers: from it
+        template: template that it was forked from
+        pid: its process identifier
+        requests: pipe to it
+        answers: pipe from it
         life: end of the pipe whose closing ends it
     """
 
@@ -132,10 +132,10 @@ class Started:
     life: int
 
     def code(self, patience: float) -> int | None:
-        """Exit code, None where the reader still runs or the code is unknown.
+        """Exit code; None where the reader still runs or the code is unknown.
 
         Args:
-            patience: time that it gets to end [s]
+            patience: longest wait for its end [s]
         """
         until = time.monotonic() + patience
         while True:
@@ -148,7 +148,7 @@ class Started:
             time.sleep(PAUSE)
 
     def end(self) -> None:
-        """End it, close the pipes, and let its template forget it."""
+        """End the reader, close the pipes, and have the template collect its exit code."""
         with contextlib.suppress(OSError, TemplateEnded):
             if self.template.code(self.pid) is None:
                 os.kill(self.pid, signal.SIGKILL)
@@ -164,9 +164,9 @@ def started(script: str, path: str, memory: int, folder: Path | None) -> Started
 
     Args:
         script: path of the module whose class `Reader` reads the file
-        path: of the file, absolute
-        memory: that it may take [bytes]
-        folder: for its temporary files; None for the usual one
+        path: absolute path of the file
+        memory: memory that it may take [bytes]
+        folder: folder for its temporary files; None for the usual one
 
     Raises:
         TemplateEnded: importing the library ends the process
@@ -187,11 +187,11 @@ def started(script: str, path: str, memory: int, folder: Path | None) -> Started
 
 
 def _forked(script: str, about: tuple[str, int, Path | None], ends: tuple[int, int, int]) -> tuple[Template, int]:
-    """The template and the number of a new reader; a template that was ended from outside is started anew, once."""
+    """(template, identifier of a new reader); a template that was ended from outside is started again, once."""
     with _starting:
         template = _templates.get(script)
         if template is not None and template.owner != os.getpid():
-            template = None  # of the process that this one was forked from
+            template = None  # it belongs to the process that this one was forked from
         if template is not None:
             with contextlib.suppress(TemplateEnded):
                 return template, template.start(*about, ends)

@@ -1,4 +1,4 @@
-"""A file format and an opened file: its columns, and the samples of some of them piece by piece."""
+"""File formats and opened files: the columns of a file, and the samples of some of them piece by piece."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Column:
     """One column of a file.
 
     Args:
-        name: in the file; unique
+        name: name in the file; unique
         unit: as the file writes it; "" where it has none
         title: the name without a unit in it, by which a canonical signal is guessed; the name itself where not given
         qualified: whether the title is the last part of a name that begins with a message, group or structure
@@ -35,7 +35,7 @@ class Piece(NamedTuple):
 
     Args:
         channels: as recorded, under their names in the file; those with common time stamps share the array
-        share: of the file that has been read up to here, 0 to 1
+        share: share of the file that has been read so far, 0 to 1
     """
 
     channels: list[Channel]
@@ -43,7 +43,7 @@ class Piece(NamedTuple):
 
 
 Lane = Iterator[Piece]
-"""Channels that a file holds side by side, piece by piece; several lanes of a file run through it independently."""
+"""Channels that a file holds side by side, piece by piece; the lanes of a file are read independently."""
 
 
 @dataclass(frozen=True)
@@ -51,16 +51,16 @@ class Source:
     """An opened file.
 
     Args:
-        columns: what it holds
-        lanes: the named columns, in the file's units, from the beginning to the end; called anew for every reading
+        columns: its columns
+        lanes: gives the named columns, in the file's units, from beginning to end; called again for every reading
         metadata: format, start time, bus, comments
         origin: calendar time [s] of the stamp zero, where the loaded stamps count from there
         warnings: notices about the file for a reader of results
-        found: what came to light while the lanes were read
-        size: bytes that the file takes where it lies
-        maps: channel maps that lie beside the databases of a bus log
-        silent: columns that the databases of a bus log describe, and that never came in it
-        texts: names of columns that hold text, or else no numbers, and cannot be read
+        found: gives warnings that arose while the lanes were read
+        size: size of the stored file [bytes]
+        maps: channel maps beside the databases of a bus log
+        silent: columns that the databases of a bus log describe, and of which it has no message
+        texts: names of columns without numbers, such as text, which cannot be read
     """
 
     columns: tuple[Column, ...]
@@ -80,7 +80,7 @@ def source_of(channels: Sequence[Channel], metadata: Mapping[str, object] | None
 
     Args:
         channels: as recorded, under their names and with the units of the file; "" where it gives none
-        metadata: of the recording
+        metadata: metadata of the recording
     """
     by_name = {channel.name: channel for channel in channels}
 
@@ -95,12 +95,12 @@ class Format:
     """A file format that can be read.
 
     Args:
-        name: short, as in messages and metadata
-        title: for people, with the endings that are usual
-        endings: of file names, in lower case, with their point
-        open: gives the columns of a file, or the frames of a CAN log; takes its content and which column is the time
-        recognises: whether a file that begins so (64 kB) is of this format; takes its ending too, "" without one
-        text: whether it is taken by the ending too, where no format recognises the beginning of a text
+        name: short name, for messages and metadata
+        title: name for users, with the usual endings
+        endings: endings of file names, in lower case, with their point
+        open: gives the columns of a file, or the frames of a CAN log; takes its content and its time column
+        recognises: whether a file with this beginning (64 kB) is of this format; takes its ending too, "" without one
+        text: whether a text is of this format by its ending alone, where no format recognises its beginning
         whole: whether a file must lie on the disk unpacked: neither gzip nor a pipe
     """
 
@@ -114,7 +114,7 @@ class Format:
 
 
 def text_begin(head: bytes) -> bytes:
-    """The beginning of a text without byte order mark and white space in front."""
+    """The beginning of a text without leading byte order mark and white space."""
     return head.removeprefix(b"\xef\xbb\xbf").lstrip()
 
 
@@ -122,6 +122,6 @@ def begins_with(*beginnings: bytes) -> Callable[[bytes, str], bool]:
     """A test of a format by the first bytes of its files.
 
     Args:
-        beginnings: any of which they have
+        beginnings: possible first bytes
     """
     return lambda head, ending: head.startswith(beginnings)

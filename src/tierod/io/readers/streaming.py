@@ -1,4 +1,4 @@
-"""Reading a recording slice by slice, the one way in which every format is read, or as a whole."""
+"""Reading of a recording slice by slice or as a whole, in the same way for every format."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from tierod.io.readers.opening import Kind, Paths, open_source, shipped
 from tierod.io.readers.source import Source
 
 SHARE_READ = "share_read"
-"""Metadata of a slice: how much of the file had been read when it was given out, 0 to 1."""
+"""Metadata key of a slice: share of the file that had been read when it was delivered, 0 to 1."""
 
 
 LACKING = "lacking_columns"
-"""Metadata of a recording: by signal, which column its channel map names that the file lacks, as a sentence."""
+"""Metadata key of a recording: by signal, a sentence on the column that its channel map names and the file lacks."""
 
 
 def open_chunks(
@@ -47,7 +47,7 @@ def open_chunks(
         seconds: length of the slices [s]; ten minutes of ten channels at 100 Hz are 5 MB
 
     Raises:
-        InputError: as for `read`, or slices that are not positive
+        InputError: as for `read`, or the length of the slices is not positive
     """
     if not seconds > 0.0:
         raise InputError(f"slices need a positive length, not {seconds} s")
@@ -62,7 +62,7 @@ def open_chunks(
 
 
 def loaded_map(channel_map: str | Path | ChannelMap | None) -> ChannelMap | None:
-    """The channel map of a path or of a name that is shipped.
+    """The channel map at a path, or the shipped one with a name; any other argument unchanged.
 
     Raises:
         InputError: it cannot be read
@@ -76,10 +76,10 @@ def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, na
     """Plan of the columns of an opened file that become channels.
 
     Args:
-        path: of the file, for messages
+        path: path of the file, for messages
         source: the opened file
-        channel_map: None where the one beside the database, or none, is used
-        names: of the wanted signals; None for all
+        channel_map: the channel map; where None, the one beside the database is used, if there is one
+        names: names of the wanted signals; None for all
 
     Raises:
         InputError: the channel map does not fit, or the file holds none of the named signals
@@ -89,7 +89,7 @@ def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, na
     try:
         made = plan(source.columns, channel_map, names, source.silent)
     except InputError as error:
-        # The map or a name is at fault; of several recordings the user must know which one it does not fit.
+        # Among several recordings, the user needs the one that the map or the names do not fit.
         raise InputError(f"{path}: {error}") from None
     if not made.picks and (absent := [made.lacking[name] for name in ingredients(names or ()) if name in made.lacking]):
         raise InputError(f"{path}: {absent[0]} Correct the channel map")
@@ -109,11 +109,11 @@ def planned(path: str | Path, source: Source, channel_map: ChannelMap | None, na
 
 @dataclass
 class Reading:
-    """One way through an opened file, from its beginning to its end.
+    """One pass through an opened file, from its beginning to its end.
 
     Args:
-        path, source, kind: the file, opened
-        plan: what becomes of its columns
+        path, source, kind: the opened file
+        plan: plan of the channels
     """
 
     path: str | Path
@@ -124,7 +124,7 @@ class Reading:
     _doubts: Doubts = field(default_factory=Doubts)
 
     def slices(self, seconds: float) -> Iterator[Recording]:
-        """The channels of the plan, not yet those that are derived.
+        """The channels of the plan, slice by slice, without derived signals.
 
         Args:
             seconds: length of the slices [s]; infinity gives the whole
@@ -161,18 +161,18 @@ class Reading:
 
 
 def origin_of(channels: Iterable[Channel]) -> float:
-    """The first stamp of all where stamps are calendar times, else 0."""
+    """The first stamp of all channels where stamps are calendar times, else 0."""
     stamps = [float(channel.time[0]) for channel in channels if len(channel.time)]
     return min(stamps) if stamps and min(stamps) > CALENDAR else 0.0
 
 
 def completed(recording: Recording, past: Recording | None, names: tuple[str, ...]) -> Recording:
-    """A slice with its derived signals, which look back over the edge to the one before.
+    """A slice with its derived signals, which also use the end of the slice before it.
 
     Args:
         recording: the slice
-        past: the one before it; None for the first
-        names: of the signals wanted
+        past: the slice before it; None for the first
+        names: names of the signals wanted
     """
     if past is None:
         return complete(recording, names)
@@ -202,16 +202,17 @@ def read(
     """The recording in a file, with canonical names and in SI units.
 
     Args:
-        path: MF4, MDF, Parquet, CSV, MATLAB 5, candump -L, ASC, BLF or TRC; text may be packed with gzip
-        dbc: database of a CAN log, or several; a bare name such as "rav4" means the one that tierod ships
-        channel_map: TOML file that assigns columns to signals; a bare name means the one that tierod ships;
+        path: file of any format in `READERS`, such as MF4, Parquet, CSV, MATLAB, MCAP, candump -L, ASC or BLF, or a
+            folder with parts of one drive; text and CAN logs may be packed with gzip
+        dbc: database of a CAN log, or several; a bare name such as "rav4" stands for a shipped one
+        channel_map: TOML file that assigns columns to signals; a bare name stands for a shipped one;
             where not given, "car.channels.toml" beside "car.dbc" is used if it is there (metadata "channel_map")
         names: the signals (or columns) wanted, all where not given; signals that the file lacks are derived where
             tierod.io.derive has a recipe, and are absent otherwise
 
     Returns:
         time counts from the first stamp where the file has calendar time (metadata "origin" keeps it);
-        what was guessed, repaired or lost stands in `warnings` and in the notes of the channels
+        guesses, repairs and losses are stated in `warnings` and in the notes of the channels
 
     Raises:
         InputError: the file, the database or the map cannot be used; the message states the remedy

@@ -1,4 +1,4 @@
-"""CAN logs of vendors (ASC, BLF, TRC) through python-can; packed containers of BLF are unpacked within limits."""
+"""CAN logs in vendor formats (ASC, BLF, TRC) through python-can; containers of BLF are unpacked within limits."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def unpacked(content: Content) -> Iterator[bytes]:
     """The bytes of a BLF file with every packed container replaced by one that is not packed.
 
     Raises:
-        InputError: a container or the whole unfolds to more than is allowed
+        InputError: a container or the whole file is larger than is allowed when unpacked
     """
     allowance = Allowance(content.path, content.size)
     objects = _Objects(allowance)
@@ -60,7 +60,7 @@ def unpacked(content: Content) -> Iterator[bytes]:
                 raise ValueError(f"an object has {size} bytes, fewer than its header")
             allowance.take_block(size)
             body = stream.read(max(size - _HEADER.size, 0))
-            padding = stream.read(size % 4)
+            padding = stream.read(size % 4)  # BLF pads by size % 4 bytes, not up to a multiple of four
             if sign == b"LOBJ" and kind == _CONTAINER_TYPE and len(body) >= _CONTAINER.size:
                 method, declared = _CONTAINER.unpack_from(body)
                 if method == _ZLIB:
@@ -75,19 +75,19 @@ def unpacked(content: Content) -> Iterator[bytes]:
 
 
 class _Objects:
-    """The objects in consecutive containers, one of which may begin in one and end in the next.
+    """Checks the objects in consecutive containers; an object may begin in one container and end in the next.
 
-    python-can looks for the next object where the size of the one before says, and never ends where that is no size.
+    python-can finds the next object by the size of the one before, and never ends where that size is invalid.
 
     Args:
-        allowance: of the file
+        allowance: limits of the file
     """
 
     def __init__(self, allowance: Allowance):
         self._allowance, self._rest = allowance, b""
 
     def add(self, plain: bytes) -> None:
-        """The content of the next container.
+        """Check the content of the next container.
 
         Raises:
             ValueError: an object is shorter than its header
@@ -106,7 +106,7 @@ class _Objects:
 
 
 def _inflated(packed: bytes, declared: int, allowance: Allowance) -> bytes:
-    """The content of a container; that of a damaged one as far as it goes."""
+    """The content of a container, of a truncated one as far as it goes."""
     allowance.take_block(declared)
     worker, most = zlib.decompressobj(), allowance.limits.block
     try:
@@ -119,7 +119,7 @@ def _inflated(packed: bytes, declared: int, allowance: Allowance) -> bytes:
 
 
 def cut_off(content: Content) -> str:
-    """A note where a BLF file is shorter than in its header, since its reader ends there without a word; else ""."""
+    """A note where a BLF file is shorter than its header states, which python-can does not report; else ""."""
     head = content.head(_SIZE_OF_FILE + 8)
     size = int.from_bytes(head[_SIZE_OF_FILE:], "little")
     there = sum(map(len, content.blocks())) if content.packed else content.size
@@ -130,11 +130,11 @@ _ASC = re.compile(rb"^\s*(//.*\s+)?(date .*\s+)?base\s+(hex|dec)\b", re.IGNORECA
 _TRC = re.compile(rb"^;(\$FILEVERSION|#{10})|^;.*PCAN", re.IGNORECASE)
 
 BLOCK = 10_000
-"""Frames that are Python objects at a time: each takes 0.5 to 1 kB until it stands in arrays of 30 bytes."""
+"""Number of frames that are Python objects at a time: each takes 0.5 to 1 kB, but in arrays 30 bytes."""
 
 
 def frames_of(content: Content, kind: str) -> Iterator[Frames]:
-    """The frames of a log, block by block; what was lost because the log is damaged stands in the notes of the last.
+    """The frames of a log, block by block; the last block has the notes on losses by damage.
 
     Args:
         content: the bytes of the file
@@ -142,7 +142,7 @@ def frames_of(content: Content, kind: str) -> Iterator[Frames]:
 
     Raises:
         MissingExtra: python-can is not installed
-        InputError: the log holds no frame, is damaged from the start, or unfolds to too much
+        InputError: the log holds no frame, is damaged from the start, or is too large when unpacked
     """
     try:
         import can  # noqa: F401
@@ -172,7 +172,7 @@ def frames_of(content: Content, kind: str) -> Iterator[Frames]:
 
 
 def _messages(content: Content, kind: str, damages: list[str], strange: Counter[str]) -> Iterator[can.Message]:
-    """The frames with data up to the end or to the damage, which is put into `damages`; impossible ones are counted."""
+    """The frames with data, up to the end or to damage, which is noted in `damages`; invalid ones are counted."""
     try:
         with _quiet():
             for message in _reader(content, kind):
@@ -192,7 +192,7 @@ def _messages(content: Content, kind: str, damages: list[str], strange: Counter[
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Without what python-can logs of lines that it leaves out."""
+    """Suppress what python-can logs about lines that it leaves out."""
     logger = logging.getLogger("can")
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)
@@ -216,7 +216,7 @@ def _reader(content: Content, kind: str) -> Iterable[can.Message]:
 
 
 def _frames(rows: Sequence[can.Message], buses: dict[str, int], origin: float | None) -> Frames:
-    """Some frames, their time counted from the first of the log."""
+    """A block of frames, their time counted from the first frame of the log."""
     length = np.array([len(message.data) for message in rows])
     width = max(int(length.max()), 8)
     payload = np.frombuffer(b"".join(bytes(message.data).ljust(width, b"\0") for message in rows), dtype=np.uint8)

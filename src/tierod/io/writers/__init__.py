@@ -1,4 +1,4 @@
-"""Writing recordings: one function for every format, chosen by the ending of the file."""
+"""Writing of recordings: one function for every format, chosen by the ending of the file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _OWN = {
 
 
 def _obstacle(ending: str, given: object) -> str:
-    """Why what a package registers cannot write files."""
+    """Reason why an object that a package registers cannot write files; "" where it can."""
     return "" if isinstance(given, Writer) else f"is of the type '{type(given).__name__}'; expected a tierod.io.Writer"
 
 
@@ -35,8 +35,8 @@ def write(recording: Recording, path: str | Path) -> None:
     """Write a recording; every channel keeps its own time stamps, its unit, source and note.
 
     Args:
-        recording: with at least one channel
-        path: ends in .parquet, .csv, .mf4, .mcap, .mat, or as a plug-in says; the file appears whole or not at all
+        recording: recording with at least one channel
+        path: ends in .parquet, .csv, .mf4, .mcap, .mat, or an ending of a plug-in; the file appears whole or not at all
 
     Raises:
         OutputError: an ending that is not known, nothing to write, no such folder, no permission, disk full
@@ -46,7 +46,7 @@ def write(recording: Recording, path: str | Path) -> None:
 
 
 def require_writable(path: str | Path) -> None:
-    """Raise now the errors that `write` would raise after a long run: ending, folder, library.
+    """Raise the errors of `write` before a long run instead of after it: ending, folder, library.
 
     Args:
         path: as for `write`

@@ -1,6 +1,6 @@
 """CSV: a comment line with sources and notes, titles with units, one time column per group of channels.
 
-Groups with fewer samples end in empty cells. Numbers are written so that they read back to the last bit.
+Groups with fewer samples end in empty cells. Numbers are written with all digits, so that they read back exactly.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""MATLAB 5: a vector "time" with the signals, or a structure of them per group of channels with common time stamps."""
+"""MATLAB 5: a vector "time" with the signals, or one structure of these per group of channels with common stamps."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from tierod.io.writers.spool import ROWS, FromSpool, Spool, SpooledGroup
 _MATRIX, _DOUBLE_CLASS, _STRUCT_CLASS, _CHAR_CLASS = 14, 6, 2, 4
 _INT8, _UINT16, _INT32, _UINT32, _DOUBLE = 1, 4, 5, 6, 9
 _LONGEST = 63
-"""Characters of a name in MATLAB."""
+"""Largest number of characters of a name in MATLAB."""
 
 _LARGEST = 2**31 - 1024
-"""Bytes of a variable at the most, as MATLAB 5 files allow."""
+"""Largest size of a variable in a MATLAB 5 file [bytes]."""
 
 UNITS = "units"
-"""Structure of texts with the unit of every vector."""
+"""Name of the structure of texts with the unit of every vector."""
 
 
 def write_mat(spool: Spool, path: str | Path) -> tuple[str, ...]:
-    """Write a recording as MATLAB reads it with `load`, not packed.
+    """Write a recording to a file for MATLAB's `load`, not packed.
 
     Args:
         spool: the recording
@@ -35,7 +35,7 @@ def write_mat(spool: Spool, path: str | Path) -> tuple[str, ...]:
         what the format cannot hold
 
     Raises:
-        OutputError: nothing to write, a variable that is too long for the format, or the file cannot be written
+        OutputError: nothing to write, a variable is too long for the format, or the file cannot be written
     """
     found = spool.groups()
     names = _names(list(spool.channels))
@@ -57,7 +57,7 @@ def write_mat(spool: Spool, path: str | Path) -> tuple[str, ...]:
 
 
 def _names(given: list[str]) -> dict[str, str]:
-    """A name that MATLAB allows for every channel; unique, and none of those of the file itself."""
+    """A name that MATLAB allows for every channel: unique, and different from "time" and "units"."""
     taken, found = {"time", UNITS}, {}
     for name in given:
         base = re.sub(r"[^A-Za-z0-9_]", "_", name)[:_LONGEST]
@@ -78,7 +78,7 @@ def _head(name: str, rows: int, columns: int, kind: int) -> bytes:
 
 
 def _vector(file: IO[bytes], name: str, group: SpooledGroup, place: int) -> None:
-    """The time (place -1) or a channel of a group as a column of doubles."""
+    """Write the time (place -1) or a channel of a group as a column of doubles."""
     head, size = _head(name, group.count, 1, _DOUBLE_CLASS), 8 * group.count
     if size > _LARGEST:
         raise OutputError(f"'{name}' has {group.count} samples, more than a MATLAB 5 file holds; write Parquet or MF4")
@@ -93,6 +93,7 @@ def _structure(file: IO[bytes], name: str, group: SpooledGroup, names: list[str]
     head = _struct_head(name, fields)
     each = 8 + len(_head("", group.count, 1, _DOUBLE_CLASS)) + 8 + 8 * group.count
     size = len(head) + len(fields) * each
+    # Only the 32 bits of its size limit a structure; its vectors are checked one by one.
     if size > 2 * _LARGEST:
         raise OutputError(f"'{name}' takes {size / 1e9:.3g} GB, more than a MATLAB 5 file holds; write Parquet or MF4")
     file.write(struct.pack("<II", _MATRIX, size) + head)

@@ -28,14 +28,14 @@ def schema_of(channels: tuple[Channel, ...] | list[Channel]) -> bytes:
 
 
 def write_mcap(spool: Spool, path: str | Path) -> tuple[str, ...]:
-    """Write a recording as messages in the order of time; what stands beside the numbers is metadata of the file.
+    """Write a recording as messages in the order of time; its description becomes metadata of the file.
 
     Args:
         spool: the recording
         path: the file; replaced as a whole
 
     Returns:
-        what the format cannot hold: parts of a nanosecond
+        what the format cannot hold: fractions of a nanosecond
 
     Raises:
         MissingExtra: mcap is not installed
@@ -47,6 +47,7 @@ def write_mcap(spool: Spool, path: str | Path) -> tuple[str, ...]:
 
     found = spool.groups()
     about = spool.description(found)
+    # Whole seconds as an integer: nanoseconds since 1970 exceed the 53 bits of a float.
     start = round(about["origin"]) * 10**9
     part = about["origin"] - round(about["origin"])
     with replacing(path) as temporary, temporary.open("wb") as file:
@@ -74,7 +75,7 @@ def _messages(number: int, group: SpooledGroup) -> Iterator[tuple[float, int, by
     for time, values in group.rows():
         rows = zip(*(part.tolist() for part in values), strict=True)
         for stamp, row in zip(time.tolist(), rows, strict=True):
-            # JSON has no number for a missing sample.
+            # JSON has no NaN: a missing sample is null.
             texts = (repr(value) if math.isfinite(value) else "null" for value in row)
             pairs = ",".join(f"{name}:{text}" for name, text in zip(names, texts, strict=True))
             yield stamp, number, f"{{{pairs}}}".encode()

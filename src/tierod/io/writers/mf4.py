@@ -38,7 +38,7 @@ def write_mf4(spool: Spool, path: str | Path) -> tuple[str, ...]:
     with replacing(path) as temporary, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file = MDF(version="4.10")
-        # Without a calendar time it begins in 1970; asammdf would take the time of writing.
+        # A recording without calendar time begins in 1970; asammdf would take the time of writing.
         file.header.start_time = datetime.datetime.fromtimestamp(about["origin"], datetime.UTC)
         file.header.comment = _header_comment(about["metadata"])
         try:
@@ -52,7 +52,7 @@ def write_mf4(spool: Spool, path: str | Path) -> tuple[str, ...]:
                         for each, part in zip(group.channels, values, strict=True)
                     ]
                     file.append(signals, acq_name=f"group {number}", comment="tierod", common_timebase=True)
-            # asammdf names its file .mf4 whatever ending it was given.
+            # asammdf gives its file the ending .mf4, whatever it was given.
             saved = Path(file.save(temporary, overwrite=True))
             if saved != temporary:
                 saved.replace(temporary)
@@ -75,7 +75,7 @@ def require_asammdf() -> None:
 
 
 def _header_comment(metadata: Mapping[str, object]) -> str:
-    """The comment of the file in the form of MDF 4: metadata as JSON in a common property called tierod."""
+    """The comment of the file in the form of MDF 4, with the metadata as JSON in a common property "tierod"."""
     root = ElementTree.Element("HDcomment")
     ElementTree.SubElement(root, "TX")
     properties = ElementTree.SubElement(root, "common_properties")

@@ -2,7 +2,7 @@
 
 Every group of channels with common time stamps has a time column ("time", "time.2", ...) followed by its channels.
 Row groups cover equal slices of time; within one, shorter groups are padded with nulls at the end, and a row without a
-time stamp is padding. Units, sources and notes stand in the metadata of the schema under the key "tierod", as JSON.
+time stamp is padding. The metadata of the schema hold units, sources and notes under the key "tierod", as JSON.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from tierod.io.layout import Writer
 from tierod.io.writers.spool import ROWS, FromSpool, Spool, SpooledGroup
 
 SLICE = 60.0
-"""Time that one row group covers [s]: small enough for memory, large enough for the file to be read at full speed."""
+"""Time that one row group covers [s]: short enough for the memory, long enough to read the file at full speed."""
 
 _MOST = 100_000
-"""Row groups at the most: a recording of days gets longer ones."""
+"""Largest number of row groups: a recording of days gets longer ones."""
 
 
 def write_parquet(spool: Spool, path: str | Path) -> tuple[str, ...]:
@@ -57,6 +57,7 @@ def write_parquet(spool: Spool, path: str | Path) -> tuple[str, ...]:
                 parts = []
                 for group, (first, last) in zip(found, rows, strict=True):
                     parts += [column_of(each, length) for each in (group.time(first, last), *group.values(first, last))]
+                # With so large a limit each table becomes one row group.
                 writer.write_table(pa.table(parts, schema=schema), row_group_size=1 << 26)
     except pa.ArrowException as error:
         raise OutputError(f"{path} cannot be written: {' '.join(str(error).split())[:160]}") from None
@@ -64,7 +65,7 @@ def write_parquet(spool: Spool, path: str | Path) -> tuple[str, ...]:
 
 
 def _slices(found: tuple[SpooledGroup, ...]) -> Iterator[list[tuple[int, int]]]:
-    """Per row group the (first, last) rows of every group, over equal slices of time."""
+    """(first, end) rows of every group of channels for each row group, over equal slices of time."""
     ends = [(group.time(0, 1)[0], group.time(group.count - 1, group.count)[0]) for group in found if group.count]
     if not ends:
         yield [(0, 0) for _ in found]

@@ -1,4 +1,4 @@
-"""A recording in memory, or in pieces that are kept in temporary files, whose rows a writer can take in any order."""
+"""A recording in memory or in temporary files, whose rows a writer can take in any order."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from tierod.io.layout import plain
 from tierod.io.readers.content import Kept
 
 _OF_READING = ("origin", "format", "share_read", "lacking_columns")
-"""Metadata of a recording that the next reader finds anew."""
+"""Metadata of a recording that are not written, since the next reader determines them."""
 
 ROWS = 1 << 15
-"""Rows that a writer takes at a time."""
+"""Number of rows that a writer takes at a time."""
 
 
 class _InMemory:
-    """Numbers of one channel or clock."""
+    """Numbers of one channel or clock in memory."""
 
     def __init__(self, values: np.ndarray):
         self.values, self.count = np.ascontiguousarray(values, dtype="<f8"), len(values)
@@ -61,8 +61,8 @@ class SpooledGroup:
 
     Args:
         clock: name of the time column
-        channels: by name, without samples
-        count: of the samples of each
+        channels: the channels, without samples
+        count: number of samples of each
     """
 
     clock: str
@@ -72,21 +72,21 @@ class SpooledGroup:
     _values: tuple[_Column, ...]
 
     def time(self, begin: int, end: int) -> np.ndarray:
-        """Some of the time stamps [s]."""
+        """The time stamps from `begin` up to `end` [s]."""
         return self._time.part(begin, end)
 
     def values(self, begin: int, end: int) -> list[np.ndarray]:
-        """Some samples of every channel."""
+        """The samples of every channel from `begin` up to `end`."""
         return [column.part(begin, end) for column in self._values]
 
     def rows(self) -> Iterator[tuple[np.ndarray, list[np.ndarray]]]:
-        """(time [s], values of every channel), some rows at a time; once where there are none."""
+        """(time [s], values of every channel), some rows at a time; one empty pair without rows."""
         for begin in range(0, max(self.count, 1), ROWS):
             yield self.time(begin, begin + ROWS), self.values(begin, begin + ROWS)
 
 
 class Spool:
-    """The channels of a recording by their clocks; takes its pieces one by one."""
+    """Collects a recording piece by piece, and groups its channels by their clocks."""
 
     def __init__(self) -> None:
         self._channels: dict[str, Channel] = {}
@@ -97,7 +97,7 @@ class Spool:
 
     @classmethod
     def of(cls, recording: Recording) -> Spool:
-        """A recording that is in memory, and stays there."""
+        """The spool of a recording that is in memory and stays there."""
         spool, times = cls(), {id(each.time): _InMemory(each.time) for each in recording.channels.values()}
         spool.metadata |= recording.metadata
         for name, channel in recording.channels.items():
@@ -106,7 +106,7 @@ class Spool:
         return spool
 
     def add(self, piece: Recording) -> None:
-        """The next piece.
+        """Add the next piece.
 
         Raises:
             OutputError: the temporary folder is full
@@ -130,15 +130,16 @@ class Spool:
             ) from None
 
     def groups(self) -> tuple[SpooledGroup, ...]:
-        """The channels by their time stamps.
+        """The channels grouped by their time stamps.
 
         Raises:
-            OutputError: there are none
+            OutputError: there are no channels
         """
         if not self._channels:
             raise OutputError(
                 "the recording has no channels, so there is nothing to write; choose channels that it has"
             )
+        # Equal stamps make a group, compared by a digest: in files, every channel has stamps of its own.
         by_clock: dict[tuple[int, bytes], list[str]] = {}
         for name, time in self._times.items():
             by_clock.setdefault((time.count, time.digest()), []).append(name)
@@ -155,7 +156,7 @@ class Spool:
 
     @property
     def channels(self) -> Mapping[str, Channel]:
-        """Without samples, by name."""
+        """The channels without samples, by name."""
         return self._channels
 
     def description(self, found: tuple[SpooledGroup, ...]) -> dict[str, Any]:
@@ -176,10 +177,10 @@ class Spool:
 
 @dataclass(frozen=True)
 class FromSpool:
-    """Writes recordings in memory by a function that writes any spool, and returns what its format cannot hold."""
+    """Writer of recordings in memory, by a function that writes a spool and returns what its format cannot hold."""
 
     spooled: Callable[[Spool, str | Path], tuple[str, ...]]
 
     def __call__(self, recording: Recording, path: str | Path) -> None:
-        """As `Writer.write`."""
+        """Write a recording, see `Writer.write`."""
         self.spooled(Spool.of(recording), path)

@@ -1,8 +1,8 @@
-"""The C that every kernel begins with: one real type, and the functions that we write ourselves.
+"""The C that every kernel begins with: one real type, and tierod's own mathematical functions.
 
-None is taken from the C library but square root, absolute value and roundings, which are instructions. They have no
-branch, so that a loop over lanes vectorises where they occur, and are the same in every driver. Their error is at most
-two units in the last place.
+Only square root, absolute value and rounding, which are instructions, are taken from the C library. The functions have
+no branch, so that a loop over lanes vectorises where they occur, and are the same in every driver. Their error is at
+most two units in the last place.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _PARTS: dict[str, tuple[Callable[[Real], str], ...]] = {
     "power": (bits, exact, exponential, logarithm, power),
     "length": (length,),
 }
-"""C that a group of functions needs, in order."""
+"""C that each group of functions needs, in order."""
 
 _GROUPS = {
     **dict.fromkeys(("sin", "cos", "tan"), "circular"),
@@ -47,11 +47,11 @@ _GROUPS = {
 }
 
 OWN = {name: f"tierod_{name}" for name in ("sign", *_GROUPS)}
-"""Functions of ours, by the name of the operation."""
+"""Names of tierod's own C functions, by the name of the operation."""
 
 
 def prelude(operations: Iterable[str], in_lanes: bool = False) -> str:
-    """Head of a kernel: types, and the functions that it uses, in double and in float.
+    """Head of a kernel: types, and the functions that the kernel uses, in double and in float.
 
     Args:
         operations: names of the operations that are printed
@@ -70,7 +70,7 @@ def definitions(operations: Iterable[str], single: bool) -> str:
 
     Args:
         operations: names of the operations that are printed
-        single: in float, else in double
+        single: whether in float, else in double
     """
     return "".join(part(FLOAT if single else DOUBLE) for part in _ordered(operations))
 

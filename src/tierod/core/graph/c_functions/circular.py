@@ -27,16 +27,16 @@ _ARCTANGENT = {
     ),
     False: (-3.33329491539e-1, 1.99777106478e-1, -1.38776856032e-1, 8.05374449538e-2),
 }  # fmt: skip
-"""In double those of Sun's fdlibm (k_sin.c, k_cos.c, s_atan.c), in float of Moshier's Cephes (sinf.c, atanf.c)."""
+"""Coefficients: in double of Sun's fdlibm (k_sin.c, k_cos.c, s_atan.c), in float of Moshier's Cephes (sinf, atanf)."""
 
 _HALF = {True: (0.4636476090008061, 2.2698777452961687e-17), False: (0.46364760398864746, 5.01215868808913e-09)}
 _QUARTER_PI = {True: (0.7853981633974483, 3.061616997868383e-17), False: (0.7853981852531433, -2.1855694143368964e-08)}
 _PI = {True: (3.141592653589793, 1.2246467991473532e-16), False: (3.1415927410125732, -8.742277657347586e-08)}
-"""arctan(1/2), pi/4 and pi, each as a number and what it lacks."""
+"""arctan(1/2), pi/4 and pi, each as the nearest number and the remainder."""
 
 
 def sine_and_cosine(real: Real) -> str:
-    """C of both, of an angle within a quarter turn around zero, and of any angle."""
+    """C of sine and cosine within a quarter turn around zero, and of sine, cosine and tangent of any angle."""
     double = real is DOUBLE
     return f"""\
 /* Of x + y within an eighth of a turn, the y small beside x; lost: what the result lacks. */
@@ -81,7 +81,7 @@ TIEROD_INLINE real tierod_tan(real x) {{
 
 
 def arctangent(real: Real) -> str:
-    """C of the angle of a point, and of the inverse functions that it serves."""
+    """C of atan2, the angle of a point, and of atan, asin and acos, which use it."""
     double = real is DOUBLE
     half, quarter, pi = (tuple(map(real.number, values[double])) for values in (_HALF, _QUARTER_PI, _PI))
     large, small = (real.number(2.0**power) for power in ((900, -900) if double else (100, -100)))

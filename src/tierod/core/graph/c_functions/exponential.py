@@ -1,4 +1,4 @@
-"""C of exponential function, logarithm, power, hyperbolic functions and length, without a branch."""
+"""C of exponential function, logarithm, power, hyperbolic functions and vector length, without a branch."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _EXPONENTIAL = {
     True: tuple(1.0 / math.factorial(n) for n in range(2, 14)),
     False: (5.0000001201e-1, 1.6666665459e-1, 4.1665795894e-2, 8.3334519073e-3, 1.3981999507e-3, 1.9875691500e-4),
 }
-"""(exp(r) - 1 - r) / r^2 for |r| <= ln(2)/2: Taylor's series, or Moshier's Cephes (expf.c)."""
+"""Coefficients of (exp(r) - 1 - r) / r^2 for |r| <= ln(2)/2: Taylor series, in float of Moshier's Cephes (expf.c)."""
 
 _LOGARITHM = {
     True: (
@@ -20,7 +20,7 @@ _LOGARITHM = {
     ),
     False: (0.66666662693, 0.40000972152, 0.28498786688, 0.24279078841),
 }  # fmt: skip
-"""(log(1 + f) - 2 s) / s^3 with s = f / (2 + f), of Sun's fdlibm (e_log.c, e_logf.c)."""
+"""Coefficients of (log(1 + f) - 2 s) / s^3 with s = f / (2 + f), of Sun's fdlibm (e_log.c, e_logf.c)."""
 
 _TANH = {
     True: (
@@ -32,14 +32,14 @@ _TANH = {
 """Numerator and denominator of (tanh(x) - x) / x^3 for |x| < 0.625, of Moshier's Cephes (tanh.c, tanhf.c)."""
 
 _SINH = tuple(1.0 / math.factorial(2 * n + 1) for n in range(1, 10))
-"""(sinh(x) - x) / x^3 in powers of x^2, Taylor's series."""
+"""Coefficients of (sinh(x) - x) / x^3 in powers of x^2, Taylor series."""
 
 _TWO_THIRDS = {True: (0.6666666666666666, 3.700743415417188e-17), False: (0.6666666865348816, -1.9868215517249155e-08)}
 _LOWEST, _HIGHEST = {True: -745.2, False: -104.0}, {True: 709.782712893384, False: 88.72283172607422}
 
 
 def exponential(real: Real) -> str:
-    """C of exp(x), exp(x) - 1 and tanh(x)."""
+    """C of exp(x), exp(x) - 1, tanh(x), sinh(x) and cosh(x)."""
     double = real is DOUBLE
     high, low = map(real.number, _LN2[double])
     lowest, highest = real.number(_LOWEST[double]), real.number(_HIGHEST[double])
@@ -92,7 +92,7 @@ TIEROD_INLINE real tierod_cosh(real x) {{
 
 
 def logarithm(real: Real) -> str:
-    """C of log(x), log(1 + x) and x^y."""
+    """C of log(x) and log(1 + x)."""
     double = real is DOUBLE
     high, low = map(real.number, _LN2[double])
     mean = real.number(math.sqrt(0.5))
@@ -177,7 +177,7 @@ TIEROD_INLINE real tierod_pow(real x, real y) {{
 
 
 def length(real: Real) -> str:
-    """C of the length of a vector of two."""
+    """C of the length of a vector of two components, scaled against overflow and underflow."""
     double = real is DOUBLE
     large, small = (real.number(2.0**exponent) for exponent in ((500, -450) if double else (60, -50)))
     up, down = (real.number(2.0**exponent) for exponent in ((600, -600) if double else (80, -80)))

@@ -10,11 +10,11 @@ class Real(NamedTuple):
     """Properties of a floating-point type that the functions depend on.
 
     Args:
-        name: as C writes it
-        suffix: of its constants
+        name: name of the type in C
+        suffix: suffix of its constants
         word: unsigned integer of the same size
-        fraction: bits of its significand that are stored
-        bias: of its exponent
+        fraction: number of stored bits of its significand
+        bias: bias of its exponent
         least: its smallest normal number
     """
 
@@ -58,7 +58,7 @@ typedef double real;
 #define tierod_fma(a, b, c) ((a) * (b) + (c))
 #endif
 """
-"""Stands at the head of every kernel."""
+"""First lines of every kernel."""
 
 INLINE = """\
 #ifndef TIEROD_INLINE
@@ -70,7 +70,7 @@ ALWAYS_INLINE = """\
 #define TIEROD_INLINE static inline __attribute__((always_inline))
 #endif
 """
-"""In loops over lanes, which do not vectorise where one call is left."""
+"""Forced inlining for loops over lanes, which do not vectorise while one call is left."""
 
 FUSED = {"fma": "tierod_fma({0}, {1}, {2})", "fms": "tierod_fma({0}, {1}, -{2})", "fnma": "tierod_fma(-{0}, {1}, {2})"}
 
@@ -78,7 +78,7 @@ SIGN = "TIEROD_INLINE real tierod_sign(real a) { return a > R(0.0) ? R(1.0) : a 
 
 
 def bits(real: Real) -> str:
-    """C of the bits of a number, of whole numbers and of powers of two."""
+    """C of the bits of a number, of rounding to whole numbers, of powers of two, and of the sign."""
     whole = real.number(1.5 * 2.0**real.fraction)
     return f"""\
 typedef {real.word} tierod_word;
@@ -120,11 +120,11 @@ TIEROD_INLINE real tierod_product_error(real a, real b, real p) {{
 
 
 def polynomial(real: Real, result: str, variable: str, coefficients: Sequence[float], indent: str = "    ") -> str:
-    """C that works out a polynomial in pairs (Estrin), which is a short chain of operations.
+    """C that evaluates a polynomial in pairs (Estrin's scheme), which is a short chain of operations.
 
     Args:
         real: the type
-        result: name of the constant that takes the value
+        result: name of the constant that receives the value
         variable: name of the argument
         coefficients: from the lowest power on
     """

@@ -1,4 +1,4 @@
-"""C that reduces an angle to a quarter turn around zero, of any size: Cody and Waite's, or Payne and Hanek's."""
+"""C that reduces any angle to a quarter turn around zero: by Cody and Waite, large ones by Payne and Hanek."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ _PIECES = {
     DOUBLE: (1.5707963267341256, 6.077100506303966e-11, 2.0222662487111665e-21, 8.4784276603689e-32),
     FLOAT: (1.5703125, 0.0004837512969970703, 7.549533620476723e-08, 2.563344151594519e-12),
 }
-"""Pi/2 in pieces, all positive, which keeps the sign of zero: a product of the first three with a whole number of
-quarter turns below `_LARGEST` is exact."""
+"""Pi/2 as a sum of pieces: the products of the first three with a whole number of quarter turns below `_LARGEST` are
+exact. All are positive, which keeps the sign of a zero angle."""
 
 _LARGEST = {DOUBLE: 1.0e6, FLOAT: 5.0e3}
-"""Angles up to here are reduced with the pieces [rad]."""
+"""Largest angle that is reduced with the pieces [rad]."""
 
 _WINDOWS, _STEP = 63, 16
-"""Parts of 2/pi for the sizes of a double: each serves 16 powers of two, from 2^20 on."""
+"""Number of windows of the digits of 2/pi, and powers of two that each serves, from 2^20 to the largest double."""
 
 
 def reduction(real: Real) -> str:
-    """C of `tierod_reduced`: angle -> quarter turns, and the rest as a sum of two numbers."""
+    """C of `tierod_reduced`: angle -> number of quarter turns, and the rest as a sum of two numbers."""
     first, second, third, last = map(real.number, _PIECES[real])
     far = _far_double() if real is DOUBLE else _far_float()
     return (
@@ -47,7 +47,7 @@ TIEROD_INLINE tierod_word tierod_reduced(real x, real *rest, real *tail) {{
 
 
 def _far_double() -> str:
-    """Reduction of angles beyond the pieces by the part of 2/pi that is not whole turns (Payne and Hanek)."""
+    """C that reduces large angles with those digits of 2/pi that do not give whole turns (Payne and Hanek)."""
     table = ",\n    ".join(", ".join(part.hex() for part in row) for row in _parts())
     return f"""\
 /* 2/pi times 2^({_STEP} i), less whole turns, in four parts. */
@@ -81,7 +81,7 @@ TIEROD_INLINE tierod_word tierod_far_reduced(real x, real *rest, real *tail) {{
 
 
 def _far_float() -> str:
-    """The same in whole numbers: 24 bits of the angle times 96 of 2/pi."""
+    """The same for float, in integers: 24 bits of the angle times 96 bits of 2/pi."""
     digits = _two_over_pi(224)
     table = ", ".join(f"0x{digits >> (224 - 32 * k) & 0xFFFFFFFF:08x}u" for k in range(8))
     scale = 1.5707963267948966 * 2.0**-62
@@ -130,7 +130,7 @@ def _parts() -> list[list[float]]:
 
 @cache
 def _two_over_pi(bits: int) -> int:
-    """2/pi times 2^bits, cut off."""
+    """2/pi times 2^bits, truncated."""
     guard = bits + 64
     one = 1 << guard
     pi = 4 * (4 * _arctan_of_inverse(5, one) - _arctan_of_inverse(239, one))  # Machin
