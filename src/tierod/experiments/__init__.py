@@ -1,1 +1,1 @@
-"""Campaigns: matrices of virtual drives, judged by monitors, resumed where they were stopped, and compared."""
+"""Campaigns: matrices of simulated drives that monitors judge, which can be resumed and compared."""

@@ -1,4 +1,4 @@
-"""A campaign as its file describes it, checked whole before anything is driven."""
+"""A campaign from its file, checked completely before the first drive."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from tierod.monitors.diagnose import find
 from tierod.vehicles import load as load_vehicle
 
 SHIPPED = Path(__file__).parent
-"""Where the campaigns are that tierod ships."""
+"""Folder of the campaigns that tierod ships."""
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """A campaign, ready to run.
+    """A campaign that is ready to run.
 
     Args:
-        file, document: the file and its content
+        file, document: content of the file and its document
         plan: all cells and monitors
         gates: limits on figures
     """
@@ -41,7 +41,7 @@ class Campaign:
 
     @property
     def axes(self) -> dict[str, list[str]]:
-        """Axis -> its levels in order, fault, size and seed last."""
+        """Levels of every axis in order; fault, size and seed are last."""
         found: dict[str, list[str]] = {}
         for cell in self.plan.cells:
             for axis, level in cell.point.place.items():
@@ -68,7 +68,7 @@ def load(name_or_path: str | Path) -> Campaign:
         name_or_path: a name that `shipped` lists, or the path of a campaign file (.toml)
 
     Raises:
-        ParameterError: no such campaign, or one with a slip or a contradiction (message: file, line, nearest name)
+        ParameterError: no such campaign, or an invalid or contradictory one (message: file, line, nearest name)
     """
     return from_document(Document.read(_find(str(name_or_path)), "campaign"))
 
@@ -83,10 +83,10 @@ def _find(given: str) -> Path:
 
 
 def from_document(document: Document) -> Campaign:
-    """The campaign that a document describes; files that it names are looked for beside it.
+    """The campaign of a document; relative paths in it start at its folder.
 
     Raises:
-        ParameterError: a slip or a contradiction, with file and line
+        ParameterError: an error or a contradiction, with file and line
     """
     file: CampaignFile = build(CampaignFile, document.content, document)
     matrix = points(file, document)
@@ -140,7 +140,7 @@ def _judge(choice: MonitorChoice, document: Document, location: tuple[str | int,
 def _reference_points(
     file: CampaignFile, document: Document, matrix: Sequence[Point], scattered: bool
 ) -> list[int | None]:
-    """For every cell the one whose drive sets its car's baseline; every car needs a fault-free drive for that."""
+    """Number of the cell that sets the baseline, for every cell; every car needs a fault-free drive for it."""
     if file.same_car is None:
         raise document.error(
             ("same_car",),

@@ -1,8 +1,8 @@
-"""A Dask cluster behind the same door as the processes of this machine.
+"""Execution of tasks on a Dask cluster, with the same interface as on processes of this machine.
 
-The cluster is somebody's own: nothing is installed, restarted or configured there. What its workers need is set by the
-task itself. `MALLOC_TRIM_THRESHOLD_`, which Dask's nanny sets, freezes glibc's threshold for large blocks at 128 kB, so
-that every array is mapped and unmapped anew: `diagnose` took 1.6 times as long (1 050 against 648 ms per hour).
+The cluster belongs to the user: nothing is installed, restarted or configured there. Each task makes the settings that
+its worker needs. `MALLOC_TRIM_THRESHOLD_`, which Dask's nanny sets, fixes glibc's threshold for large blocks at 128 kB,
+so that every array is mapped and unmapped: `diagnose` took 1.6 times as long (1 050 against 648 ms per hour).
 """
 
 from __future__ import annotations
@@ -24,30 +24,30 @@ from tierod.experiments.executor import Failure, Given, Result, Work, done
 from tierod.experiments.fingerprint import ground_code, tower_code
 
 MMAP_THRESHOLD = 32 * 1024**2
-"""Blocks from so many bytes on are mapped; smaller ones are taken from memory that the process has already."""
+"""Size from which glibc maps a block [bytes]; smaller blocks come from memory that the process already has."""
 
 _M_MMAP_THRESHOLD = -3
-"""Name of that setting in malloc.h."""
+"""Number of this setting in malloc.h."""
 
 PATIENCE: Annotated[float, "s"] = 15.0
-"""Time in which a scheduler has to answer."""
+"""Timeout of the scheduler."""
 
 WITHOUT_WORKERS: Annotated[float, "s"] = 60.0
-"""Time after which a run ends where the cluster has no workers any more: a nanny starts a lost one within seconds."""
+"""Time without workers after which a run ends; a nanny restarts a lost worker within seconds."""
 
 LOOK: Annotated[float, "s"] = 1.0
-"""Between two looks at the state of the cluster."""
+"""Polling interval of the state of the cluster."""
 
 _alone = threading.Lock()
-"""Of a worker process: kernels are run by one thread at a time, whatever `--nthreads` says."""
+"""Lock of a worker process: only one thread runs kernels at a time, whatever `--nthreads` is."""
 
 
 class Cluster:
-    """The workers of a Dask scheduler; a context.
+    """The workers of a Dask scheduler, as a context manager.
 
     Args:
-        address: of the scheduler, as "tcp://host:8786"
-        count: tasks that are given to it at a time; twice as many as it has workers where not given, so that none waits
+        address: address of the scheduler, as "tcp://host:8786"
+        count: number of tasks submitted at a time; if None twice the number of workers, so that none waits
     """
 
     def __init__(self, address: str, count: int | None = None):
@@ -55,10 +55,10 @@ class Cluster:
         self._client: Any = None
 
     def __enter__(self) -> Cluster:
-        """Connect, and see that the workers have the same tierod.
+        """Connect, and check that the workers have the same tierod.
 
         Raises:
-            ParameterError: the scheduler does not answer, has no workers, or their tierod is another one
+            ParameterError: the scheduler does not answer, has no workers, or they have another tierod
             MissingExtra: `distributed` is not installed
         """
         try:
@@ -67,7 +67,7 @@ class Cluster:
             raise MissingExtra("distributed", "fleet", "a Dask cluster") from None
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # a mismatch of versions that matters is found by asking for them
+                warnings.simplefilter("ignore")  # relevant mismatches of versions are found by `_refuse_strangers`
                 self._client = Client(self.address, timeout=PATIENCE, set_as_default=False)  # type: ignore[no-untyped-call]
             self._refuse_strangers()
         except BaseException as error:
@@ -85,21 +85,21 @@ class Cluster:
         self.close()
 
     def close(self) -> None:
-        """Leave the cluster as it is."""
+        """Disconnect, and leave the cluster running."""
         if self._client is not None:
             with contextlib.suppress(Exception):
                 self._client.close(timeout=2.0)
             self._client = None
 
     def start(self, work: Work, count: int) -> None:
-        """Nothing: the workers of a cluster run already."""
+        """Do nothing: the workers of a cluster already run."""
 
     def run(self, work: Callable[[Given], Result], tasks: Sequence[Given]) -> Iterator[tuple[int, Result | Failure]]:
-        """(number of the task, result or Failure) of every task, as `Executor.run` gives it.
+        """(number of the task, result or Failure) of every task, as in `Executor.run`.
 
         Raises:
-            OSError, OutputError: as a task raised it
-            ParameterError: the scheduler is gone, or all workers are
+            OSError, OutputError: raised by a task
+            ParameterError: the scheduler or all workers are gone
         """
         waiting = iter(enumerate(tasks))
         open_: dict[Any, int] = {}
@@ -126,12 +126,12 @@ class Cluster:
 
     def _fill(self, work: Work, waiting: Iterator[tuple[int, Any]], open_: dict[Any, int],
               ended: queue.SimpleQueue[Any], watch: _Watch) -> None:  # fmt: skip
-        """Give the cluster as many tasks as it should have."""
+        """Submit tasks until the cluster has as many as it should."""
         while len(open_) < (self.count or 2 * watch.workers):
             each = next(waiting, None)
             if each is None:
                 return
-            # A key of its own: results are found by their content, not in the memory of a cluster.
+            # A unique key: results are identified by their content, never by an earlier result in the cluster's memory.
             future = self._client.submit(_done, work, each[1], key=f"tierod-{uuid.uuid4().hex}", pure=False)
             open_[future] = each[0]
             future.add_done_callback(ended.put)
@@ -142,7 +142,7 @@ class Cluster:
         if future.status == "finished":
             try:
                 result = future.result(timeout=PATIENCE)
-            except Exception as error:  # the scheduler went between the two
+            except Exception as error:  # the scheduler was lost after the task had finished
                 raise self._gone() from error
             future.release()
             return result
@@ -179,10 +179,10 @@ class Cluster:
 
 
 class _Watch:
-    """Looks now and then whether the cluster is still there.
+    """Polls the state of the cluster.
 
     Args:
-        cluster: connected
+        cluster: connected cluster
     """
 
     def __init__(self, cluster: Cluster):
@@ -193,7 +193,7 @@ class _Watch:
 
     @property
     def workers(self) -> int:
-        """Number of workers at the last look."""
+        """Number of workers at the last poll."""
         if time.monotonic() - self._looked > LOOK:
             self.look()
         return self._count
@@ -202,14 +202,14 @@ class _Watch:
         """Count the workers.
 
         Raises:
-            ParameterError: the scheduler is gone, or has had no workers for long
+            ParameterError: the scheduler is gone, or there have been no workers for `WITHOUT_WORKERS`
         """
         client = self._cluster._client
         self._looked = now = time.monotonic()
         if client.status in ("closed", "closing"):
             raise self._cluster._gone()
         if client.status == "running":
-            # Read from what the scheduler sends every two seconds anyway: costs no message.
+            # The scheduler sends this information every two seconds anyway, so reading it costs no message.
             found = len(client.scheduler_info(n_workers=-1)["workers"])
             self._count = max(found, 1)
             if found:
@@ -222,12 +222,12 @@ class _Watch:
 
 
 def _about() -> dict[str, str]:
-    """Version of tierod in this process."""
+    """Version of tierod in this process, and digest of its code."""
     return {"version": __version__, "code": ground_code() + tower_code()}
 
 
 def _stranger(answer: Any, ours: Mapping[str, str]) -> str:
-    """Difference of a worker's tierod from ours, as a half-sentence; "" where there is none."""
+    """Difference of a worker's tierod from this one, as a clause; "" if there is none."""
     if isinstance(answer, Mapping):
         if answer.get("version") != ours["version"]:
             return f"there is tierod {answer.get('version')}"
@@ -239,7 +239,7 @@ def _stranger(answer: Any, ours: Mapping[str, str]) -> str:
 
 
 def _done(work: Callable[[Given], Result], task: Given) -> Any:
-    """On a worker: the result of a task, a Failure, or the error that is to end the run."""
+    """Executed by a worker: the result of a task, a Failure, or the error that ends the run."""
     _settle()
     with _alone, warnings.catch_warnings():
         warnings.simplefilter("ignore", KernelWarning)
@@ -248,6 +248,6 @@ def _done(work: Callable[[Given], Result], task: Given) -> Any:
 
 @cache
 def _settle() -> None:
-    """Let glibc keep its memory, as `MALLOC_MMAP_THRESHOLD_=33554432` in the environment of a worker does."""
+    """Let glibc keep freed memory, as `MALLOC_MMAP_THRESHOLD_=33554432` in the environment of a worker does."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).mallopt(_M_MMAP_THRESHOLD, MMAP_THRESHOLD)

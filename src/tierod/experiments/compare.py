@@ -1,4 +1,4 @@
-"""Two campaigns drive by drive: which verdicts changed, and whether times and errors differ by more than chance."""
+"""Paired comparison of two campaigns: changed verdicts, and significance of differences in times and errors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SCHEMA = "tierod.comparison/1"
 """Name and version of the document."""
 
 RIGHT = {"quiet", "found"}
-"""Outcomes as they should be."""
+"""Correct outcomes of a drive."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Pair:
 
     Args:
         place: axis -> level
-        first, second: what the monitors made of it
+        first, second: results of the monitors
     """
 
     place: Mapping[str, str]
@@ -38,7 +38,7 @@ class Pair:
 
     @property
     def both(self) -> tuple[Judged, Judged] | None:
-        """Both judgements, where there are both."""
+        """Both judgements; None unless both exist."""
         if self.first.judged is None or self.second.judged is None:
             return None
         return self.first.judged, self.second.judged
@@ -49,9 +49,9 @@ class Comparison:
     """One monitor in both campaigns.
 
     Args:
-        monitors: its labels, which may differ where each campaign has one
-        pairs: drives that both have
-        alone: drives that only the first has, and only the second
+        monitors: its labels, which may differ if each campaign has one monitor
+        pairs: drives of both campaigns
+        alone: number of drives of the first campaign only, and of the second only
     """
 
     monitors: tuple[str, str]
@@ -60,13 +60,13 @@ class Comparison:
 
 
 def compare(first: Path, second: Path) -> list[Comparison]:
-    """The monitors of two campaigns, pair by pair.
+    """Compare the monitors of two campaigns, pair by pair.
 
     Args:
-        first, second: folders of campaigns that have been run
+        first, second: folders of finished campaigns
 
     Raises:
-        InputError: a folder is none of a campaign, or the two have no drive or no monitor in common
+        InputError: a folder without a campaign, or no common drive or monitor
     """
     tables = [read_table(folder / "cells.parquet") for folder in (first, second)]
     labels = [monitors_of(rows) for rows in tables]
@@ -115,11 +115,11 @@ FIGURES: dict[str, tuple[str, Callable[[Judged], float]]] = {
     "false_alarms": ("", lambda judged: float(judged.false_alarms)),
     "judged_s": ("s", lambda judged: judged.judged_s),
 }
-"""Figures that are compared: name -> (unit, where it comes from); the second less the first."""
+"""Figures that are compared: name -> (unit, function); differences are second minus first."""
 
 
 def document(found: Sequence[Comparison], folders: tuple[Path, Path], command: str = "") -> dict[str, Any]:
-    """The document of a comparison; what JSON cannot hold is null."""
+    """The comparison as a JSON document; values that JSON cannot represent are null."""
     return {
         "schema": SCHEMA,
         "version": __version__,
@@ -165,7 +165,7 @@ def _verdict_of(row: Row) -> tuple[str, str]:
 
 
 def _right(pairs: Sequence[Pair]) -> dict[str, Any]:
-    """Number of right verdicts in one campaign alone; McNemar's test is the sign test of these."""
+    """Numbers of verdicts that are correct in one campaign only, with their sign test, which is McNemar's test."""
     flags = [(_verdict_of(pair.first)[1] in RIGHT, _verdict_of(pair.second)[1] in RIGHT) for pair in pairs]
     test = paired([float(second) - float(first) for first, second in flags])
     return {

@@ -1,4 +1,4 @@
-"""Content of a campaign file: the base scenario, the matrix around it, the monitors, and the gates."""
+"""Content of a campaign file: base scenario, matrix of its variations, monitors, and gates."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 
 LEARNT = "first fault-free drive"
-"""Baseline that a monitor judges against: learnt from the first fault-free drive of the same car."""
+"""Name of the baseline that is learnt from the first fault-free drive of the same car."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One direction of the matrix: what differs from level to level.
+    """One axis of the matrix, with the changes of every level.
 
     Args:
-        set: dotted name in the scenario that takes the `values`; the name of the axis where it is empty
-        values: one level each, named as they are written
-        levels: in place of values: name -> changes of the scenario by dotted name; an empty table changes nothing
+        set: dotted name in the scenario that takes the `values`; the name of the axis if empty
+        values: values of the levels, which are named as they are written
+        levels: alternative to values: name -> changes of the scenario by dotted name; an empty table changes nothing
     """
 
     set: str = ""
@@ -34,7 +34,7 @@ class Axis:
             raise ParameterError("'set' belongs to values; levels say themselves what they change")
 
     def changes(self, name: str) -> list[tuple[str, Mapping[str, Any], tuple[str | int, ...]]]:
-        """(level, changes of the scenario, where it stands in the axis) of every level."""
+        """(level, changes of the scenario, place within the axis) of every level."""
         if self.levels:
             return [(level, changes, ("levels", level)) for level, changes in self.levels.items()]
         return [(label(value), {self.set or name: value}, ("values", at)) for at, value in enumerate(self.values)]
@@ -42,7 +42,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Seeds:
-    """Consecutive seeds."""
+    """Consecutive seeds, from the first one on."""
 
     first: Annotated[int, "", NOT_NEGATIVE]
     count: Annotated[int, "", POSITIVE]
@@ -53,11 +53,11 @@ class MonitorChoice:
     """A monitor with its parameters.
 
     Args:
-        monitor: as `tierod monitors` lists them
+        monitor: name, as listed by `tierod monitors`
         vehicle: parameter set of the monitor, a name or a file
-        variant: of the monitor; its default where empty
-        baseline: baseline, "none" or learnt from the "first fault-free drive" (fault-free) of the same car
-        label: how the campaign calls it; monitor and variant where empty
+        variant: variant of the monitor; its default if empty
+        baseline: "none", or learnt from the "first fault-free drive" (fault-free) of the same car
+        label: name in the campaign; monitor and variant if empty
     """
 
     monitor: str
@@ -69,13 +69,13 @@ class MonitorChoice:
 
 @dataclass(frozen=True)
 class GateEntry:
-    """A limit on a figure of the campaign.
+    """A gate: a limit on a figure of the campaign.
 
     Args:
-        figure: of `tierod.experiments.pools.Pool`
+        figure: field of `tierod.experiments.pools.Pool`
         goal: "<= 60", ">= 0.999", "= 0" or "1 to 2"
-        where: axis -> level, or a list of levels; the whole campaign where empty
-        monitor: label; may be left out where there is one monitor only
+        where: axis -> level, or a list of levels; the whole campaign if empty
+        monitor: label; optional if there is one monitor only
     """
 
     figure: str
@@ -86,24 +86,24 @@ class GateEntry:
 
 @dataclass(frozen=True)
 class CampaignFile:
-    """A campaign file as a whole.
+    """Content of a campaign file.
 
     Args:
-        name: short, for titles
+        name: short name, for titles
         description: one sentence
-        scenario: what every drive begins from: name of a shipped scenario, or a file beside this one
-        monitors: that judge every drive
-        seeds: of the drives; the innermost axis
-        changes: of the scenario by dotted name, for all drives
+        scenario: base scenario of all drives: name of a shipped scenario, or a file beside this one
+        monitors: monitors that judge every drive
+        seeds: seeds of the drives; the innermost axis
+        changes: changes of the scenario by dotted name, for all drives
         axes: name -> axis, outermost first
-        faults: name -> table of a fault as in a scenario, and its `sizes`, one level each; further faults that act with
-            it stand in `together`; an axis of its own, with the fault-free drive before them
-        fault_free: whether drives without a fault belong to the matrix
-        exclude: axis -> level or levels: cells that are left out
-        include: axis -> level or levels, and "seeds": cells that are added; axes that are not named have all levels
-        same_car: axes that make a car what it is: drives that agree in them are drives of the same car
-        settling: enabled time from the start of a fault until estimates count as those of the fault
-        keep: whether recordings are kept beside the verdicts
+        faults: name -> table of a fault as in a scenario, with its `sizes`, one level each; `together` lists further
+            faults that act at the same time; the faults form one axis, after the fault-free drive
+        fault_free: whether fault-free drives belong to the matrix
+        exclude: axis -> level or levels: cells that are removed
+        include: axis -> level or levels, and "seeds": cells that are added; other axes take all their levels
+        same_car: axes that define a car: drives with equal levels of them are drives of the same car
+        settling: enabled time from the onset of a fault until estimates are attributed to the fault
+        keep: whether recordings are kept in addition to the verdicts
         gates: limits on figures
     """
 

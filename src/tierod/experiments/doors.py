@@ -1,4 +1,4 @@
-"""The one door to executors: processes of this machine, or a Dask cluster by its address."""
+"""Selection of the executor: processes of this machine, or a Dask cluster by its address."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tierod.experiments.executor import Executor, Workers
 
 
 def cores() -> int:
-    """Processor cores that this process may use."""
+    """Number of processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -16,8 +16,8 @@ def workers_of(count: int | None = None, scheduler: str | None = None) -> Worker
     """Workers for tasks, not started yet.
 
     Args:
-        count: processes of this machine; one per core where not given. With a cluster, tasks that are given to it at
-            a time; twice as many as it has workers where not given
+        count: processes of this machine; one per core if None. With a cluster, number of tasks submitted at a time;
+            twice the number of workers if None
         scheduler: address of a Dask scheduler, as "tcp://host:8786"; None for processes of this machine
 
     Raises:

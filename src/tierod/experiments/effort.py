@@ -1,4 +1,4 @@
-"""Effort of a study, and its requested drives: each a cell that is driven once and kept."""
+"""Effort of a study and execution of its drives, each of which is simulated once and kept."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from tierod.experiments.executor import Failure, Given, Passing, Result, Work, W
 from tierod.experiments.fingerprint import fingerprint, work_code
 
 Progress = Callable[[float, str], None]
-"""Called with the share done (0 to 1) and what comes next."""
+"""Called with the completed share (0 to 1) and a description of the next part."""
 
 BOUNDS = Bounds(bytes=2 * 1024**3, count=65536)
-"""Of the kept results of studies: those of one full study are some 10 000 and take less than 200 MB."""
+"""Bounds of the kept results of studies: a full study has about 10 000, which take less than 200 MB."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """Effort that is put into a study, and what makes its drives.
+    """Effort of a study, and the workers of its drives.
 
     Args:
-        quick: a few minutes of driving only: a check that everything works, its figures are no evidence
+        quick: a few minutes of driving only: a check that everything works, whose figures are no evidence
         processes: worker processes; one per core if None
-        thorough: hours of driving more, where a study counts what is rare
-        results: results of drives that are kept from run to run; None keeps nothing
-        scheduler: address of a Dask scheduler whose workers make the drives; None for processes of this machine
-        executor: workers that are kept from part to part of a study; None starts new ones for every lot of drives,
-            and makes a single drive, or all where one process is wanted, in this process
+        thorough: additional hours of driving, for studies that count rare events
+        results: kept results of drives; None keeps nothing
+        scheduler: address of a Dask scheduler whose workers run the drives; None for processes of this machine
+        executor: workers that are kept from part to part of a study; None starts new ones for every batch of drives,
+            and runs a single drive, or all of them with one process, in this process
     """
 
     quick: bool = False
@@ -47,15 +47,15 @@ class Effort:
 
     @property
     def workers(self) -> int:
-        """Number of processes that work at a time."""
+        """Number of processes."""
         return self.processes or os.cpu_count() or 1
 
     @contextmanager
     def kept(self, folder: Path | None) -> Iterator[Effort]:
-        """The same effort, whose processes live until the end of the context and whose results are kept in a folder.
+        """The same effort, with workers until the end of the context, and with results in a folder.
 
         Args:
-            folder: made where it is absent; None keeps no results
+            folder: folder, created if absent; None keeps no results
         """
         count = self.workers if self.scheduler is None else self.processes
         with workers_of(count, self.scheduler) as executor:
@@ -64,14 +64,14 @@ class Effort:
     def outcomes(
         self, work: Callable[[Given], Result], given: Sequence[Given]
     ) -> Iterator[tuple[int, Result | Failure]]:
-        """(number, result or Failure) of everything given: what is kept first, then the rest as it ends.
+        """(number, result or Failure) of every item: kept results first, then the others as they complete.
 
         Args:
-            work: importable function of one of them, with picklable results, or a partial of one
-            given: picklable, in the order in which they are started
+            work: importable function of one item with picklable results, or a partial of one
+            given: picklable items, in the order of their start
 
         Raises:
-            OSError, OutputError: as a task raised it, or a result cannot be kept (a full disk, for example)
+            OSError, OutputError: raised by a task, or a result cannot be kept (a full disk, for example)
         """
         keys = [self.results.key(work, each) if self.results else "" for each in given]
         missing = []
@@ -102,14 +102,14 @@ class Effort:
         given: Sequence[Given],
         what: Callable[[Given], str] = lambda each: f"a drive of the study ({each})",
     ) -> list[Result]:
-        """The results of everything given, in its order; arguments as of `outcomes`.
+        """The results of all items, in their order; arguments as in `outcomes`.
 
         Args:
-            what: names one of them, for the message of a failure
+            what: describes an item in the message of a failure
 
         Raises:
-            InputError: one failed, with the reason
-            OSError, OutputError: as of `outcomes`
+            InputError: an item failed, with the reason
+            OSError, OutputError: as in `outcomes`
         """
         results: dict[int, Result] = {}
         for number, result in self.outcomes(work, given):
@@ -120,13 +120,13 @@ class Effort:
 
 
 class Results:
-    """Results of drives in a folder of the user's own, each under the fingerprint of all that decides it.
+    """Results of drives in a user's folder, each under the fingerprint of everything that determines it.
 
-    A result is pickled. Like compiled kernels, results are read only from a folder that no other user can write, each
-    verified by its digest; the least recently used ones go first where there are too many.
+    Results are pickled. Like compiled kernels, they are read only from a folder that no other user can write, and
+    verified by their digest; the least recently used ones are removed when there are too many.
 
     Args:
-        folder: made where it is absent
+        folder: folder, created if absent
     """
 
     def __init__(self, folder: Path):
@@ -136,25 +136,25 @@ class Results:
         self.usable = folder.is_dir() and os.access(folder, os.W_OK) and not self.cache.trouble()
 
     def key(self, work: Work, given: object) -> str:
-        """Key of a task's result, from function, code and arguments; "" where an argument has no content."""
+        """Key of a task's result, from function, code and arguments; "" if an argument has no fingerprint."""
         try:
             return f"result-{fingerprint(work, given, _code(work))[:24]}"
         except TypeError:
             return ""
 
     def find(self, key: str) -> tuple[Any] | None:
-        """(the result,) if a whole one is kept."""
+        """The kept result as a tuple of one item; None if there is none or it is damaged."""
         content = self.cache.kept(key) if key and self.usable else None
         if content is not None:
-            with suppress(Exception):  # written by another version of a library, for example: made anew
+            with suppress(Exception):  # written by another version of a library, for example: computed anew
                 return (pickle.loads(content),)
         return None
 
     def keep(self, key: str, result: object) -> None:
-        """Write a result, whole or not at all.
+        """Write a result atomically.
 
         Raises:
-            OutputError: it cannot be written
+            OutputError: the result cannot be written
         """
         if key and self.usable:
             self.cache.keep(key, pickle.dumps(result))
@@ -165,7 +165,7 @@ def _code(work: Work) -> str:
 
 
 def _with_code(code: str, work: Callable[[Given], Result], given: Given) -> Result:
-    """The result of a task, from the code that it is kept for: this process may have been started after a change."""
+    """Result of a task, if this process has the code of its key: the process may have started after a change of it."""
     if _code(work) != code:
         raise Passing("the code of tierod has changed since the study began; run it again")
     return work(given)

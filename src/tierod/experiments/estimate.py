@@ -1,4 +1,4 @@
-"""Estimated time that a campaign will take, and data that it will keep, before it is run."""
+"""Estimate of the time that a campaign takes and of the data that it keeps, before it is run."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from tierod.experiments.store import Store
 from tierod.proving_ground.recorder import TRUTH_RATE, channel_names
 
 TASTE = 10.0
-"""Seconds of the first drive that are driven to find out how fast that goes."""
+"""Duration of the trial drive from which the simulation speed is measured [s]."""
 
 KEPT, JUDGED = 1.5, 1.1
-"""Time for a drive with its verdicts, with and without its recording kept, over that for the drive alone; measured on
-drives of 13 minutes of a mid-size car."""
+"""Time for a drive with its verdicts divided by that for the drive alone, with and without keeping its recording;
+measured on drives of 13 minutes of a mid-size car."""
 
 START = 3.0
-"""Seconds until the workers have read everything in."""
+"""Start-up time of the workers [s]."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimated cost of a run of the campaign.
+    """Estimated cost of a campaign.
 
     Args:
-        cells: of the matrix
-        missing: of these, not finished yet
-        hours: to be driven
-        seconds: that it will take
-        bytes: that it will keep
+        cells: number of cells of the matrix
+        missing: number of unfinished cells
+        hours: driving time of the unfinished cells
+        seconds: computing time
+        bytes: size of the recordings
     """
 
     cells: int
@@ -42,12 +42,12 @@ class Estimate:
 
 
 def estimate(campaign: Campaign, store: Store, processes: int) -> Estimate:
-    """Drive the first seconds of what is missing, and reckon.
+    """Estimate the cost of a campaign from a short trial drive.
 
     Args:
-        campaign: that is to be run
-        store: what is there already
-        processes: how many will work at a time
+        campaign: campaign to be run
+        store: folder with the finished results
+        processes: number of processes
     """
     plan = campaign.plan
     missing = [cell for cell in plan.cells if not plan.done(cell, store)]
@@ -59,16 +59,16 @@ def estimate(campaign: Campaign, store: Store, processes: int) -> Estimate:
 
 
 def _speed(cell: Cell) -> float:
-    """Times real time; without faults, which would come after the end of so short a drive."""
+    """Simulation speed as a multiple of real time; without faults, which would start after the end of a short drive."""
     scenario = replace(cell.scenario, faults=()).with_run(seconds=min(TASTE, cell.scenario.duration))
-    scenario.run()  # compiles what is not compiled
+    scenario.run()  # the first run includes the compilation
     began = time.perf_counter()
     scenario.run()
     return float(scenario.duration / (time.perf_counter() - began))
 
 
 def _bytes_per_second(cell: Cell) -> float:
-    """Bytes per second of a cell's recording; compression gains little on noise."""
+    """Data rate of a cell's recording without compression, which gains little on noise [byte/s]."""
     scenario = cell.scenario
     channels = channel_names(scenario.car)
     readings = sum(sensor.rate for name, sensor in scenario.sensors.items() if name in channels)

@@ -1,10 +1,10 @@
-"""The one door for tasks: `run` hands them to worker processes; a cluster may stand behind the same function.
+"""Execution of tasks in worker processes; a cluster implements the same interface.
 
-What it promises: a crash of a process costs one task, no process outlives its parent, Ctrl-C and a full disk end the
-run at once, and nothing hangs. Two kept libraries were measured against that (November 2026). With loky 3.7 one crash
-fails every open task (`TerminatedWorkerError`). With pebble 5.2 a crash costs one task, but a run hangs where processes
-are killed at random instants: the lock of the pipe that all its workers share goes with the process that holds it. Here
-every process has a pipe of its own, and the same trial ends with one lost task per killed process.
+Guarantees: a crash of a process costs one task, no process outlives its parent, Ctrl-C and a full disk end the run at
+once, and nothing hangs. Two libraries were tested against these guarantees (November 2026). With loky 3.7 one crash
+fails every open task (`TerminatedWorkerError`). With pebble 5.2 a crash costs one task, but a run hangs if processes
+are killed at random instants: the lock of the pipe that all its workers share is lost with the process that holds it.
+Here every process has its own pipe, and the same test ends with one lost task per killed process.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from tierod.core.threads import THREADS
 Given = TypeVar("Given")
 Result = TypeVar("Result")
 Work = Callable[[Any], Any]
-"""Importable function of one task; task and result can be pickled."""
+"""Importable function of one task; task and result must be picklable."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """A task that gave no result.
+    """A task without a result.
 
     Args:
-        reason: in words
-        lasting: whether the same task would fail again; not so after a crash, or where something was not installed
+        reason: reason in words
+        lasting: whether the same task would fail again; false after a crash, or if something was not installed
     """
 
     reason: str
@@ -44,21 +44,21 @@ class Failure:
 
 
 class Passing(TierodError):
-    """A failure that another run may not meet."""
+    """A failure that need not recur in another run."""
 
 
 def run(
     work: Callable[[Given], Result], tasks: Sequence[Given], workers: int
 ) -> Iterator[tuple[int, Result | Failure]]:
-    """(number of the task, result or Failure) of one lot of tasks, in the order in which they end.
+    """(number of the task, result or Failure) of a batch of tasks, in the order of their completion.
 
     Args:
         work: function of one task, see `Executor.run`
-        tasks: started in their order
-        workers: how many work at a time
+        tasks: tasks, started in this order
+        workers: number of processes
 
     Raises:
-        OSError, OutputError: as a task raised it (a full disk, for example)
+        OSError, OutputError: raised by a task (a full disk, for example)
         ParameterError: the processes cannot start
     """
     with Executor(workers) as executor:
@@ -66,24 +66,24 @@ def run(
 
 
 class Workers(Protocol):
-    """Whatever works on tasks: processes of this machine, or a cluster; a context."""
+    """Interface of the executors of tasks: processes of this machine, or a cluster; a context manager."""
 
     def __enter__(self) -> Workers: ...
 
     def __exit__(self, *_: object) -> None: ...
 
     def start(self, work: Work, count: int) -> None:
-        """Let the workers for so many tasks get ready while other things are done."""
+        """Let the workers for a number of tasks start in the background."""
 
     def run(self, work: Callable[[Given], Result], tasks: Sequence[Given]) -> Iterator[tuple[int, Result | Failure]]:
-        """(number of the task, result or Failure) of every task, as `Executor.run` gives it."""
+        """(number of the task, result or Failure) of every task, as in `Executor.run`."""
 
 
 class Executor:
-    """Processes that are kept from one lot of tasks to the next; a context.
+    """Processes that are kept from one batch of tasks to the next, as a context manager.
 
     Args:
-        workers: how many work at a time
+        workers: maximum number of processes
     """
 
     def __init__(self, workers: int):
@@ -100,19 +100,20 @@ class Executor:
         self.close()
 
     def start(self, work: Work, count: int) -> None:
-        """Let so many processes start, as far as allowed; they import the work's module while other things are done."""
+        """Start processes for a number of tasks, up to the maximum; they import the work's module in the background."""
         for _ in range(min(self.workers, count) - len(self.processes)):
             self._start(work)
 
     def run(self, work: Callable[[Given], Result], tasks: Sequence[Given]) -> Iterator[tuple[int, Result | Failure]]:
-        """(number of the task, result or Failure) of every task, in the order in which they end.
+        """(number of the task, result or Failure) of every task, in the order of their completion.
 
         Args:
-            work: function of one task; OSError and OutputError are raised here too, all other exceptions make a Failure
-            tasks: started in their order
+            work: function of one task; OSError and OutputError are raised here too, all other exceptions become a
+                Failure
+            tasks: tasks, started in this order
 
         Raises:
-            OSError, OutputError: as a task raised it (a full disk, for example)
+            OSError, OutputError: raised by a task (a full disk, for example)
             ParameterError: the processes cannot start
         """
         waiting = ((number, (work, task)) for number, task in enumerate(tasks))
@@ -128,10 +129,10 @@ class Executor:
                     self._give(each if each in self.processes else self._start(work), waiting)
                     yield answer
         finally:
-            self._stop(set(self.busy))  # their results are not needed any more
+            self._stop(set(self.busy))  # their results are no longer needed
 
     def _answer(self, connection: Connection) -> tuple[int, Any] | None:
-        """(number of the task, its outcome); None where a process only reports that it has started."""
+        """(number of the task, its outcome); None for the message of a process that it has started."""
         try:
             result = connection.recv()
         except (EOFError, OSError):
@@ -145,7 +146,7 @@ class Executor:
 
     def _start(self, work: Work) -> Connection:
         ours, theirs = self.context.Pipe()
-        # The work is named here too, so that the new process imports its module before it says that it has started.
+        # The work is an argument, so that the new process imports its module before it reports that it has started.
         process = self.context.Process(target=_serve, args=(theirs, work), daemon=True)
         with _one_thread():
             process.start()
@@ -158,7 +159,7 @@ class Executor:
         task = next(waiting, None)
         if task is not None:
             self.busy[connection] = task[0]
-            with suppress(BrokenPipeError):  # the process has died already, which is seen when its answer is read
+            with suppress(BrokenPipeError):  # the process has died, which is detected when its answer is read
                 connection.send(task[1])
 
     def _bury(self, connection: Connection) -> Failure:
@@ -175,7 +176,7 @@ class Executor:
         return Failure(f"the process {how}; if memory was short, run with fewer --workers", lasting=False)
 
     def close(self) -> None:
-        """End all processes; those at work at once, the others when they find their connection closed."""
+        """Terminate processes that work; the others end when they detect that their connection is closed."""
         self._stop(set(self.processes))
 
     def _stop(self, connections: set[Connection]) -> None:
@@ -204,10 +205,10 @@ def _one_thread() -> Iterator[None]:
 
 
 def _serve(connection: Connection, _imported: Work) -> None:
-    """Run the loop of a worker: one task after the other, until the parent closes its end or is gone."""
+    """Main loop of a worker: one task after another, until the parent closes its end of the pipe or ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; the parent decides
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    warnings.simplefilter("ignore", KernelWarning)  # the parent, which compiles first, has said it
+    warnings.simplefilter("ignore", KernelWarning)  # the parent, which compiles first, has already warned
     with suppress(EOFError, OSError):
         connection.send("ready")
         while True:
@@ -215,14 +216,14 @@ def _serve(connection: Connection, _imported: Work) -> None:
 
 
 def _end_with_parent() -> None:
-    """End the process in the middle of its task once its parent is gone; files are renamed when whole."""
+    """End the process even during a task when its parent ends; no file stays incomplete, since files are renamed."""
     if (parent := parent_process()) is not None:
         parent.join()
         os._exit(1)
 
 
 def done(work: Callable[[Given], Result], task: Given) -> Result | Failure | OSError | OutputError:
-    """The result of a task, a Failure, or the error that is to end the run."""
+    """The result of a task, a Failure, or the error that ends the run."""
     try:
         return work(task)
     except (OSError, OutputError) as error:

@@ -1,4 +1,4 @@
-"""Statistics of many judged drives: what may be concluded from so many events, times, errors and pairs."""
+"""Statistics of many judged drives: bounds of rates and probabilities, errors, quantiles, and paired tests."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 
 CONFIDENCE = 0.95
-"""Of every bound and interval of a campaign."""
+"""Confidence level of all bounds and intervals of a campaign."""
 
 BOOTSTRAPS = 4000
-"""Resamples of a bootstrap interval: its ends then wander by about 1 % of its width."""
+"""Resamples of a bootstrap interval: its ends then vary by about 1 % of its width."""
 
 
 def rate_bound(events: int, hours: float) -> float:
-    """Upper bound of a rate [1/h] after so many events of a Poisson process in so many hours; infinite after none.
+    """Upper confidence bound of the rate of a Poisson process [1/h]; infinite without observation time.
 
     Args:
-        events: how many were seen
-        hours: for how long [h]
+        events: number of events
+        hours: observation time [h]
 
     Source: Garwood, Biometrika 28 (1936): half the chi-square quantile with 2 (n + 1) degrees of freedom. Without an
     event it is -ln(1 - CONFIDENCE), 3.0 events.
@@ -31,7 +31,7 @@ def rate_bound(events: int, hours: float) -> float:
 
 
 def share_bound(events: int, trials: int) -> float:
-    """Upper bound of a probability after so many events in so many trials; 1 after none.
+    """Upper confidence bound of a probability from a number of events in a number of trials; 1 without trials.
 
     Source: Clopper and Pearson, Biometrika 26 (1934). Without an event it is 1 - (1 - CONFIDENCE)**(1 / trials).
     """
@@ -42,7 +42,7 @@ def share_bound(events: int, trials: int) -> float:
 
 @dataclass(frozen=True)
 class Moments:
-    """Count, mean and sum of squared deviations, which pool exactly however the samples were divided."""
+    """Count, mean and sum of squared deviations, which can be pooled exactly over any division of the samples."""
 
     count: int = 0
     mean: float = math.nan
@@ -60,12 +60,12 @@ class Moments:
 
     @property
     def deviation(self) -> float:
-        """Standard deviation of the samples as they are, not of a population behind them: n below, not n - 1."""
+        """Standard deviation of the samples themselves, not an estimate for a population: divided by n, not n - 1."""
         return math.sqrt(self.squares / self.count) if self.count else math.nan
 
 
 def pooled(parts: Iterable[Moments]) -> Moments:
-    """The moments of all samples together.
+    """Moments of all samples together.
 
     Source: Chan, Golub and LeVeque, The American Statistician 37 (1983), eq (2.1).
     """
@@ -87,8 +87,8 @@ def area_under_curve(lower: Sequence[float] | np.ndarray, higher: Sequence[float
     """Probability that a value of one group lies above one of the other, ties counting half; NaN without values.
 
     Args:
-        lower: values of the group that should lie below, such as fault-free drives
-        higher: values of the group that should lie above
+        lower: values of the group that should be lower, such as fault-free drives
+        higher: values of the group that should be higher
 
     Source: Hanley and McNeil, Radiology 143 (1982): the area under the ROC curve is Wilcoxon's rank statistic.
     """
@@ -103,11 +103,12 @@ def area_under_curve(lower: Sequence[float] | np.ndarray, higher: Sequence[float
 
 
 def quantile(values: Sequence[float] | np.ndarray, share: float) -> float:
-    """The smallest value that so large a share does not exceed; infinite values (never found) keep their place.
+    """The smallest value that is not exceeded by the given share; infinite values (never detected) are included.
 
-    No mean of two neighbours is taken: half-way to "never" there is nothing. NaN without values.
+    No neighbouring values are averaged, since the mean with an infinite value is meaningless. NaN without values.
     """
     ordered = np.sort(np.asarray(values, float))
+    # The tolerance keeps rounding of the product from raising the rank by one.
     return float(ordered[max(math.ceil(share * len(ordered) - 1e-9) - 1, 0)]) if len(ordered) else math.nan
 
 
@@ -116,12 +117,12 @@ class Paired:
     """Statistics of paired differences.
 
     Args:
-        count: of pairs in which both values exist
-        mean, median: of the differences
+        count: number of pairs in which both values exist
+        mean, median: mean and median of the differences
         interval: 95 % bootstrap interval of the mean
-        positive, negative: pairs with a difference above and below zero
-        sign_p: that chance alone makes signs so uneven (sign test, two-sided, without pairs that are equal)
-        rank_p: the same by Wilcoxon's signed ranks; NaN without any difference
+        positive, negative: numbers of pairs with a difference above and below zero
+        sign_p: p-value of the two-sided sign test, without equal pairs
+        rank_p: p-value of Wilcoxon's signed-rank test; NaN if all pairs are equal
     """
 
     count: int
@@ -135,7 +136,7 @@ class Paired:
 
 
 def paired(differences: Sequence[float] | np.ndarray) -> Paired:
-    """Judge differences of pairs; differences that are not finite are left out."""
+    """Test paired differences; differences that are not finite are left out."""
     values = np.asarray(differences, float)
     values = values[np.isfinite(values)]
     if not len(values):
@@ -154,8 +155,9 @@ def paired(differences: Sequence[float] | np.ndarray) -> Paired:
 
 
 def _bootstrap(values: np.ndarray) -> tuple[float, float]:
-    """Percentiles of the means of resamples; seeded, so that the same pairs give the same interval."""
+    """Percentile interval of the means of resamples; seeded, so that equal pairs give equal intervals."""
     generator = np.random.default_rng(len(values))
+    # Eight parts need an eighth of the memory.
     means = np.concatenate(
         [values[generator.integers(0, len(values), (BOOTSTRAPS // 8, len(values)))].mean(axis=1) for _ in range(8)]
     )

@@ -1,4 +1,4 @@
-"""Digests of all that decides a result: data by their content, code by its text."""
+"""Digests of everything that determines a result: the content of data and the text of code."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from tierod.core.version import __version__
 ROOT = Path(__file__).resolve().parents[1]
 
 GROUND = ("proving_ground", "physics", "core")
-"""Packages whose code decides a drive."""
+"""Packages whose code determines a drive."""
 
 TOWER = ("monitors", "methods", "models", "vehicles", "io")
-"""Packages whose code decides a verdict beyond the drive."""
+"""Packages whose code determines a verdict, in addition to that of the drive."""
 
 JUDGE = ("figures", "judged", "judging")
-"""Files of this package that hold a verdict against the truth."""
+"""Modules of this package that compare a verdict with the true values."""
 
 
 def fingerprint(*values: Any) -> str:
-    """The SHA-256 of values, in hexadecimal: equal for equal content, whatever the process and its hash seed.
+    """SHA-256 of values, in hexadecimal: equal for equal content in every process, whatever its hash seed.
 
     Args:
-        values: dataclasses, mappings, sequences, arrays, sets, texts, numbers; a path counts by its name alone, since
-            what was read from it stands beside it, a function too, since `work_code` stands for what it does; fields
-            that do not count in comparisons do not count here
+        values: dataclasses, mappings, sequences, arrays, sets, texts, numbers; a path contributes its name only, since
+            its content is fingerprinted separately, as does a function, since `work_code` covers its code; fields
+            excluded from comparisons are ignored
 
     Raises:
-        TypeError: something of which the content is not known, such as a function without a name
+        TypeError: a value whose content is unknown, such as a function without a name
     """
     digest = hashlib.sha256()
     for part in _encoded(values):
@@ -49,6 +49,7 @@ def fingerprint(*values: Any) -> str:
 
 
 def _encoded(value: object) -> Iterator[bytes]:
+    # Enums come first, since their members may be numbers or texts too.
     if isinstance(value, Enum):
         yield f"{type(value).__qualname__}.{value.name}".encode()
     elif value is None or isinstance(value, bool | int | str | bytes):
@@ -93,22 +94,22 @@ def _encoded_object(value: Any) -> Iterator[bytes]:
 
 @cache
 def ground_code() -> str:
-    """Digest of what decides a drive beside its scenario: tierod's code, NumPy's random numbers, the processor."""
+    """Digest of what determines a drive besides its scenario: tierod's code, NumPy's version, the processor type."""
     return fingerprint(_contents(_files(GROUND)), __version__, np.__version__, platform.machine())
 
 
 @cache
 def tower_code() -> str:
-    """Digest of all code that decides a verdict beyond the drive."""
+    """Digest of the code that determines a verdict, in addition to that of the drive."""
     return fingerprint(_contents([*_files(TOWER), *(ROOT / "experiments" / f"{name}.py" for name in JUDGE)]))
 
 
 @cache
 def work_code(module: str) -> str:
-    """Digest of the code that decides the result of a module's function: drives, methods, the module and its imports.
+    """Digest of the code that determines the results of a module: drives, methods, the module and its imports.
 
-    Of the packages whose code belongs to studies only the files that the module imports count, directly or over others,
-    so that a change of a claim or of a chart leaves the drives of a study valid.
+    Of the packages of studies only the files that the module imports directly or indirectly are included, so that a
+    change of a claim or a chart leaves the drives of a study valid.
 
     Args:
         module: dotted name
@@ -124,6 +125,7 @@ def work_code(module: str) -> str:
 
 
 STUDIES = ("tierod.papers.", "tierod.experiments.", "tierod.fleet.")
+"""Prefixes of the packages whose code belongs to studies."""
 
 
 def _imports(path: Path) -> Iterator[str]:
@@ -132,14 +134,14 @@ def _imports(path: Path) -> Iterator[str]:
             yield node.module
             yield from (f"{node.module}.{each.name}" for each in node.names)
         elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.isprintable():
-            yield node.value  # of a module that is imported by its name
+            yield node.value  # name of a module that is imported at run time
 
 
 def _file_of(module: str) -> Path | None:
-    """File of a module; None where the name is that of something in a module."""
+    """File of a module; None if the name is an object within a module."""
     try:
         found = find_spec(module)
-    except (ModuleNotFoundError, ValueError):  # part of a module, or a script
+    except (ModuleNotFoundError, ValueError):  # an object within a module, or a script
         return None
     return Path(found.origin) if found and found.origin else None
 

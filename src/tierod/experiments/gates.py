@@ -1,4 +1,4 @@
-"""Gates: limits on figures of a campaign, met, missed, or not to be judged."""
+"""Gates: limits on figures of a campaign, which are met, missed, or cannot be judged."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Gate:
     """A limit on a figure.
 
     Args:
-        figure: of `Pool`
-        goal: what it should be
+        figure: field of `Pool`
+        goal: permitted values
         where: axis -> level or levels
         monitor: label
     """
@@ -30,7 +30,7 @@ class Gate:
 
     @property
     def name(self) -> str:
-        """In words."""
+        """Figure and place in words."""
         place = ", ".join(f"{axis} {_levels(levels)}" for axis, levels in self.where.items())
         return f"{self.figure}{f' ({place})' if place else ''}"
 
@@ -41,9 +41,9 @@ class Passed:
 
     Args:
         gate: the gate
-        measured: the figure; NaN where there is none
-        met: whether it is as it should be; None where that cannot be judged
-        note: why not, or how many drives it rests on
+        measured: value of the figure; NaN if there is none
+        met: whether the goal is met; None if that cannot be judged
+        note: reason why not, or number of drives
     """
 
     gate: Gate
@@ -53,7 +53,7 @@ class Passed:
 
 
 def pass_through(gate: Gate, rows: Sequence[Row]) -> Passed:
-    """Hold the figure of a gate against its goal; a gate over drives that failed cannot be met, only missed."""
+    """Compare the figure of a gate with its goal; with failed drives a gate can be missed, but not met."""
     figures = pool_at(rows, gate.where, gate.monitor)
     measured = float(getattr(figures, gate.figure))
     lost = figures.failed + figures.diverged

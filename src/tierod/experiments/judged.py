@@ -1,4 +1,4 @@
-"""Alarm times of a running verdict, and the judgement of one drive by one monitor."""
+"""Judgement of one drive by one monitor, and times of its alarms."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from tierod.monitors.harness.session import StatusChange
 
 ALARMS = (Status.RISING, Status.FAULT)
 JUDGEMENTS = (Status.HEALTHY, Status.RISING, Status.SUSPECT, Status.FAULT)
-"""Statuses of a monitor that judges; all others give the reason why it does not."""
+"""Statuses of a monitor that judges; all others state the reason why it does not."""
 
 
 class Window(NamedTuple):
-    """Time in which a fault acts."""
+    """Time window in which a fault acts."""
 
     start: Annotated[float, "s"]
     end: Annotated[float, "s"]
 
 
 def during(course: Sequence[StatusChange], time: np.ndarray, statuses: Sequence[Status]) -> np.ndarray:
-    """Whether the running verdict was one of the statuses, for each instant."""
+    """Whether the running verdict had one of the statuses, for each instant."""
     at = np.searchsorted([change.time for change in course], time, side="right") - 1
     wanted = np.array([change.status in statuses for change in course])
     return wanted[np.maximum(at, 0)] & (at >= 0)
 
 
 def alarms_of(course: Sequence[StatusChange], statuses: Sequence[Status]) -> list[Window]:
-    """Times in which the running verdict was one of the statuses without a break."""
+    """Windows in which the running verdict had one of the statuses without interruption."""
     runs: list[Window] = []
     for change, after in itertools.zip_longest(course, course[1:]):
         if change.status not in statuses:
@@ -49,7 +49,7 @@ def alarms_of(course: Sequence[StatusChange], statuses: Sequence[Status]) -> lis
 
 
 def first_after(alarms: Sequence[Window], start: float, end: float) -> float:
-    """Time at which the first alarm began within a time; infinite where none did, or one stood already."""
+    """Start of the first alarm within a window; infinite if there was none, or if an alarm was already active."""
     if any(alarm.start < start <= alarm.end for alarm in alarms):
         return math.inf
     return min((alarm.start for alarm in alarms if start <= alarm.start <= end), default=math.inf)
@@ -59,10 +59,10 @@ def outcome(alarms: Sequence[Window], first: float, fault: Window | None, judged
     """Outcome of a drive, see `tierod.experiments.judged.Judged`.
 
     Args:
-        alarms: all of the drive
-        first: when the first one began in the fault [s]; infinite where none did
-        fault: when it acted; None in a fault-free drive
-        judged: whether the monitor judged at all in the fault, or in a fault-free drive
+        alarms: all alarms of the drive
+        first: start of the first alarm during the fault [s]; infinite if there was none
+        fault: window of the fault; None for a fault-free drive
+        judged: whether the monitor judged at all during the fault, or in a fault-free drive
     """
     if fault is None:
         return "false alarm" if alarms else "quiet" if judged else "not judged"
@@ -72,7 +72,7 @@ def outcome(alarms: Sequence[Window], first: float, fault: Window | None, judged
 
 
 def enabled_until(alarm: float, start: float, time: np.ndarray, clock: np.ndarray) -> float:
-    """Enabled time [s] from a start to an alarm; infinite where there was none.
+    """Enabled time from a start to an alarm [s]; infinite if there was none.
 
     Args:
         alarm, start: instants [s]
@@ -87,25 +87,26 @@ def enabled_until(alarm: float, start: float, time: np.ndarray, clock: np.ndarra
 
 @dataclass(frozen=True)
 class Judged:
-    """Judgement of one drive by a monitor; every figure of a campaign is made from these.
+    """Judgement of one drive by a monitor, from which every figure of a campaign is computed.
 
     Args:
-        status: of the final finding
-        headline, cause: of the final finding
-        value, deviation: of the final estimate, in its unit; NaN where it is withheld
-        unit: of the estimate
-        ratio: to the baseline at the end [-], NaN where the monitor has none
-        outcome: of a drive with a fault: "found", "missed", "early" (an alarm stood already when the fault came) or
-            "not judged"; of a fault-free one: "quiet", "false alarm" or "not judged"
-        detection_s, detection_enabled_s: from the fault's start to the first alarm; infinite where there was none
-        fault_s, fault_enabled_s: the same to the first verdict "fault"
-        false_alarms: alarms that began while no fault had acted yet
-        seconds, enabled_s, judged_s: of the drive, in which the monitor learnt, and in which it judged
-        fault_free_s, fault_free_judged_s: before the fault; judged of these
-        truth_fault_free, truth_faulty: mean of the truth in both phases
-        errors_fault_free, errors_faulty: estimate less truth in both phases, settled; see `Phase`
-        area: under the ROC curve between estimates before and in the fault, of this drive
-        estimates_fault_free, estimates_faulty: settled estimates, one every few seconds
+        status: status of the final finding
+        headline, cause: headline and cause of the final finding
+        value, deviation: final estimate and its standard deviation, in its unit; NaN if it is withheld
+        unit: unit of the estimate
+        ratio: final ratio to the baseline [-]; NaN if the monitor has none
+        outcome: of a drive with a fault: "found", "missed", "early" (an alarm was active when the fault started) or
+            "not judged"; of a fault-free drive: "quiet", "false alarm" or "not judged"
+        detection_s, detection_enabled_s: time from the fault's onset to the first alarm; infinite if there was none
+        fault_s, fault_enabled_s: the same to the first status "fault"
+        false_alarms: number of alarms that started before the fault
+        seconds, enabled_s, judged_s: duration of the drive, enabled time, and time in which the monitor judged
+        fault_free_s, fault_free_judged_s: time before the fault, and the judged part of it
+        truth_fault_free, truth_faulty: mean true value before and during the fault
+        errors_fault_free, errors_faulty: moments of estimate minus true value before the fault and, settled, during it
+        area: area under the ROC curve between estimates before and during the fault of this drive
+        estimates_fault_free, estimates_faulty: estimates before the fault and settled ones during it, one every few
+            seconds
     """
 
     status: str
@@ -136,13 +137,13 @@ class Judged:
 
 
 def plain(judged: Judged) -> dict[str, Any]:
-    """The judgement as JSON holds it."""
+    """The judgement as plain JSON."""
     found: dict[str, Any] = json_value(dataclasses.asdict(judged))
     return found
 
 
 def json_value(value: object) -> Any:
-    """A value as JSON holds it: NaN is null, infinity the text "inf"."""
+    """A value as plain JSON: NaN becomes null, infinity the text "inf"."""
     if isinstance(value, Mapping):
         return {str(key): json_value(entry) for key, entry in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str):
@@ -153,10 +154,10 @@ def json_value(value: object) -> Any:
 
 
 def from_plain(content: Mapping[str, Any]) -> Judged:
-    """Judgement read back from what `plain` wrote.
+    """The judgement from the content that `plain` made.
 
     Raises:
-        KeyError, TypeError, ValueError: something else
+        KeyError, TypeError, ValueError: other content
     """
     values: dict[str, Any] = {}
     for field in dataclasses.fields(Judged):

@@ -1,4 +1,4 @@
-"""One monitor over one virtual drive, held against the truth: when it alarmed, how exact it was, how long it judged."""
+"""Judgement of one monitor on one virtual drive against the true values: alarms, estimation errors, judged time."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from tierod.vehicles import Vehicle
 
 TRUTH = "truth_"
 DEVIATION = "_standard_deviation"
-"""A trace X with a trace X_standard_deviation is an estimate; the channel truth_X is what it should be."""
+"""Suffix of standard deviations: a trace X with a trace X_standard_deviation is an estimate of the channel truth_X."""
 
 SAMPLE_PERIOD = 5.0
-"""Seconds from one kept estimate to the next: friction estimates wander over tens of seconds."""
+"""Interval between kept estimates [s]: friction estimates vary over tens of seconds."""
 
 
 def judge(
@@ -43,21 +43,21 @@ def judge(
     fault: Window | None,
     settling: Annotated[float, "s"],
 ) -> tuple[Judged, Baseline | None]:
-    """Run a monitor over a drive and hold it against the truth.
+    """Run a monitor over a drive and compare it with the true values.
 
     Args:
-        recording: measured channels, and the truth in channels prefixed `truth_`
-        monitor: and its variant
-        belief: parameters of the car that the monitor assumes
-        baseline: what was learnt of this car before
-        fault: when it acts; None in a fault-free drive
-        settling: enabled time from the start of a fault until estimates count as those of the fault [s]
+        recording: measured channels, and true values in channels prefixed `truth_`
+        monitor: monitor and variant
+        belief: vehicle parameters of the monitor
+        baseline: baseline learnt earlier from this car
+        fault: window of the fault; None for a fault-free drive
+        settling: enabled time from the onset of a fault until estimates are attributed to the fault [s]
 
     Returns:
-        the judgement, and the baseline that the drive has set, if it has
+        the judgement, and the baseline that the drive has set, if any
 
     Raises:
-        TierodError: the recording is not fit for the monitor
+        TierodError: the recording does not suit the monitor
     """
     definition = monitor[0].suited_to(recording)
     run = Run(definition, monitor[1], belief, baseline)
@@ -65,7 +65,7 @@ def judge(
     run.add(recording)
     finding = run.finish().findings[0]
     seen = tap.seen()
-    # A monitor that judges a recording as a whole has no output before the end.
+    # A monitor that judges the recording as a whole has no status before the end.
     ends = ((seen.time[0], Status.NOT_READY), (seen.time[-1], finding.status))
     course = run.course or tuple(StatusChange(float(time), status) for time, status in ends)
     return _judged(recording, finding, course, seen, fault, settling, 1.0 / definition.rate), run.learnt
@@ -79,7 +79,7 @@ class _Seen(NamedTuple):
 
 
 class _Tap:
-    """A session that also keeps its traces whole."""
+    """A session that also keeps its complete traces."""
 
     def __init__(self, session: Session):
         self._session = session
@@ -88,20 +88,20 @@ class _Tap:
         self._pieces: list[Mapping[str, np.ndarray]] = []
 
     def __getattr__(self, name: str) -> Any:
-        """Attributes of the session itself, which its decisions are described by."""
+        """Attributes of the wrapped session, which describe its decisions."""
         if name.startswith("_"):
             raise AttributeError(name)
         return getattr(self._session, name)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Absorb a piece, as the session does."""
+        """Absorb a piece with the wrapped session, and keep its traces."""
         shown = self._session.absorb(aligned)
         self._time.append(aligned.time)
         self._pieces.append(shown)
         return shown
 
     def conclude(self) -> Conclusion:
-        """Conclude, as the session does."""
+        """Conclude with the wrapped session."""
         return self._session.conclude()
 
     def seen(self) -> _Seen:
@@ -164,7 +164,7 @@ def _final(finding: Finding, seen: _Seen) -> dict[str, Any]:
 def _times(
     course: Sequence[StatusChange], fault: Window | None, time: np.ndarray, clock: np.ndarray, judged_at_all: bool
 ) -> dict[str, Any]:
-    """Times at which alarms began: before the fault, and from its start on."""
+    """Times from the onset of the fault to its alarms, and number of false alarms before it."""
     start, end = fault or Window(math.inf, math.inf)
     alarms = alarms_of(course, ALARMS)
     first, worst = (first_after(alarms_of(course, wanted), start, end) for wanted in (ALARMS, ALARMS[1:]))
@@ -179,7 +179,7 @@ def _times(
 
 
 class _Estimates:
-    """Estimates where the monitor judged, and the truth at the same instants."""
+    """Estimates while the monitor judged, and the true values at the same instants."""
 
     def __init__(self, recording: Recording, seen: _Seen, judging: np.ndarray):
         name = next((n for n in seen.traces if n + DEVIATION in seen.traces), None)
@@ -189,23 +189,24 @@ class _Estimates:
         if truth is None or not len(truth.time):
             self.truth = none
         else:
+            # The tolerance makes equal instants match despite rounding.
             at = np.searchsorted(truth.time, seen.time + 1e-9, side="right") - 1
             self.truth = truth.values[np.maximum(at, 0)]
 
     def values_in(self, part: np.ndarray) -> np.ndarray:
-        """Estimates in a part of the drive."""
+        """Finite estimates in a part of the drive."""
         values: np.ndarray = self.values[part]
         kept: np.ndarray = values[np.isfinite(values)]
         return kept
 
     def kept_in(self, part: np.ndarray, step: float) -> tuple[float, ...]:
-        """One estimate every few seconds."""
+        """Estimates at intervals of `SAMPLE_PERIOD`."""
         return tuple(self.values_in(part)[:: max(round(SAMPLE_PERIOD / step), 1)].tolist())
 
     def errors_in(self, part: np.ndarray) -> Moments:
-        """Estimate less truth in a part of the drive."""
+        """Moments of estimate minus true value in a part of the drive."""
         return Moments.of((self.values - self.truth)[part])
 
     def truth_in(self, part: np.ndarray) -> float:
-        """Mean of the truth in a part of the drive."""
+        """Mean of the true value in a part of the drive."""
         return Moments.of(self.truth[part]).mean

@@ -1,4 +1,4 @@
-"""The matrix of a campaign: every combination of levels, less what is excluded, and what is included."""
+"""Matrix of a campaign: all combinations of levels without excluded and with included cells."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from tierod.proving_ground.faults import Fault, fault_of
 
 Location = tuple[str | int, ...]
 SEEDS = "seeds"
-"""Key of an included part with seeds of its own."""
+"""Key of the seeds of an included part."""
 
 MOST_CELLS = 1_000_000
-"""Of a matrix before anything is excluded: a thousand cars every week for twenty years."""
+"""Maximum size of a matrix before exclusions: a thousand cars every week for twenty years."""
 
 
 @dataclass(frozen=True)
 class Level:
-    """One level of an axis; faults and their sizes are one axis with two names.
+    """One level of an axis; faults and their sizes form one axis with two names.
 
     Args:
         place: axis -> level
-        changes: of the scenario, by dotted name
-        location: where it stands in the campaign file
-        faults: that it brings
-        tables: of these faults, as a scenario has them
+        changes: changes of the scenario, by dotted name
+        location: place in the campaign file
+        faults: faults of the level
+        tables: tables of these faults, as in a scenario
     """
 
     place: Mapping[str, str]
@@ -43,12 +43,12 @@ class Level:
 
 @dataclass(frozen=True)
 class Point:
-    """One cell of the matrix before its scenario is made.
+    """One cell of the matrix, before its scenario is built.
 
     Args:
         place: axis -> level; fault, size and seed last
-        levels: that it is made of
-        seed: of all chance
+        levels: levels of the cell
+        seed: seed of all random numbers
     """
 
     place: Mapping[str, str]
@@ -56,7 +56,7 @@ class Point:
     seed: int
 
     def changes(self, common: Mapping[str, object]) -> dict[str, Any]:
-        """Changes of the scenario by dotted name; a later axis replaces what an earlier one has set."""
+        """Changes of the scenario by dotted name; a later axis overrides an earlier one."""
         merged = dict(common)
         for level in self.levels:
             merged |= level.changes
@@ -64,20 +64,20 @@ class Point:
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """Faults that act on the drive."""
+        """Faults of the drive."""
         return tuple(fault for level in self.levels for fault in level.faults)
 
     @property
     def tables(self) -> list[Mapping[str, Any]]:
-        """Tables of these faults, as a scenario has them."""
+        """Tables of these faults, as in a scenario."""
         return [table for level in self.levels for table in level.tables]
 
 
 def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
-    """Every axis with its levels, the faults last.
+    """Levels of every axis, the faults last.
 
     Raises:
-        ParameterError: two levels of one name, a name that is taken, or no level at all
+        ParameterError: two levels of one name, a reserved name, or no level at all
     """
     axes = []
     for name, axis in file.axes.items():
@@ -102,7 +102,7 @@ def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
 
 
 def _sizes(file: CampaignFile, name: str, document: Document) -> list[Level]:
-    """One fault with its sizes."""
+    """Levels of one fault, one per size."""
     table = dict(file.faults[name])
     location: Location = ("faults", name)
     sizes, together = table.pop("sizes", None), table.pop("together", [])
@@ -124,11 +124,11 @@ def _sizes(file: CampaignFile, name: str, document: Document) -> list[Level]:
 
 
 def with_changes(content: Mapping[str, object], changes: Mapping[str, object]) -> dict[str, Any]:
-    """Nested tables with values set at dotted names; a table on the way is made where it is absent.
+    """Nested tables with values set at dotted names; missing tables are created.
 
-    A name that stands dotted in the tables (`"steering.ratio" = 0.07`) is found as it stands. What stands higher is set
-    first, so that `car` and `car.parameters` may come in any order; a text that gets values below it becomes the `name`
-    of a table.
+    A name that is written with dots in the tables (`"steering.ratio" = 0.07`) is found as it stands. Higher levels are
+    set first, so that `car` and `car.parameters` may have any order; a text that gets values below it becomes the
+    `name` of a table.
     """
     merged = dict(content)
     for path, value in sorted(changes.items(), key=lambda change: change[0].count(".")):
@@ -153,11 +153,11 @@ def _distinct(levels: Sequence[Level], document: Document) -> list[Level]:
 
 
 def points(file: CampaignFile, document: Document) -> list[Point]:
-    """All cells of the matrix, in its order; what is included comes last.
+    """All cells of the matrix, in its order; included cells are last.
 
     Raises:
-        ParameterError: levels or seeds that cannot be, an exclusion or inclusion that names what is not there or
-            touches nothing, or a matrix without cells
+        ParameterError: invalid levels or seeds, an exclusion or inclusion with unknown names or without effect, or a
+            matrix without cells
     """
     axes = levels_of(file, document)
     seeds = _checked_seeds(file.seeds, ("seeds",), document)
@@ -229,17 +229,17 @@ def check_where(
     document: Document,
     location: Location,
 ) -> None:
-    """Refuse a choice of levels that names an axis or a level which is not there.
+    """Reject a choice of levels with an unknown axis or level.
 
     Args:
         where: axis -> level or list of levels
-        axes: all but the seeds
-        seeds: all; any where None
+        axes: all axes but the seeds
+        seeds: all seeds; None accepts any
         document: the campaign file
-        location: of the choice in it
+        location: place of the choice in it
 
     Raises:
-        ParameterError: with the line and the nearest name
+        ParameterError: an unknown name, with the line and the nearest name
     """
     known: dict[str, list[str]] = {}
     for level in itertools.chain(*axes):

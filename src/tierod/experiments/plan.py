@@ -1,4 +1,4 @@
-"""Plan of a campaign: its drives and verdicts, each with the key of all that decides it, and the results at hand."""
+"""Plan of a campaign: drives and verdicts, each with the key of everything that determines it, and existing results."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from tierod.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class Judge:
-    """A monitor of the campaign, ready to judge.
+    """A monitor of the campaign.
 
     Args:
-        label: as the campaign calls it
-        monitor, variant: by name
-        belief: parameters of the car that it assumes
-        learns: whether it judges against the baseline from the first fault-free drive of the same car
+        label: name in the campaign
+        monitor, variant: names
+        belief: vehicle parameters of the monitor
+        learns: whether it uses the baseline from the first fault-free drive of the same car
     """
 
     label: str
@@ -33,7 +33,7 @@ class Judge:
     learns: bool
 
     def found(self) -> tuple[Monitor, Variant]:
-        """The monitor itself."""
+        """The monitor and its variant."""
         from tierod.monitors.diagnose import find
 
         return find(self.monitor, self.variant)
@@ -44,11 +44,11 @@ class Cell:
     """One drive of the campaign.
 
     Args:
-        point: where it stands in the matrix
-        scenario: what is driven, with its seed
-        key: of all that decides the drive
-        reference: number of the cell whose drive sets the baseline of this one's car; None where nothing is learnt,
-            or where this is the reference itself
+        point: point in the matrix
+        scenario: scenario with its seed
+        key: key of everything that determines the drive
+        reference: number of the cell whose drive sets the baseline of the same car; None if nothing is learnt, or for
+            this cell itself
     """
 
     point: Point
@@ -63,7 +63,7 @@ class Cell:
 
     @property
     def faulty(self) -> bool:
-        """Whether a fault is given."""
+        """Whether the cell has a fault."""
         return self.point.place[FAULT] != FAULT_FREE
 
 
@@ -72,8 +72,8 @@ class Plan:
     """All cells and monitors.
 
     Args:
-        cells: in the order of the matrix
-        judges: that judge every drive
+        cells: cells in the order of the matrix
+        judges: monitors that judge every drive
         settling: see `tierod.experiments.definition.CampaignFile`
         keep: whether recordings are kept
     """
@@ -84,7 +84,7 @@ class Plan:
     keep: bool
 
     def verdict_key(self, cell: Cell, judge: Judge) -> str:
-        """Key of a verdict, from the drive, the monitor with its vehicle, its baseline, and the code."""
+        """Key of a verdict, from drive, monitor with its vehicle, baseline, and code."""
         reference = None if cell.reference is None or not judge.learns else self.cells[cell.reference].key
         belief = {name: getattr(judge.belief, name) for name in ("name", "torque_unit", "parameters")}
         return fingerprint(
@@ -96,38 +96,38 @@ class Plan:
         return f"{cell.name}_{slug({'label': judge.label}, 40)}"
 
     def done(self, cell: Cell, store: Store) -> bool:
-        """Whether the drive, its recording where it is kept, and every verdict are there."""
+        """Whether the drive, its recording if it is to be kept, and every verdict exist."""
         drive = store.drive(cell.name, cell.key)
         if drive is None or not drive["lasting"] or (self.keep and self.lacks_recording(drive, store)):
             return False
         return drive["outcome"] != "driven" or not self.open_judges(cell, store)
 
     def lacks_recording(self, drive: Mapping[str, Any], store: Store) -> bool:
-        """Whether a drive has samples that should be kept and are not."""
+        """Whether a drive has samples that should be kept but are not."""
         return drive["outcome"] != "failed" and not store.has_recording(drive)
 
     def open_judges(self, cell: Cell, store: Store) -> list[Judge]:
-        """The monitors whose verdict is not there, or could not be made for a reason that may have passed."""
+        """Monitors whose verdict is missing, or failed for a reason that may no longer hold."""
         return [
             judge for judge in self.judges if not (self.verdict(cell, judge, store) or {"lasting": False})["lasting"]
         ]
 
     def verdict(self, cell: Cell, judge: Judge, store: Store) -> dict[str, Any] | None:
-        """The record of a verdict."""
+        """Record of a verdict, or None."""
         return store.verdict(self.verdict_name(cell, judge), self.verdict_key(cell, judge))
 
 
 DECIDING = ("car", "course", "duration", "seed", "sensors", "faults", "scatter", "files")
-"""Fields of a scenario that decide its drive; names and descriptions do not."""
+"""Fields of a scenario that determine its drive; names and descriptions do not."""
 
 
 def drive_key(scenario: Any, known: dict[int, tuple[Any, str]] | None = None) -> str:
-    """Key of a drive, from all that decides it: the scenario and the code that drives.
+    """Key of a drive, from the scenario and the code that simulates it.
 
     Args:
-        scenario: what is driven
-        known: fingerprints of parts by their identity, kept with the parts themselves from one scenario to the next:
-            those that differ in their seed share a car
+        scenario: scenario of the drive
+        known: cache of fingerprints by the identity of a part, reused from scenario to scenario, since scenarios that
+            differ in their seed share a car; it also keeps the parts, so that their identities stay unique
     """
     known = {} if known is None else known
     prints = {}
@@ -140,7 +140,7 @@ def drive_key(scenario: Any, known: dict[int, tuple[Any, str]] | None = None) ->
 
 
 def window_of(windows: Sequence[Mapping[str, Any]]) -> Window | None:
-    """Window from the first start to the last end of a drive's faults; None where no fault came."""
+    """Window from the first start to the last end of a drive's faults; None if no fault started."""
     came = [each for each in windows if each["start"] is not None]
     if not came:
         return None
@@ -148,7 +148,7 @@ def window_of(windows: Sequence[Mapping[str, Any]]) -> Window | None:
 
 
 def reference_drives(points: Sequence[Point], same_car: Sequence[str]) -> list[int | None]:
-    """Per cell the number of the first fault-free one of the same car; None for that one itself, -1 without one."""
+    """Number of the first fault-free cell of the same car, per cell; None for that cell itself, -1 if there is none."""
     first: dict[tuple[str, ...], int] = {}
     cars = [tuple(point.place[axis] for axis in same_car) for point in points]
     for number, (point, car) in enumerate(zip(points, cars, strict=True)):

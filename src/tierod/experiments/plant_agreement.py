@@ -1,4 +1,4 @@
-"""The virtual car's chassis beside another simulator: figures for tests and for lists of claims."""
+"""Comparison of the virtual car's chassis with another simulator: figures for tests and lists of claims."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from tierod.proving_ground.replay import Replay
 
 
 class Agreement(NamedTuple):
-    """Distance of a chassis from a reference.
+    """Differences of a chassis from a reference.
 
     Args:
-        yaw_rate, lateral_acceleration: root mean square of the difference over that of the reference [-]
-        yaw_rate_error: root mean square of the difference [rad/s]
-        gain: standard deviation of our yaw rate over the reference's [-]
-        correlation: of both yaw rates [-]
-        peak: greatest lateral acceleration of the reference [m/s**2]
+        yaw_rate, lateral_acceleration: RMS of the difference divided by that of the reference [-]
+        yaw_rate_error: RMS of the difference [rad/s]
+        gain: standard deviation of the chassis' yaw rate divided by that of the reference [-]
+        correlation: correlation coefficient of both yaw rates [-]
+        peak: maximum lateral acceleration of the reference [m/s**2]
     """
 
     yaw_rate: float
@@ -33,7 +33,7 @@ class Agreement(NamedTuple):
 
 
 def agreement(ours: np.ndarray, theirs: np.ndarray) -> Agreement:
-    """Figures of two pairs of series: columns yaw rate [rad/s] and lateral acceleration [m/s**2]."""
+    """Compare two pairs of series, with the columns yaw rate [rad/s] and lateral acceleration [m/s**2]."""
     error, size = (np.sqrt(np.mean(np.square(values), axis=0)) for values in (ours - theirs, theirs))
     yaw, reference = ours[:, 0], theirs[:, 0]
     return Agreement(
@@ -57,7 +57,7 @@ def _commonroad() -> Any:
 
 
 def commonroad_tyre() -> Tyre:
-    """The tyre of CommonRoad's models in ours: stiffness and friction in proportion to the load, no trail."""
+    """The tyre of CommonRoad's models as a `Tyre`: stiffness and friction proportional to the load, no trail."""
     given = _commonroad()
     tyre = given.tire
     return Tyre(
@@ -80,10 +80,10 @@ def commonroad_tyre() -> Tyre:
 
 
 def commonroad_car(rolling: bool) -> TwoTrack:
-    """CommonRoad's vehicle 2 (a BMW 320i) in our parameters.
+    """CommonRoad's vehicle 2 (a BMW 320i) as a `TwoTrack`.
 
     Args:
-        rolling: whether its body rolls, as in the multi-body model; the drift single track has no height
+        rolling: whether its body rolls, as in the multi-body model; the drift single-track model has no height
     """
     given, tyre = _commonroad(), commonroad_tyre()
     axles = []
@@ -110,12 +110,12 @@ def commonroad_car(rolling: bool) -> TwoTrack:
 
 
 def commonroad_agreement(speed: float, steer: float, frequency: float, multibody: bool = False) -> Agreement:
-    """Our chassis beside CommonRoad's drift single track or multi-body model: same parameters, same steer and speed.
+    """Compare the chassis with CommonRoad's drift single-track or multi-body model at equal parameters and inputs.
 
     Args:
-        speed: at the start, then coasting [m/s]
+        speed: initial speed, then coasting [m/s]
         steer: amplitude of the road wheels [rad]
-        frequency: of the weave, which grows over its first second [Hz]
+        frequency: frequency of the weave, which grows over its first second [Hz]
         multibody: whether the multi-body model is the reference
 
     Raises:
@@ -154,7 +154,7 @@ def _single_track_motion(states: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
 
 
 def _multibody_motion(states: np.ndarray, given: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lateral acceleration of the centre of gravity of body and axles together."""
+    """Speed, yaw rate, and lateral acceleration of the common centre of gravity of body and axles."""
     along, yaw = states[3], states[5]
     masses = ((given.m_s, states[10]), (given.m_uf, states[15]), (given.m_ur, states[20]))
     lateral = sum(mass * (np.gradient(across, STEP) + along * yaw) for mass, across in masses) / given.m

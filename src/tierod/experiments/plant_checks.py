@@ -1,4 +1,4 @@
-"""Checks of the virtual car's chassis against closed forms: figures for tests and for lists of claims."""
+"""Comparison of the virtual car's chassis with closed forms: figures for tests and lists of claims."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tierod.proving_ground.replay import ChassisResponse, Replay
 
 STEP = 1e-3
 SMALL_STEER = 1e-4
-"""Road-wheel angle of the linear range [rad]: slip angles at which brush tyres bend by less than 0.1 %."""
+"""Road-wheel angle in the linear range [rad]: at its slip angles brush tyres deviate by less than 0.1 %."""
 
 Body = TypeVar("Body", SingleTrack, TwoTrack)
 
@@ -27,20 +27,20 @@ def courses(steer: np.ndarray, speed: float | np.ndarray) -> np.ndarray:
 
     Args:
         steer: road-wheel angle at every millisecond [rad], shape (n,)
-        speed: to be kept [m/s], a number or shape (n,)
+        speed: target speed [m/s], a number or shape (n,)
     """
     rate = np.gradient(steer, STEP)
     return np.column_stack(np.broadcast_arrays(steer, rate, speed, 0.0, 0.0))
 
 
 def steady_turn(chassis: Body, speed: float) -> ChassisResponse:
-    """Response of a chassis after 8 s at a speed [m/s] with its road wheels turned a little."""
+    """Response of a chassis after 8 s at a speed [m/s] with a small road-wheel angle."""
     inputs = courses(np.full(round(8.0 / STEP), SMALL_STEER), speed)
     return scan(Replay(chassis, start_speed=speed), inputs).at(-1)
 
 
 def unresisted(chassis: Body) -> Body:
-    """The chassis without air and rolling resistance, as closed forms assume: no wheel has to be driven."""
+    """The chassis without air and rolling resistance, as in the closed forms: no wheel needs a drive torque."""
     still = replace(chassis, drag_area=0.0, side_area=0.0)
     if isinstance(still, SingleTrack):
         return replace(still, rolling_coefficient=0.0)
@@ -49,11 +49,11 @@ def unresisted(chassis: Body) -> Body:
 
 
 def yaw_gain_error(chassis: Body, speed: float) -> float:
-    """Steady yaw rate per road-wheel angle in the linear range, against the closed form: relative error.
+    """Relative error of the steady-state yaw gain in the linear range against the closed form.
 
     Args:
-        chassis: of one or two tracks, see `unresisted`
-        speed: [m/s]
+        chassis: single-track or two-track chassis, see `unresisted`
+        speed: speed [m/s]
     """
     out = steady_turn(chassis, speed)
     closed = steady_yaw_gain(out.speed, chassis.wheelbase, chassis.understeer_gradient)
@@ -61,10 +61,10 @@ def yaw_gain_error(chassis: Body, speed: float) -> float:
 
 
 def understeer_error(chassis: Body) -> float:
-    """Understeer gradient in the linear range at 30 m/s, against the closed form: relative error.
+    """Relative error of the understeer gradient in the linear range at 30 m/s against the closed form.
 
     Args:
-        chassis: of one or two tracks, see `unresisted`
+        chassis: single-track or two-track chassis, see `unresisted`
     """
     out = steady_turn(chassis, 30.0)
     extra = SMALL_STEER - chassis.wheelbase * out.yaw_rate / out.speed
@@ -72,7 +72,7 @@ def understeer_error(chassis: Body) -> float:
 
 
 class Pedals(NamedTuple):
-    """Steer and torques of the manoeuvre whose energy is audited."""
+    """Steering and torques of the manoeuvre of the energy balance."""
 
     steer: Annotated[float, "rad"]
     steer_rate: Annotated[float, "rad/s"]
@@ -82,7 +82,7 @@ class Pedals(NamedTuple):
 
 @dataclass(frozen=True)
 class EnergyAudit:
-    """A chassis on a level road without air, with torques given at its wheels, and its powers."""
+    """Block with a chassis on a level road without air, with given wheel torques, and its powers as output."""
 
     chassis: TwoTrack = field(default_factory=TwoTrack)
     start_speed: Annotated[float, "m/s"] = 20.0
@@ -90,11 +90,11 @@ class EnergyAudit:
     Sample = Pedals
 
     def init(self) -> Any:
-        """Straight ahead at the starting speed."""
+        """State of motion straight ahead at the initial speed."""
         return self.chassis.init(self.start_speed)
 
     def step(self, state: Any, sample: Pedals) -> tuple[Any, Powers]:
-        """One step on; the powers belong to the instant of the sample."""
+        """Advance by one step; the powers belong to the instant of the sample, before the step."""
         steer = Steer(sample.steer, sample.steer, sample.steer_rate, sample.steer_rate)
         road, wind = Road(0.0, 0.0, 0.0, 1.0, 1.0, 1.0), Wind(0.0, 0.0)
         torques = Wheels(sample.drive_torque, sample.drive_torque, 0.0, 0.0)
@@ -110,7 +110,7 @@ class EnergyAudit:
 
 
 def energy_error(chassis: TwoTrack | None = None) -> float:
-    """Energy that a manoeuvre leaves unexplained, over the energy that its wheels turn into heat.
+    """Energy error of a manoeuvre, relative to the energy that its wheels dissipate.
 
     Ten seconds: accelerating in a weave to the limit of the tyres, then braking in a turn to standstill.
     """

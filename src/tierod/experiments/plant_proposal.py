@@ -1,4 +1,4 @@
-"""Proposes what belongs to what where a unit of another tool takes the place of a plant, from names and units."""
+"""Proposed assignment of the variables of another tool's unit to signals, from names and units."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _AS_INPUT = {
     "motor_target_torque": "motor_torque",
     "column_assist_torque": "motor_torque",
 }
-"""What is given where the name of an input means one of these signals."""
+"""Signal for an input whose name means one of these signals."""
 
 
 class _Rule(NamedTuple):
-    """Words that the name of an input holds, and what it is given."""
+    """Signal for an input whose name contains these words."""
 
     signal: str
     words: tuple[str, ...]
@@ -52,7 +52,7 @@ _RULES = (
     _Rule("wind.headwind_speed", (r"head_?wind|gegenwind|wind_?(x|long)",)),
     _Rule("demand.speed", (r"target|soll|_ref_|desired|demand|set_?point|wunsch", r"speed|geschw|_v_|veloc")),
 )
-"""The first rule that fits decides."""
+"""Rules in order; the first one that matches applies."""
 
 
 @dataclass(frozen=True)
@@ -60,11 +60,11 @@ class Proposed:
     """A proposed entry.
 
     Args:
-        variable: of the unit
-        signal: of ours
-        unit: of the variable, as stated or as its name ends; "" for that of the signal
-        reason: why, in words
-        is_assumed: whether neither the unit nor the name states a unit
+        variable: variable of the unit
+        signal: signal of tierod
+        unit: unit of the variable, from its description or the suffix of its name; "" for that of the signal
+        reason: reason in words
+        is_assumed: whether neither description nor name contain a unit
     """
 
     variable: str
@@ -79,10 +79,10 @@ class PlantProposal:
     """Proposed assignment of a unit's variables to signals.
 
     Args:
-        unit: that takes the place of a plant
+        unit: unit that replaces a plant
         inputs, outputs: proposed entries
-        free: inputs of the unit that nothing was found for
-        start: the parameter that is the speed at the start
+        free: inputs of the unit without a proposal
+        start: the parameter that is the initial speed
     """
 
     unit: Unit
@@ -93,7 +93,7 @@ class PlantProposal:
 
     @property
     def content(self) -> dict[str, Any]:
-        """The plant file as tables."""
+        """The plant file as nested tables."""
         return {
             "fmu": str(self.unit.path.absolute()),
             **({"start_speed": _table("variable", self.start.variable, self.start)} if self.start else {}),
@@ -102,10 +102,10 @@ class PlantProposal:
         }
 
     def text(self, fmu: str) -> str:
-        """The plant file, with the reason of every entry as a comment.
+        """The plant file as text, with the reason of every entry as a comment.
 
         Args:
-            fmu: the unit as the file should name it
+            fmu: path of the unit as written in the file
         """
         lines = [
             f"# Plant file proposed from {printable(self.unit.path.name)}: edit it, and keep what is right.",
@@ -123,13 +123,13 @@ class PlantProposal:
 
 
 def plant_document(path: str | Path) -> tuple[Document, list[str]]:
-    """The plant file of a path, proposed where that is a unit itself, and what is assumed then, in sentences.
+    """The plant file of a path, proposed if the path is a unit itself, and remarks on assumptions, in sentences.
 
     Args:
-        path: of a plant file (.toml), or of a unit (.fmu)
+        path: path of a plant file (.toml), or of a unit (.fmu)
 
     Raises:
-        ParameterError: a slip in the file
+        ParameterError: an invalid file
         InputError: the unit cannot be used
     """
     if Path(path).suffix.lower() == ".toml":
@@ -147,13 +147,14 @@ def plant_document(path: str | Path) -> tuple[Document, list[str]]:
 
 
 def propose_plant(unit: Unit) -> PlantProposal:
-    """Proposed assignment of a unit's variables to signals, by names and units.
+    """Propose an assignment of a unit's variables to signals, from names and units.
 
     Args:
-        unit: as it describes itself
+        unit: description of the unit
     """
     inputs = [(each, _given(each)) for each in unit.of("input").values()]
     found: dict[str, Proposed] = {}
+    # Names of the catalogue come first, so that no similar name takes their signal.
     for each, _ in sorted(_outputs(unit), key=lambda pair: not pair[1]):
         found.setdefault(each.signal, each)
     return PlantProposal(
@@ -166,7 +167,7 @@ def propose_plant(unit: Unit) -> PlantProposal:
 
 
 def _start(each: Variable) -> Proposed | None:
-    """The entry of a parameter that is the speed at the start."""
+    """Entry of a parameter that is the initial speed, or None."""
     text = words_of(each.name)
     named = all(re.search(pattern, text) for pattern in (r"start|init|_0_|anfang", r"speed|geschw|veloc|_v_|_vx_"))
     if not each.is_number or not (named or re.search(r"_vx?_?0_", text)):
@@ -175,7 +176,7 @@ def _start(each: Variable) -> Proposed | None:
 
 
 def _outputs(unit: Unit) -> Iterator[tuple[Proposed, bool]]:
-    """(entry, whether the name is one of the catalogue)."""
+    """(entry, whether the name is one of the catalogue) of the outputs."""
     known = channels()
     for name, each in unit.of("output").items():
         last = name.rpartition(".")[2]
@@ -194,7 +195,7 @@ def _outputs(unit: Unit) -> Iterator[tuple[Proposed, bool]]:
 
 
 def _given(each: Variable) -> Proposed | None:
-    """Proposal for an input; None where nothing was found."""
+    """Proposal for an input; None if nothing matches."""
     known = offered()
     if not each.is_number:
         return None
@@ -214,7 +215,7 @@ def _given(each: Variable) -> Proposed | None:
 
 
 def _fitting(each: Variable, signal: str, wanted: str | None, reason: str) -> Proposed | None:
-    """The entry, where the unit of the variable can be that of the signal."""
+    """The entry, or None if the unit of the variable does not match that of the signal."""
     stated = each.unit or split_suffix(each.name)[1]
     try:
         if stated and wanted is not None:

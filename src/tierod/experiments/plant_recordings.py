@@ -1,4 +1,4 @@
-"""The virtual car's chassis beside recordings of real cars: figures for tests and for lists of claims."""
+"""Comparison of the virtual car's chassis with recordings of real cars: figures for tests and lists of claims."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from tierod.proving_ground.replay import Replay
 from tierod.vehicles import load
 
 STEERING_ZERO = -0.0029
-"""Of the laps [rad]: fitted with the cornering stiffnesses; it drifts by 1 mrad in the course of minutes."""
+"""Steering offset of the race laps [rad], fitted with the cornering stiffnesses; it drifts by 1 mrad within minutes."""
 LINEAR = 4.0
-"""Lateral acceleration up to which tyres and car are taken as linear [m/s**2]."""
+"""Lateral acceleration up to which tyres and car are regarded as linear [m/s**2]."""
 SETTLING = 0.5
-"""At the start of every part, not judged [s]."""
+"""Time at the start of every part that is excluded from the comparison [s]."""
 
 
 def _at(recording: Recording, names: tuple[str, ...], time: np.ndarray) -> list[np.ndarray]:
@@ -31,9 +31,9 @@ def _at(recording: Recording, names: tuple[str, ...], time: np.ndarray) -> list[
 
 
 def rav4_agreement(recording: Recording) -> Agreement:
-    """The chassis with the parameters of the RAV4's vehicle file, steered as its recorded minute, beside its yaw rate.
+    """Compare the chassis, with the parameters of the RAV4's vehicle file, with the recorded yaw rate of one minute.
 
-    The offset of the gyroscope, which the recording does not contain, is removed by the mean of the difference.
+    The recording does not contain the offset of the gyroscope, so the mean difference is removed.
 
     Args:
         recording: the minute, with steering-wheel angle, speed, yaw rate and lateral acceleration
@@ -58,8 +58,8 @@ def rav4_agreement(recording: Recording) -> Agreement:
 def ferrari() -> TwoTrack:
     """The Ferrari 250 LM of the public race laps.
 
-    Masses and distances as published with them; cornering stiffnesses fitted to yaw rate and sideslip in the linear
-    parts, up to 5 m/s**2, of their first half; the rest assumed.
+    Masses and distances are published with the laps; cornering stiffnesses are fitted to yaw rate and sideslip in the
+    linear parts, up to 5 m/s**2, of their first half; all other parameters are assumed.
     """
     tyre = Tyre(nominal_load=2500.0, friction=1.3, load_sensitivity=-0.05, trail=0.02, lateral_relaxation=0.3)
     return TwoTrack(
@@ -75,14 +75,14 @@ def ferrari() -> TwoTrack:
 
 
 def ferrari_agreement(recording: Recording, second_half: bool = True) -> Agreement:
-    """The chassis steered as the Ferrari of the race laps, in the laps' linear parts, beside yaw rate and v times r.
+    """Compare the chassis with the Ferrari's yaw rate and speed times yaw rate, in the linear parts of the race laps.
 
-    Every part of 1.5 s or more is driven by itself and begins with the recorded motion, since at the limit of grip an
-    open loop does not stay where the driver kept the car.
+    Every part of 1.5 s or more is simulated separately from the recorded state of motion, since an open loop at the
+    limit of adhesion does not stay where the driver kept the car.
 
     Args:
         recording: the laps, with road-wheel angle, speed, lateral speed and yaw rate
-        second_half: whether the half is judged to which nothing was fitted, or the other one
+        second_half: whether to judge the half that was not used for fitting, or the other one
     """
     first, last = recording["vehicle_speed"].time[[0, -1]]
     time = np.arange(first, last, STEP)
@@ -100,7 +100,7 @@ def ferrari_agreement(recording: Recording, second_half: bool = True) -> Agreeme
 
 
 def _linear_parts(time: np.ndarray, lateral: np.ndarray) -> list[tuple[int, int]]:
-    """First and past-the-last index of every part; a glitch of the steering sensor at 207.27 s is left out."""
+    """Start and end index of every part; a glitch of the steering sensor at 207.27 s is excluded."""
     width = round(0.4 / STEP)
     smooth = np.convolve(lateral, np.ones(width) / width, "same")
     fit = (np.abs(smooth) < LINEAR) & (np.abs(time - 207.27) > 1.5)

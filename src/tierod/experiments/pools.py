@@ -1,4 +1,4 @@
-"""Figures of many judged drives together: how soon, how surely, how seldom falsely, how exactly."""
+"""Figures of groups of judged drives: detection times, missed faults, false alarms, and errors of the estimates."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ HOUR = 3600.0
 
 
 class Pool(NamedTuple):
-    """Figures of a group of rows; NaN where there is nothing to make one from, infinite for a time that never came.
+    """Figures of a group of rows; NaN without data, infinite for an event that never occurred.
 
     Args:
-        drives: rows of the group
-        diverged: drives that did not stay finite
-        failed: drives that could not be driven or judged at all
-        not_judged: drives in which the monitor judged nothing of what was to be judged
+        drives: number of rows
+        diverged: drives that diverged
+        failed: drives that could not be simulated or judged at all
+        not_judged: drives in which the monitor judged nothing of the fault, or of the fault-free drive
         fault_free, faulty: judged drives without and with a fault
         found: faults that raised an alarm
-        missed: faults that were judged and raised none
-        early: faults that came while an alarm stood already
-        missed_share: missed or not judged, of all faults less the early ones
+        missed: faults that were judged without an alarm
+        early: faults that started during an alarm
+        missed_share: share of faults missed or not judged among all but the early ones
         missed_share_bound: its 95 % upper bound
-        detection_median_s, detection_p95_s, detection_worst_s: from the fault to the first alarm; infinite for a fault
-            that was missed or not judged; the early ones are left out
+        detection_median_s, detection_p95_s, detection_worst_s: time from the fault to the first alarm; infinite for a
+            fault that was missed or not judged; without the early ones
         detection_enabled_median_s, detection_enabled_p95_s, detection_enabled_worst_s: the same in enabled time
-        fault_median_s, fault_p95_s, fault_worst_s: from the fault to the verdict "fault"
-        false_alarms: alarms that began before any fault
-        fault_free_hours: driven before any fault
-        fault_free_judged_hours: judged of these
+        fault_median_s, fault_p95_s, fault_worst_s: time from the fault to the status "fault"
+        false_alarms: alarms that started before any fault
+        fault_free_hours: driving time before any fault
+        fault_free_judged_hours: judged part of this time
         false_alarm_rate: false alarms per judged hour
         false_alarm_bound: its 95 % upper bound
-        bias, deviation: of settled estimates against the truth, in the unit of the estimate
-        bias_fault_free, deviation_fault_free: before the fault, or in fault-free drives
-        bias_faulty, deviation_faulty: in the fault
-        largest_bias: largest mean error of one drive, its sign dropped
-        area: under the ROC curve between the last estimates of fault-free and faulty drives
-        smallest_area: smallest area under the ROC curve between the estimates of one drive before and in its fault
-        enabled_share, judged_share: of the time driven
+        bias, deviation: mean and standard deviation of the errors of all settled estimates
+        bias_fault_free, deviation_fault_free: the same before the fault, or in fault-free drives
+        bias_faulty, deviation_faulty: the same during the fault
+        largest_bias: largest magnitude of the mean error of one drive
+        area: area under the ROC curve between the final estimates of fault-free and faulty drives
+        smallest_area: smallest area under the ROC curve between the estimates of one drive before and during its fault
+        enabled_share, judged_share: shares of the driving time
     """
 
     drives: Annotated[int, ""]
@@ -89,8 +89,8 @@ def pool(rows: Sequence[Row], fault_free: Sequence[Row] | None = None) -> Pool:
     """The figures of a group of rows of one monitor.
 
     Args:
-        rows: the group
-        fault_free: fault-free drives that its faulty ones are compared with; those of the group itself where None
+        rows: rows of the group
+        fault_free: fault-free drives with which the faulty ones are compared; those of the group itself if None
     """
     judged = [row.judged for row in rows if row.judged is not None]
     faulty = [row.judged for row in rows if row.judged is not None and row.faulty]
@@ -154,7 +154,7 @@ def _times(name: str, times: list[float]) -> Any:
 
 
 def confusion(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
-    """State given -> status found -> drives, in the order of the rows; drives that failed are found "no verdict"."""
+    """True state -> status -> number of drives, in the order of the rows; failed drives have "no verdict"."""
     found: dict[str, dict[str, int]] = {}
     for row in rows:
         status = row.judged.status if row.judged else "no verdict"
@@ -164,7 +164,7 @@ def confusion(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
 
 
 class Box(NamedTuple):
-    """Spread of the estimates of one state, at 5, 25, 50, 75 and 95 per cent."""
+    """Distribution of the estimates of one state: quantiles at 5, 25, 50, 75 and 95 per cent."""
 
     state: str
     truth: float
@@ -179,7 +179,7 @@ class Box(NamedTuple):
 
 
 def boxes(rows: Sequence[Row]) -> list[Box]:
-    """The estimates by state: fault-free (before faults too), then every fault with its magnitude."""
+    """Distribution of the estimates by state: fault-free (also before faults), then every fault with its magnitude."""
     parts: dict[str, list[tuple[float, Moments, tuple[float, ...]]]] = {}
     for row in rows:
         each = row.judged

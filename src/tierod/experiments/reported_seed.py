@@ -1,4 +1,4 @@
-"""Seeds of drives that are reported: they follow from the monitor that is judged, so that nothing is tuned on them."""
+"""Seeds of reported drives, derived from the judged monitor, so that no monitor can be tuned on these drives."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from tierod.core.graph.graph_digest import graph_digest
 def reported_seed(*blocks: Block) -> int:
     """Seed of reported drives, from the graphs and the tuning of the judged monitor.
 
-    Whoever changes a threshold or an equation draws new drives, and whoever moves a file draws the same ones.
+    A change of a threshold or an equation changes the drives; moving a file does not.
 
     Args:
-        blocks: of the monitor, with the parameters of the vehicle file as it is shipped
+        blocks: blocks of the monitor, with the parameters of the shipped vehicle file
 
     Returns:
-        from 0 to 16 777 215
+        seed from 0 to 16 777 215
     """
     return int(graph_digest(*blocks)[:6], 16)

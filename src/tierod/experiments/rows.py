@@ -1,4 +1,4 @@
-"""One row per drive and monitor: what was asked, what became of it."""
+"""Result rows of a campaign, one per drive and monitor."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from tierod.experiments.definition import label
 from tierod.experiments.judged import Judged
 
 FAULT_FREE = "fault-free"
-"""What a drive without a fault is called where faults have names."""
+"""Level of the fault axis for drives without a fault."""
 
 FAULT, SIZE, SEED = "fault", "size", "seed"
-"""Axes that every campaign has."""
+"""Axes of every campaign."""
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,8 @@ class Row:
         place: axis -> level
         drive: record of the drive: outcome "driven", "diverged" or "failed", reason, seconds, recording, provenance
         monitor: label of the monitor
-        judged: what it made of it; None where it did not come to that
-        reason: why it did not
+        judged: its judgement; None if there is none
+        reason: reason why there is none
     """
 
     place: Mapping[str, str]
@@ -36,12 +36,12 @@ class Row:
 
     @property
     def faulty(self) -> bool:
-        """Whether a fault was given, and came."""
+        """Whether the drive has a fault that actually started."""
         return self.place[FAULT] != FAULT_FREE and any(each["start"] is not None for each in self.drive["windows"])
 
     @property
     def given(self) -> str:
-        """True state: `FAULT_FREE`, or the fault with its magnitude; `FAULT_FREE` too where the fault never came."""
+        """True state: the fault with its magnitude, or `FAULT_FREE`, also if the fault of the drive never started."""
         if self.drive["outcome"] == "driven" and not self.faulty:
             return FAULT_FREE
         return " ".join(part for part in (self.place[FAULT], self.place[SIZE]) if part)
@@ -51,15 +51,15 @@ def matching(rows: Iterable[Row], where: Mapping[str, object], monitor: str | No
     """The rows at some levels.
 
     Args:
-        rows: to choose from
-        where: axis -> level, or a list of levels; axes that are not named may have any
-        monitor: label; any where None
+        rows: rows to select from
+        where: axis -> level, or a list of levels; other axes may have any level
+        monitor: label; any if None
     """
     return [row for row in rows if monitor in (None, row.monitor) and is_at(row.place, where)]
 
 
 def is_at(place: Mapping[str, str], where: Mapping[str, object]) -> bool:
-    """Whether a place has the levels asked for."""
+    """Whether a place has the given levels."""
     return all(
         place.get(axis) in [label(level) for level in (levels if isinstance(levels, list | tuple) else [levels])]
         for axis, levels in where.items()

@@ -1,4 +1,4 @@
-"""Runs what a campaign lacks, on all cores: first the drives that set baselines, then those judged against them."""
+"""Execution of a campaign's missing cells in parallel: first the drives that set baselines, then all others."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from tierod.monitors.harness.baseline import Baseline
 from tierod.proving_ground.faults import Always
 
 TASTE = 0.5
-"""Seconds that are driven in the parent, so that the workers find every kernel compiled."""
+"""Duration of the trial drives in the parent, which compile every kernel for the workers [s]."""
 
 
 class Progress(NamedTuple):
     """Progress of a campaign.
 
     Args:
-        done: cells that are finished, those of earlier runs included
-        total: of all cells
-        name: of the cell that has just been finished; "" before the first, when everything is compiled
-        outcome: of that one
+        done: number of finished cells, including those of earlier runs
+        total: number of all cells
+        name: name of the cell that has just finished; "" before the first, when all kernels are compiled
+        outcome: outcome of this cell
     """
 
     done: int
@@ -37,16 +37,17 @@ class Progress(NamedTuple):
 
 
 def run(plan: Plan, store: Store, workers: Workers, progress: Callable[[Progress], None] = lambda _: None) -> None:
-    """Drive and judge whatever is not there yet.
+    """Simulate and judge all missing cells.
 
     Args:
         plan: all cells
-        store: where everything is kept; prepared, and held alone
-        workers: which do the work, opened and closed here; those of a cluster have to reach the store's folder
-        progress: called as each cell ends
+        store: folder of the campaign; prepared, and locked by this process
+        workers: executor of the tasks, opened and closed here; workers of a cluster must have access to the store's
+            folder
+        progress: called when a cell ends
 
     Raises:
-        OutputError: the disk is full, for example; what was finished before is kept
+        OutputError: a file cannot be written, for example on a full disk; earlier results are kept
     """
     missing = [number for number, cell in enumerate(plan.cells) if not plan.done(cell, store)]
     done, total = len(plan.cells) - len(missing), len(plan.cells)
@@ -68,19 +69,19 @@ def run(plan: Plan, store: Store, workers: Workers, progress: Callable[[Progress
 
 
 def compile_once(cells: Sequence[Cell], judges: Sequence[Judge]) -> None:
-    """Let every kernel be compiled before the workers start, which would otherwise all compile the same."""
+    """Compile every kernel before the workers start, which would otherwise all compile the same ones."""
     tasted = set()
     for cell in cells:
         elements = tuple(effect.element for fault in cell.scenario.faults for effect in fault.effects)
         shape = (repr(structure(cell.scenario.car)), elements)
         if shape not in tasted:
             tasted.add(shape)
-            # From the beginning: what is driven is over before most faults come.
+            # Faults act from the start here, since the trial drive is over before most of them would start.
             faults = tuple(replace(fault, trigger=Always(), duration=None) for fault in cell.scenario.faults)
             try:
                 replace(cell.scenario, faults=faults).with_run(seconds=TASTE).run()
             except TierodError:
-                continue  # reported where the cell itself is driven
+                continue  # reported when the cell itself is simulated
     for judge in judges:
         monitor, variant = judge.found()
         block = getattr(variant.open(judge.belief, monitor.rate, None), "block", None)

@@ -1,4 +1,4 @@
-"""Scenarios from the points of a matrix: changes applied, faults added, everything checked."""
+"""Scenarios of the points of a matrix, with changes and faults applied, and checked."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def toml_text(content: Mapping[str, object]) -> str:
-    """A TOML document, one line per key of the top level; tables stand in line.
+    """A TOML document, one line per key of the top level, with inline tables.
 
     Raises:
-        TypeError: a value that TOML does not have
+        TypeError: a value that TOML cannot represent
     """
     return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in content.items())
 
@@ -53,11 +53,11 @@ Place = tuple[str, ...]
 
 @dataclass
 class Scenes:
-    """Makes the scenarios of a campaign; each combination of levels is built and checked once, whatever its seeds.
+    """Builds the scenarios of a campaign; each combination of levels is built and checked once for all seeds.
 
     Args:
-        file, document: the campaign
-        base: the scenario that every drive begins from
+        file, document: campaign file and its document
+        base: base scenario of all drives
     """
 
     file: CampaignFile
@@ -88,7 +88,7 @@ class Scenes:
         """The scenario of a point, with its seed.
 
         Raises:
-            ParameterError: levels that cannot be driven, with the line of the level at fault
+            ParameterError: levels that cannot be simulated, with the line of the faulty level
         """
         place = tuple(label for level in point.levels for label in level.place.values())
         if place not in self._made:
@@ -102,7 +102,7 @@ class Scenes:
             raise self._blamed(point, error) from None
 
     def _blamed(self, point: Point, error: ParameterError) -> ParameterError:
-        """The error with the line of the first level that cannot be driven alone, or of them all together."""
+        """The error at the line of the first level that fails by itself, or of the axes if only all together fail."""
         message = str(error)
         if message.startswith(f"{self.document.path}, line"):
             return error
@@ -126,7 +126,7 @@ class Scenes:
         self, changes: Mapping[str, object], faults: tuple[Fault, ...], tables: Sequence[Mapping[str, object]] = ()
     ) -> Scenario:
         content = with_changes(self.base.content, changes)
-        # Without text no line of the base scenario is blamed for what the campaign has changed.
+        # An empty text keeps lines of the base scenario out of messages about the campaign's changes.
         made = scenarios.from_document(Document(content, "", self.base.path))
         whole = {**content, "faults": list(tables)} if tables else content
         described = Document(whole, toml_text(whole), self.base.path)

@@ -1,12 +1,12 @@
-"""The folder of a campaign: one record per drive and per verdict, found again by what decides them.
+"""Folder of a campaign: one record per drive and per verdict, identified by the key of everything that determines it.
 
-    drives/NAME-KEY.json         how a drive went, its provenance, and its recording
-    recordings/NAME-KEY.parquet  the drive itself, where it is kept
-    verdicts/NAME-KEY.json       what one monitor made of it
+    drives/NAME-KEY.json         outcome of a drive, its provenance, and its recording
+    recordings/NAME-KEY.parquet  recording of the drive, if it is kept
+    verdicts/NAME-KEY.json       judgement of one monitor
     campaign.json, cells.parquet, report.html
 
-Every file is written beside its place and renamed, so that whatever has its name is whole. A record counts only if the
-key inside is the one that was asked for; anything else is worked out again.
+Every file is written under a temporary name and renamed, so that files with their final name are complete. A record is
+valid only if it contains the requested key; anything else is computed again.
 """
 
 from __future__ import annotations
@@ -34,24 +34,24 @@ LEFTOVER = re.compile(r"\..+\.[0-9a-f]{12}\.(json|parquet|html|toml)")
 """Names of files that were being written when a process was killed, see `tierod.core.files`."""
 
 _SHOWN = 12
-"""Digits of a key in the name of a file; the whole key stands inside."""
+"""Number of digits of a key in a file name; the complete key is in the file."""
 
 
 @dataclass(frozen=True)
 class Store:
-    """The folder.
+    """Folder with the results of a campaign.
 
     Args:
-        folder: where the campaign's files are; made where it is absent
+        folder: path of the folder, created if absent
     """
 
     folder: Path
 
     def prepare(self) -> None:
-        """Make the folders.
+        """Create the folders.
 
         Raises:
-            OutputError: they cannot be made
+            OutputError: they cannot be created
         """
         for path in self._folders():
             try:
@@ -67,12 +67,12 @@ class Store:
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """Hold the prepared folder, and remove what a killed process left half-written.
+        """Lock the prepared folder, and remove the incomplete files of killed processes.
 
-        The hold ends with the process, however that ends.
+        The lock ends with the process, however that ends.
 
         Raises:
-            OutputError: another process holds it
+            OutputError: another process holds the lock
         """
         lock = self.folder / ".lock"
         with ExitStack() as stack:
@@ -90,18 +90,18 @@ class Store:
             yield
 
     def drive(self, name: str, key: str) -> dict[str, Any] | None:
-        """The record of a drive, if there is a whole one of this key."""
+        """The record of a drive, or None if there is no complete one of this key."""
         return _read(self.folder / "drives" / f"{name}-{key[:_SHOWN]}.json", DRIVE_SCHEMA, key)
 
     def verdict(self, name: str, key: str) -> dict[str, Any] | None:
-        """The record of a verdict, if there is a whole one of this key."""
+        """The record of a verdict, or None if there is no complete one of this key."""
         return _read(self.folder / "verdicts" / f"{name}-{key[:_SHOWN]}.json", VERDICT_SCHEMA, key)
 
     def keep_drive(self, name: str, key: str, content: Mapping[str, object]) -> None:
         """Write the record of a drive.
 
         Raises:
-            OutputError: it cannot be written
+            OutputError: the file cannot be written
         """
         _write(self.folder / "drives" / f"{name}-{key[:_SHOWN]}.json", DRIVE_SCHEMA, key, content)
 
@@ -109,15 +109,15 @@ class Store:
         """Write the record of a verdict.
 
         Raises:
-            OutputError: it cannot be written
+            OutputError: the file cannot be written
         """
         _write(self.folder / "verdicts" / f"{name}-{key[:_SHOWN]}.json", VERDICT_SCHEMA, key, content)
 
     def keep_recording(self, name: str, key: str, recording: Recording) -> dict[str, Any]:
-        """Write a drive; return the file's entry in its record.
+        """Write a recording, and return the file's entry for the record of its drive.
 
         Raises:
-            OutputError: it cannot be written
+            OutputError: the file cannot be written
         """
         from tierod.io.writers import write
 
@@ -131,7 +131,7 @@ class Store:
         }
 
     def recording(self, drive: Mapping[str, Any]) -> Recording | None:
-        """The kept drive of a record, if it is there, unchanged and readable."""
+        """The recording of a drive, or None if it is missing, changed or unreadable."""
         from tierod.io.readers import read
 
         kept = drive.get("recording")
@@ -146,7 +146,7 @@ class Store:
             return None
 
     def has_recording(self, drive: Mapping[str, Any]) -> bool:
-        """Whether the kept drive of a record seems to be there, judged by its size."""
+        """Whether the recording of a drive appears to exist; only its size is checked."""
         kept = drive.get("recording")
         try:
             return kept is not None and (self.folder / kept["file"]).stat().st_size == kept["bytes"]
@@ -155,7 +155,7 @@ class Store:
 
 
 def slug(parts: Mapping[str, object], longest: int = 120) -> str:
-    """A file name from the place of a cell, readable and safe; whatever is cut off, the key keeps names apart."""
+    """A readable, safe file name from the place of a cell; if it is cut, the key keeps file names distinct."""
     text = "_".join(re.sub(r"[^A-Za-z0-9.+-]+", "-", str(part)).strip("-.") or "0" for part in parts.values())
     return text[:longest]
 

@@ -1,4 +1,4 @@
-"""Summary of a campaign: rows, figures of every group, gates, and one document of all that."""
+"""Summary of a campaign: rows, figures of every group, gates, and a document of all results."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ SCHEMA = "tierod.campaign/1"
 """Name and version of the document."""
 
 OPEN = "open"
-"""What a drive is that has not been driven yet."""
+"""Outcome of a drive that has not been simulated yet."""
 
 MET, MISSED, NOT_JUDGED, UNGATED = "met", "missed", "not judged", "no gates"
 EXIT_CODES = {MET: 0, UNGATED: 0, MISSED: 1, NOT_JUDGED: 2}
-"""By what became of the gates together."""
+"""Exit code by the combined result of all gates."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """All that came of a campaign.
+    """Results of a campaign.
 
     Args:
-        campaign: what was asked for
-        rows: of every monitor and cell, in the order of the matrix
-        gates: what became of each
+        campaign: the campaign
+        rows: row of every monitor and cell, in the order of the matrix
+        gates: results of the gates
     """
 
     campaign: Campaign
@@ -46,7 +46,7 @@ class Summary:
 
     @property
     def status(self) -> str:
-        """Missed where one gate was; not judged where one could not be judged, or nothing could."""
+        """Missed if one gate is missed; not judged if one gate or no drive at all could be judged."""
         found = {each.met for each in self.gates}
         if False in found:
             return MISSED
@@ -56,12 +56,12 @@ class Summary:
 
     @property
     def exit_code(self) -> int:
-        """Exit code of the command: 0 all criteria met, 1 one missed, 2 not to be judged."""
+        """Exit code of the command: 0 all gates met, 1 one missed, 2 not judged."""
         return EXIT_CODES[self.status]
 
 
 def summarise(campaign: Campaign, store: Store) -> Summary:
-    """Read what is there; cells that are not driven yet are rows too."""
+    """Read the existing results; cells that are not simulated yet have rows too."""
     rows = tuple(row for judge in campaign.plan.judges for row in _rows(campaign, store, judge))
     return Summary(campaign, rows, tuple(pass_through(gate, rows) for gate in campaign.gates))
 
@@ -84,7 +84,7 @@ def _rows(campaign: Campaign, store: Store, judge: Judge) -> Iterator[Row]:
 
 
 def groups(summary: Summary) -> list[dict[str, str]]:
-    """Places with own figures: the whole, every level of every axis but seeds, and every fault with its magnitude."""
+    """Groups with own figures: all drives, every level of every axis but seeds, and every fault with its magnitude."""
     axes = {axis: levels for axis, levels in summary.campaign.axes.items() if axis not in (SEED, SIZE)}
     single = [{axis: level} for axis, levels in axes.items() if len(levels) > 1 or axis == FAULT for level in levels]
     sized = dict.fromkeys((row.place[FAULT], row.place[SIZE]) for row in summary.rows if row.place[SIZE])
@@ -101,10 +101,11 @@ def groups(summary: Summary) -> list[dict[str, str]]:
 
 
 def document(summary: Summary, command: str = "") -> dict[str, Any]:
-    """The document of a campaign; numbers that JSON cannot hold are null (none) or "inf" (never)."""
+    """The campaign as a JSON document; values that JSON cannot represent are null (none) or "inf" (never)."""
     campaign = summary.campaign
     cells: dict[int, list[Row]] = {}
     for row in summary.rows:
+        # Rows of one cell share the same place object.
         cells.setdefault(id(row.place), []).append(row)
     content = {
         "schema": SCHEMA,
@@ -143,7 +144,7 @@ def document(summary: Summary, command: str = "") -> dict[str, Any]:
 
 
 def figures(pool: Pool) -> dict[str, float]:
-    """The figures of a group by name."""
+    """Figures of a group by name."""
     return dict(pool._asdict())
 
 
@@ -172,7 +173,7 @@ def _states(summary: Summary, monitor: str) -> dict[str, Any]:
 
 
 def _cell(rows: Sequence[Row]) -> dict[str, Any]:
-    """One drive with what every monitor made of it."""
+    """One drive with the results of all monitors."""
     row = rows[0]
     recording = row.drive["recording"]
     return {
@@ -205,5 +206,5 @@ def _verdict(row: Row) -> dict[str, Any]:
 
 
 def text(content: Mapping[str, object]) -> str:
-    """The document as it is written."""
+    """The document as text."""
     return json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False) + "\n"

@@ -1,4 +1,4 @@
-"""The table of a campaign: one row per drive and monitor, with every figure and where it comes from."""
+"""Table of a campaign: one row per drive and monitor, with all figures and the provenance."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from tierod.experiments.rows import Row
 
 COLUMNS_OF_DRIVE = ("given", "monitor", "outcome_of_drive", "reason", "last_good_s", "recording", "windows")
 PROVENANCE = "provenance"
-"""Column with all that it takes to drive it again, as JSON."""
+"""Column with all data that reproduce the drive, as JSON."""
 
 
 def write_table(rows: Sequence[Row], path: Path) -> None:
-    """Write the table as Parquet; axes are columns that begin with "axis.".
+    """Write the table as Parquet; the names of axis columns start with "axis.".
 
     Raises:
-        OutputError: it cannot be written
+        OutputError: the file cannot be written
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -40,10 +40,10 @@ def write_table(rows: Sequence[Row], path: Path) -> None:
 
 
 def read_table(path: Path) -> list[Row]:
-    """The rows of a table; their drives hold the columns of the table.
+    """The rows of a table; their drives contain the columns of the table.
 
     Raises:
-        InputError: there is no such table, or it is not one of a campaign
+        InputError: no such file, or not a table of a campaign
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -131,5 +131,5 @@ def _nested(flat: dict[str, Any]) -> dict[str, Any]:
 
 
 def monitors_of(rows: Iterable[Row]) -> list[str]:
-    """The labels of the monitors, in order."""
+    """Labels of the monitors, in order."""
     return list(dict.fromkeys(row.monitor for row in rows))

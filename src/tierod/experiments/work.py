@@ -1,4 +1,4 @@
-"""Work of a worker on one cell: drive it, keep the drive, and let every monitor judge it."""
+"""Processing of one cell by a worker: simulate the drive, keep it, and judge it by every monitor."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     from tierod.proving_ground.scenarios import Scenario
 
 DRIVEN, DIVERGED, FAILED = "driven", "diverged", "failed"
-"""What can become of a drive."""
+"""Outcomes of a drive."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """Baseline that a monitor may judge against.
+    """Baseline for a verdict.
 
     Args:
-        level: baseline from another drive; None where the monitor learns for itself
-        refusal: why there is none although there should be; "" where that is not so
-        lasting: whether there would be none again
+        level: baseline from another drive; None if the monitor learns its own
+        refusal: reason why a required baseline is missing; "" otherwise
+        lasting: whether it would be missing again
     """
 
     level: Baseline | None = None
@@ -47,9 +47,9 @@ class Verdict:
     """One verdict to be made.
 
     Args:
-        judge: who makes it
-        name, key: of its record
-        reference: what the monitor may judge against
+        judge: monitor that makes it
+        name, key: name and key of its record
+        reference: baseline of the monitor
     """
 
     judge: Judge
@@ -60,15 +60,15 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Task:
-    """One cell with what is to be done.
+    """Work on one cell.
 
     Args:
-        store: where everything is kept
-        cell: what is driven
-        verdicts: that are not there yet
+        store: folder of the campaign
+        cell: cell with the drive
+        verdicts: missing verdicts
         settling: see `tierod.experiments.definition.CampaignFile`
         keep: whether the recording is kept
-        code: of tierod, as it was when the campaign began
+        code: digests of tierod's code at the start of the campaign
     """
 
     store: Store
@@ -80,12 +80,12 @@ class Task:
 
 
 def work(task: Task) -> str:
-    """Do it; what became of the drive.
+    """Process a task, and return the outcome of its drive.
 
     Raises:
-        TierodError: the scenario cannot be driven
-        OutputError: something cannot be written
-        Passing: this process has read other code than the campaign began with
+        TierodError: the scenario cannot be simulated
+        OutputError: a file cannot be written
+        Passing: the code of this process differs from that at the start of the campaign
     """
     if task.code != code():
         raise Passing("the code of tierod has changed since the campaign began; run it again")
@@ -99,12 +99,12 @@ def work(task: Task) -> str:
 
 
 def code() -> tuple[str, str]:
-    """Digests of the code that drives and of the code that judges."""
+    """Digests of the code for drives and of the code for verdicts."""
     return ground_code(), tower_code()
 
 
 def _driven(task: Task) -> tuple[Mapping[str, Any], Recording]:
-    """The drive and its record: as kept, or driven now."""
+    """Record and recording of a drive, kept or simulated now."""
     store, cell = task.store, task.cell
     kept = store.drive(cell.name, cell.key)
     if kept is not None and (recording := store.recording(kept)) is not None:
@@ -126,11 +126,11 @@ def _driven(task: Task) -> tuple[Mapping[str, Any], Recording]:
 
 
 def failed(cell: Cell, reason: str, lasting: bool) -> dict[str, Any]:
-    """The record of a drive that gave no recording.
+    """Record of a drive without a recording.
 
     Args:
-        cell: what should have been driven
-        reason: in words
+        cell: cell with the drive
+        reason: reason in words
         lasting: whether it would fail again
     """
     return {
@@ -146,7 +146,7 @@ def failed(cell: Cell, reason: str, lasting: bool) -> dict[str, Any]:
 
 
 def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | None) -> dict[str, Any]:
-    """The record of a verdict; one that cannot be made gives the reason."""
+    """Record of a verdict; if it cannot be made, with the reason."""
     record: dict[str, Any] = {"monitor": verdict.judge.label, "drive": task.cell.key, "judged": None, "baseline": None}
     if verdict.reference.refusal:
         return record | {"reason": verdict.reference.refusal, "lasting": verdict.reference.lasting}
@@ -166,7 +166,7 @@ def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | 
 
 
 def provenance(scenario: Scenario) -> dict[str, Any]:
-    """Provenance of a drive: the scenario whole, tierod's version, and the machine."""
+    """Provenance of a drive: the complete scenario, tierod's version, and the machine."""
     return {"scenario": _plain(scenario.provenance), **_machine()}
 
 
@@ -188,7 +188,7 @@ def _machine() -> dict[str, Any]:
 
 
 def _plain(value: object) -> Any:
-    """The value as JSON holds it; anything else becomes text."""
+    """The value as plain JSON; unknown types become text."""
     import json
 
     return json.loads(json.dumps(_finite(value), default=str, allow_nan=False))

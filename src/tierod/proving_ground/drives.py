@@ -1,4 +1,4 @@
-"""Drives for studies and tests: a car, a road, a friction over time and sensors become a recording."""
+"""Drives for studies and tests: recordings of a car on a road, with a course of friction over time and with sensors."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from tierod.proving_ground.sensors import SensorSet
 
 @dataclass(frozen=True)
 class FrictionCourse:
-    """Level of dry friction over time: straight between corners, constant before the first and after the last.
+    """Level of dry friction over time: linear between corners, constant before the first and after the last.
 
     Args:
-        times: instants of the corners [s], not decreasing; two equal ones make a step
-        levels: friction torque at the column at the corners [N*m], not negative
+        times: instants of the corners [s], not decreasing; two equal ones form a step
+        levels: friction torque at the column at each corner [N*m], not negative
     """
 
     times: tuple[float, ...]
@@ -54,24 +54,25 @@ class FrictionCourse:
 
     @classmethod
     def constant(cls, level: float) -> FrictionCourse:
-        """The same level [N*m] all the time."""
+        """Course with the same level [N*m] at all times."""
         return cls((0.0,), (level,))
 
     @classmethod
     def step(cls, before: float, after: float, at: float) -> FrictionCourse:
-        """A jump from one level [N*m] to another at an instant [s]."""
+        """Course with a step from one level [N*m] to another at an instant [s]."""
         return cls((at, at), (before, after))
 
     def behaviour(self) -> LevelCourse:
-        """The course as the behaviour of a fault that acts from the beginning on; a step takes no sample's time."""
+        """The course as behaviour of a fault that acts from the start of the run."""
         times = np.array(self.times, dtype=float)
         step = np.flatnonzero(np.diff(times) == 0.0)
+        # `LevelCourse` needs ascending times: a step starts a nanosecond early, which is between two samples.
         times[step] -= 1e-9
         return LevelCourse(tuple(times.tolist()), self.levels)
 
 
 LEVEL = "steering.friction.level"
-"""The parameter of a car that a friction fault changes."""
+"""Path of the car's parameter that a friction fault changes."""
 
 CHANNELS = (
     "steering_wheel_angle",
@@ -82,7 +83,7 @@ CHANNELS = (
     "lateral_acceleration",
     "vehicle_speed",
 )
-"""What a production car with EPS puts on its bus, of what the friction monitors need."""
+"""Channels that the friction monitors need, as a production car with EPS sends them on its bus."""
 
 
 def drive(
@@ -95,22 +96,23 @@ def drive(
     roads: Sequence[AnyRoad] = (City(), Country(), Motorway()),
     conditions: Sequence[AnyCondition] = (Restlessness(),),
 ) -> Recording:
-    """A drive through city, country and motorway, as production sensors see it.
+    """Simulate a drive through city, country and motorway, recorded by production sensors.
 
     Args:
-        vehicle: the car; the mid-size one with two tracks where none is given
+        vehicle: the car; a mid-size one with a two-track chassis if None
         minutes: duration [min]
-        friction: level of dry friction at the column [N*m], constant or over time; the car's own where None
-        seed: of all chance; route, sensors, scatter and faults draw from streams of their own, so that the same seed
-            keeps the route whatever the friction, the car or the sensors are
-        scatter: whether car and sensors are drawn at random around the given ones, and how widely
-        sensors: those of a production car where none are given
+        friction: level of dry friction at the column [N*m], constant or over time; that of the car if None
+        seed: seed of all random numbers; route, sensors, scatter and faults use separate streams, so that the route of
+            a seed does not depend on friction, car or sensors
+        scatter: whether car and sensors are drawn at random around their nominal values, and how widely
+        sensors: sensors of the car; those of a production car if None
         roads: kinds of road, in order
-        conditions: what else acts, see `tierod.proving_ground.courses.conditions`
+        conditions: further influences, see `tierod.proving_ground.courses.conditions`
 
     Returns:
-        canonical channels at their sensors' rates, and the truth at 100 Hz in channels prefixed `truth_`;
-        `truth_friction_torque` is the level that a monitor should find, `truth_friction_resistance` the signed torque
+        canonical channels at the rates of their sensors, and true values at 100 Hz in channels prefixed `truth_`;
+        `truth_friction_torque` is the friction level that a monitor should estimate, `truth_friction_resistance` the
+        signed friction torque
 
     Raises:
         ParameterError: a duration that is not positive; a run that diverges
@@ -134,19 +136,19 @@ def lock_to_lock(
     seed: int = 0,
     sensors: SensorSet | None = None,
 ) -> Recording:
-    """The slow turn of the standing car from the middle to the right lock, to the left one, and back.
+    """Simulate the slow turn of the standing car from the middle to the right lock, to the left one, and back.
 
     Args:
         friction: level of dry friction at the column [N*m]
         hoist: whether the wheels hang free; on the ground the tyres scrub
-        vehicle: the car; the mid-size one where none is given
-        rate: greatest rate of the steering wheel [rad/s]; each stroke is half a cosine
-        lock_angle: of the steering wheel at the locks [rad]
-        seed: of the sensors' noise
-        sensors: those of a production car where none are given
+        vehicle: the car; a mid-size one if None
+        rate: maximum rate of the steering wheel [rad/s]; each stroke is half a cosine
+        lock_angle: steering wheel angle at the locks [rad]
+        seed: seed of the sensors' noise
+        sensors: sensors of the car; those of a production car if None
 
     Returns:
-        channels as of `drive`
+        the same channels as `drive`
 
     Raises:
         ParameterError: a rate or an angle that is not positive
@@ -184,7 +186,7 @@ def _recorded(
 
 
 def _stretches(course: Course) -> list[tuple[float, str]] | None:
-    """(where it begins [m], kind) of every stretch of a natural drive."""
+    """(start [m], kind) of every stretch of a natural drive."""
     if not isinstance(course, NaturalDrive):
         return None
     return [(place, type(kind).__name__.lower()) for place, kind in course.stretches]

@@ -13,12 +13,12 @@ State = TypeVar("State")
 
 
 def runge_kutta(derivative: Callable[[State], State], state: State, step: Scalar) -> State:
-    """The state one step on, by the classical Runge-Kutta method of fourth order.
+    """State after one step of the classical Runge-Kutta method of fourth order.
 
     Args:
         derivative: rate of change of a state, in the state's own shape
         state: tree of numbers
-        step: [s]; stable while step times the fastest rate stays below about 2.7
+        step: integration step [s]; stable while step times the fastest rate stays below about 2.7
     """
     first = derivative(state)
     second = derivative(_ahead(state, first, 0.5 * step))
@@ -34,15 +34,15 @@ def _ahead(state: State, slope: State, step: Scalar) -> State:
 
 
 def implicit_inverse(derivative: Callable[[State], State], at: State, step: Scalar) -> list[list[Scalar]]:
-    """(I - gamma step A)^-1 for `rosenbrock`, A the Jacobian of the stiff part at one of its states.
+    """Inverse of I - gamma step A for `rosenbrock`, where A is the Jacobian of the stiff part.
 
     Args:
-        derivative: rate of change of the stiff part, all else held
-        at: where the stiff part is linearised; numbers of the tuning only, so that the inverse is worked out once
-        step: [s]
+        derivative: rate of change of the stiff part, all other states held
+        at: linearisation point; made of parameters only, so that the inverse is computed once per run
+        step: integration step [s]
 
-    Elimination without looking for pivots: those of masses on springs and dampers, in the order angle and rate, stay at
-    or above one, however stiff the springs are.
+    Gaussian elimination without pivoting: for masses on springs and dampers, ordered as angle and rate, the pivots stay
+    at or above one, however stiff the springs are.
     """
     rows = [[-GAMMA * step * entry for entry in row] for row in jacobian(derivative, at)]
     size = len(rows)
@@ -62,13 +62,13 @@ def implicit_inverse(derivative: Callable[[State], State], at: State, step: Scal
 
 
 def with_entry(inverse: list[list[Scalar]], row: int, column: int, entry: Scalar, step: Scalar) -> list[list[Scalar]]:
-    """The inverse of `implicit_inverse` for a Jacobian with one more entry.
+    """Inverse of `implicit_inverse` after one more entry has been added to the Jacobian.
 
     Args:
-        inverse: without the entry
-        row, column: where it is added
-        entry: what is added, such that a stable system stays stable [1/s]
-        step: [s]
+        inverse: inverse without the entry
+        row, column: place of the entry in the Jacobian
+        entry: value that is added, such that a stable system stays stable [1/s]
+        step: integration step [s]
 
     Source: Sherman and Morrison, Ann. Math. Statist. 21 (1950) 124.
     """
@@ -76,6 +76,7 @@ def with_entry(inverse: list[list[Scalar]], row: int, column: int, entry: Scalar
     share = gain / (1.0 - gain * inverse[column][row])
     return [
         [
+            # Exact zeros are skipped, so that a traced program keeps the sparsity of the inverse.
             value if _is_zero(line[row]) or _is_zero(other) else value + share * line[row] * other
             for value, other in zip(line, inverse[column], strict=True)
         ]
@@ -86,15 +87,15 @@ def with_entry(inverse: list[list[Scalar]], row: int, column: int, entry: Scalar
 def rosenbrock(
     derivative: Callable[[State], State], state: State, step: Scalar, stiff: str, inverse: list[list[Scalar]]
 ) -> State:
-    """The state one step on, by the Rosenbrock method ROS2 with an inexact Jacobian.
+    """State after one step of the Rosenbrock method ROS2 with an inexact Jacobian.
 
     The stiff field of the state is treated implicitly, all others explicitly (Heun); the order is two for any Jacobian.
 
     Args:
         derivative: rate of change of a state, in the state's own shape
         state: named tuple of trees
-        step: [s]; for what is not stiff, step times the fastest rate stays below about 2
-        stiff: the field that is treated implicitly
+        step: integration step [s]; for the explicit fields, step times the fastest rate must stay below about 2
+        stiff: name of the field that is treated implicitly
         inverse: from `implicit_inverse`
 
     Source: Verwer, Spee, Blom, Hundsdorfer, SIAM J. Sci. Comput. 20 (1999) 1456, eq (1.4), with gamma = 1 - 1/sqrt(2).
@@ -114,7 +115,7 @@ def rosenbrock(
 
 
 GAMMA = 1.0 - 0.5**0.5
-"""Of ROS2: damps what is too fast for the step."""
+"""Coefficient of ROS2, which makes the method L-stable: modes too fast for the step are damped."""
 
 
 def _product(matrix: list[list[Scalar]], vector: list[Scalar]) -> list[Scalar]:
@@ -129,16 +130,16 @@ def _is_zero(value: Scalar) -> bool:
 
 
 def steering_inverse(steering: Steering, motion: Motion, memory: Memory, step: Scalar) -> list[list[Scalar]]:
-    """Inverse that `rosenbrock` takes for a steering at the start of a step.
+    """Inverse that `rosenbrock` needs for a steering at the start of a step.
 
-    All but dry friction is linearised at one point, of parameters alone: that part is worked out once. Friction is
-    stiff while it sticks and not at all while it slides, so it comes as it is now: taken as stiff throughout, it would
-    brake what slides, and left out, what is light would chatter.
+    All but dry friction is linearised at one point that depends on parameters alone, so this part is computed once. Dry
+    friction is stiff while it sticks and not stiff while it slides, so its entries follow its present state: treated as
+    stiff throughout, it would brake sliding parts; left out, light parts would chatter.
 
     Args:
-        steering: the part
-        motion, memory: at the start of the step
-        step: [s]
+        steering: steering of the car
+        motion, memory: state at the start of the step
+        step: integration step [s]
     """
     rest, relaxed = steering.stiff(), steering.remembered()
     idle = Loads(0.0, 0.0, 0.0, (0.0,) * len(steering.actuators), 0.0, 0.0)

@@ -1,9 +1,9 @@
-"""The parts of a virtual car and what they exchange.
+"""Interfaces of the parts of a virtual car, and the quantities that the parts exchange.
 
-A car is put together from a chassis, a steering, a driver and their controllers, each a frozen dataclass of parameters
-with pure functions. What obeys a differential equation is a part's *motion*, integrated by the car with all other
-parts at once; what is updated once a step (dry friction, delays, a control unit) is its *memory*. Signs are those of
-ISO 8855: left is positive; a kingpin torque opposes a turn to the left.
+A car consists of a chassis, a steering, a driver and their controllers, each a frozen dataclass of parameters with pure
+functions. The *motion* of a part obeys differential equations, which the car integrates for all parts together; the
+*memory* of a part (dry friction, delays, a control unit) is updated once per step. Signs follow ISO 8855: left is
+positive; a kingpin torque is positive when it opposes a turn to the left.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from tierod.core.fields import NOT_NEGATIVE, SHARE, Range
 from tierod.core.graph.maths import where
 
 Motion: TypeAlias = Tree
-"""Tree of numbers that a part's differential equations carry on."""
+"""State of a part's differential equations, a tree of numbers."""
 
 Memory: TypeAlias = Tree
-"""Tree of numbers (and Rings) that a part updates once a step."""
+"""State that a part updates once per step, a tree of numbers and Rings."""
 
 
 STEEPEST = Range(-0.5, 0.5)
-"""Slopes that a car can stand on [rad]."""
+"""Range of the bank and grade angle of a road [rad]."""
 
 
 class Road(NamedTuple):
-    """The road under the car."""
+    """Road under the car."""
 
     curvature: Annotated[float, "1/m"]
     bank_angle: Annotated[float, "rad", STEEPEST]
@@ -38,11 +38,11 @@ class Road(NamedTuple):
     adhesion_left: Annotated[float, "", NOT_NEGATIVE]
     adhesion_right: Annotated[float, "", NOT_NEGATIVE]
     support: Annotated[float, "", SHARE]
-    """Share of the weight on the road: 1 on the ground, 0 on a hoist."""
+    """Share of the weight that the road carries: 1 on the ground, 0 on a hoist."""
 
 
 class Wind(NamedTuple):
-    """The air around the car, over ground, in the directions of the car."""
+    """Wind over ground, in the axes of the car."""
 
     crosswind_speed: Annotated[float, "m/s"]
     headwind_speed: Annotated[float, "m/s"]
@@ -54,19 +54,19 @@ class Demand(NamedTuple):
     speed: Annotated[float, "m/s", NOT_NEGATIVE]
     acceleration: Annotated[float, "m/s**2"]
     curvature_ahead: Annotated[float, "1/m"]
-    """Of the road where the driver looks for it, see `Driver.anticipation`."""
+    """Curvature of the road at the driver's preview point, see `Driver.anticipation`."""
     steering_wheel_angle: Annotated[float, "rad"]
-    """Added to what the road asks for: the whole of an open-loop manoeuvre, restlessness on a road."""
+    """Angle added to that which the road requires: the whole of an open-loop manoeuvre, or restlessness on a road."""
     hand_torque: Annotated[float, "N*m"]
-    """Added to the torque of the hands: tremor, or a torque step."""
+    """Torque added to that of the hands: tremor, or a torque step."""
     grip: Annotated[float, "", NOT_NEGATIVE]
-    """Share of the arms' stiffness and damping that holds the wheel: 0 is hands off."""
+    """Share of the arms' stiffness and damping that acts on the wheel: 0 is hands off."""
     attention: Annotated[float, "", NOT_NEGATIVE]
-    """Share of the correction of offset and heading that is made: 0 on a proving ground without lane."""
+    """Share of the correction of offset and heading: 0 on a proving ground without lanes."""
 
 
 class Port(NamedTuple):
-    """A signal or actuator inside the car's own loops, as a fault changes it: held, then gain * value + offset."""
+    """Fault of a signal or actuator inside the car's own loops: the value is held, then gain * value + offset."""
 
     gain: Annotated[float, ""]
     offset: Annotated[float, "unit of the signal"]
@@ -80,7 +80,7 @@ Each = TypeVar("Each", default=Scalar)
 
 
 class Steer(NamedTuple):
-    """Steer of the front road wheels."""
+    """Steering angles [rad] and rates [rad/s] of the front road wheels, positive to the left."""
 
     left: Scalar
     right: Scalar
@@ -89,7 +89,7 @@ class Steer(NamedTuple):
 
 
 class Wheels(NamedTuple, Generic[Each]):
-    """One of a kind per wheel; a number where nothing else is stated."""
+    """One quantity of all four wheels; a number unless stated otherwise."""
 
     front_left: Each
     front_right: Each
@@ -98,20 +98,20 @@ class Wheels(NamedTuple, Generic[Each]):
 
 
 class Hand(NamedTuple):
-    """The steering wheel as it acts on the hands."""
+    """Motion of the steering wheel in the driver's hands."""
 
     angle: Scalar
     rate: Scalar
 
 
 class Loads(NamedTuple):
-    """External loads of a steering, at one stage of the integration.
+    """External loads of a steering at one stage of the integration.
 
     Args:
         kingpin_left, kingpin_right: torque of tyre and road about each kingpin, opposing a turn to the left [N*m]
-        hand_torque: of the driver's hands on the steering wheel [N*m]
-        actuator_torques: of every motor at its shaft, as requested by its controller [N*m], one per actuator; a motor
-            that turns by itself gives the speed of its shaft instead [rad/s]
+        hand_torque: torque of the driver's hands on the steering wheel [N*m]
+        actuator_torques: shaft torque of every motor as requested by its controller [N*m], one per actuator; for a
+            motor that rotates on its own, the speed of its shaft instead [rad/s]
         front_load: vertical load of the front axle [N]
         speed: forward speed [m/s]
     """
@@ -125,22 +125,23 @@ class Loads(NamedTuple):
 
 
 class Reaction(NamedTuple):
-    """Loads and motion of a chassis at one instant; both chassis give all of it.
+    """Loads and motion of a chassis at one instant; the single-track and the two-track chassis provide all of them.
 
     Args:
-        speed, lateral_speed: of the centre of gravity along and across the body [m/s]
-        yaw_rate, yaw_acceleration: [rad/s], [rad/s**2]
+        speed, lateral_speed: velocity of the centre of gravity along and across the body [m/s]
+        yaw_rate, yaw_acceleration: motion about the vertical axis [rad/s], [rad/s**2]
         longitudinal_acceleration, lateral_acceleration: sum of tyre and air forces over mass, along and across the
             body, at the centre of gravity: what an accelerometer on a body without roll would read [m/s**2]
-        roll_angle, roll_rate, roll_acceleration: of the body, positive when the right side goes down [rad], ...
-        kingpin_left, kingpin_right: see `Loads`
-        front_lateral_force, rear_lateral_force: of the axles, across the body [N]
-        front_slip_angle: of the front axle, positive in a left turn; its tangent, as it acts on the tyres [-]
+        roll_angle, roll_rate, roll_acceleration: roll of the body, positive when the right side goes down [rad], ...
+        kingpin_left, kingpin_right: torque about each kingpin, see `Loads` [N*m]
+        front_lateral_force, rear_lateral_force: forces of the axles across the body [N]
+        front_slip_angle: tangent of the slip angle of the front axle as it acts on the tyres, positive in a left turn
+            [-]
         loads: vertical load of every wheel [N]
-        wheel_speeds: rotation times effective radius of every wheel [m/s]
-        self_aligning_torque: of the tyres alone about the kingpins (with mechanical trail), both sides [N*m]
-        scrub_torque: of the turning, hardly rolling contact patches, both sides [N*m]
-        private: whatever else the derivative needs
+        wheel_speeds: angular speed times effective radius of every wheel [m/s]
+        self_aligning_torque: torque of the tyres alone about the kingpins (with mechanical trail), both sides [N*m]
+        scrub_torque: torque of the contact patches turning at almost no speed, both sides [N*m]
+        private: further quantities that the derivative needs
     """
 
     speed: Scalar
@@ -169,18 +170,18 @@ class Plant(Block[Tree, Tree, Tree], Protocol):
 
     @property
     def step_time(self) -> float:
-        """Between two samples [s]."""
+        """Sampling interval [s]."""
 
 
 class Chassis(Protocol):
-    """Body, wheels and tyres. Two forms: single track (light) and two track."""
+    """Body, wheels and tyres, as a single-track (cheap) or a two-track model."""
 
     @property
     def wheelbase(self) -> float:
-        """Distance of the axles [m]."""
+        """Distance between the axles [m]."""
 
     def init(self, speed: float) -> Motion:
-        """Rolling straight ahead on level ground at a speed [m/s]."""
+        """State of motion rolling straight ahead on level ground at a speed [m/s]."""
 
     def reaction(self, motion: Motion, steer: Steer, road: Road, wind: Wind) -> Reaction:
         """Forces, accelerations and kingpin torques in a state of motion."""
@@ -189,10 +190,10 @@ class Chassis(Protocol):
         """Rate of change of the motion.
 
         Args:
-            motion: state
-            reaction: of the same state
-            torques: of the drive on every wheel, either sign [N*m]
-            brakes: greatest torque of every brake, not negative [N*m]
+            motion: state of motion
+            reaction: reaction in the same state
+            torques: drive torque of every wheel, of either sign [N*m]
+            brakes: maximum brake torque of every wheel, not negative [N*m]
         """
 
 
@@ -204,7 +205,7 @@ class Steering(Protocol):
         """Canonical names of the motors' torques, in the order of `Loads.actuator_torques`."""
 
     def init(self) -> Motion:
-        """Straight ahead, at rest."""
+        """State of motion straight ahead, at rest."""
 
     def remembered(self) -> Memory:
         """Memory before the first step: friction relaxed."""
@@ -216,19 +217,20 @@ class Steering(Protocol):
         """Angle and rate of the steering wheel."""
 
     def derivative(self, motion: Motion, start: Motion, memory: Memory, loads: Loads) -> Motion:
-        """Rate of change of the motion; dry friction follows the path from the `start` of the step."""
+        """Rate of change of the motion; dry friction is evaluated along the path from the `start` of the step."""
 
     def advance(self, motion: Motion, start: Motion, memory: Memory, loads: Loads) -> Memory:
         """Memory after a step from `start` to `motion`."""
 
     def stiff(self) -> Motion:
-        """A motion around which all but dry friction is linearised for the implicit part of the integration."""
+        """Linearisation point of all but dry friction for the implicit part of the integration."""
 
     def sticking(self, motion: Motion, memory: Memory) -> Mapping[tuple[str, str], Scalar]:
-        """Entries of dry friction, which holds like a spring while it sticks, in the Jacobian of that part.
+        """Entries of dry friction, which acts like a spring while it sticks, in the Jacobian of the stiff part.
 
         Returns:
-            by (dotted name of a rate, dotted name of an angle) in the motion: growth of the rate's derivative per angle
+            by (dotted name of a rate, dotted name of an angle) in the motion: derivative of the rate's derivative with
+            respect to the angle
         """
 
     def signals(self, motion: Motion, memory: Memory, loads: Loads) -> Tree:
@@ -239,13 +241,13 @@ class Seen(NamedTuple):
     """Inputs of a driver at one instant, seen and felt.
 
     Args:
-        speed: [m/s]
-        acceleration: along the body [m/s**2]
-        lateral_speed, yaw_rate: [m/s], [rad/s]
-        lateral_offset: of the car from its path, positive to the left [m]
-        heading_error: of the car against its path [rad]
-        curvature: of the path here [1/m]
-        hand: the steering wheel
+        speed: forward speed [m/s]
+        acceleration: acceleration along the body [m/s**2]
+        lateral_speed, yaw_rate: lateral motion of the car [m/s], [rad/s]
+        lateral_offset: offset of the car from its path, positive to the left [m]
+        heading_error: heading of the car relative to its path [rad]
+        curvature: curvature of the path at the car [1/m]
+        hand: motion of the steering wheel
     """
 
     speed: Scalar
@@ -259,16 +261,16 @@ class Seen(NamedTuple):
 
     @property
     def offset_rate(self) -> Scalar:
-        """At which the lateral offset grows, for small heading errors [m/s]."""
+        """Rate of change of the lateral offset, for small heading errors [m/s]."""
         return self.speed * self.heading_error + self.lateral_speed
 
 
 class Intent(NamedTuple):
-    """Decision of a driver, until the next step.
+    """Decision of a driver, held until the next step.
 
     Args:
-        steering_wheel_angle: wanted [rad]
-        force: wanted along the road, negative brakes [N]
+        steering_wheel_angle: target angle [rad]
+        force: target force along the road, negative to brake [N]
     """
 
     steering_wheel_angle: Scalar
@@ -276,41 +278,41 @@ class Intent(NamedTuple):
 
 
 class Driver(Protocol):
-    """Whoever steers with hands on the wheel and keeps the speed."""
+    """Driver who steers with the hands on the wheel and keeps the speed."""
 
     @property
     def anticipation(self) -> float:
-        """Time ahead at which the curvature is read [s]."""
+        """Preview time at which the curvature is read [s]."""
 
     def init(self) -> Motion:
-        """Muscles relaxed."""
+        """State of motion with relaxed muscles."""
 
     def remembered(self) -> Memory:
         """Memory before the first step."""
 
     def decide(self, memory: Memory, seen: Seen, demand: Demand) -> tuple[Memory, Intent]:
-        """Once a step: judge what is seen, after the reaction time."""
+        """Decide once per step on what was seen one reaction time earlier."""
 
     def hand_torque(self, motion: Motion, hand: Hand, demand: Demand) -> Scalar:
         """Torque of the hands on the steering wheel [N*m]."""
 
     def derivative(self, motion: Motion, intent: Intent, hand: Hand, demand: Demand) -> Motion:
-        """Rate of change of muscles and the like."""
+        """Rate of change of the muscles' and other continuous states."""
 
 
 @cache
 def ports_type(names: tuple[str, ...]) -> type:
-    """The NamedTuple class with one `Port` per name."""
+    """NamedTuple class with one `Port` per name."""
     return named_tuple("Ports", [(name, Port) for name in names])
 
 
 def pass_through(port: Port, held: Scalar, value: Scalar) -> tuple[Scalar, Scalar]:
-    """Output of a port, as (value to hold from now on, output).
+    """Apply the fault of a port, and return (value to hold from now on, output).
 
     Args:
-        port: the fault, `NO_FAULT` for none
-        held: value of the step before
-        value: what goes in
+        port: fault of the port, `NO_FAULT` if fault-free
+        held: held value of the step before
+        value: input of the port
     """
     kept = where(port.held > 0.5, held, value)
     return kept, port.gain * kept + port.offset

@@ -1,4 +1,4 @@
-"""Powertrain and brakes: torques at the wheels from the force that the driver requests."""
+"""Powertrain and brakes: wheel torques for the force that the driver requests."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from tierod.physics.lag import share_reached
 from tierod.proving_ground.parts import Reaction, Wheels
 
 CRAWL = 1.0
-"""Speed below which power no longer limits the force [m/s]."""
+"""Speed below which the power limit uses this speed instead of the true one [m/s]."""
 
 LIMITER = 0.05
-"""Share of the greatest speed over which the engine's limiter takes its torque back []."""
+"""Width of the engine speed limiter's ramp as a share of the maximum speed []."""
 
 
 @dataclass(frozen=True)
 class Powertrain:
-    """One engine, open differentials, and brakes; it has no lag of its own, drivers are slower.
+    """One engine, open differentials and brakes; without lag, since drivers are slower.
 
     Args:
-        front_share: of the drive force; 1 is front, 0 rear-wheel drive
-        front_brake_share: of the brake force
+        front_share: share of the drive force at the front axle; 1 is front-wheel, 0 rear-wheel drive
+        front_brake_share: share of the brake force at the front axle
         wheel_radius: rolling radius
-        greatest_drive_force: by engine torque in the lowest gear, or by traction
-        greatest_power: at the wheels, by their rotation: a wheel that spins takes it from the car
-        greatest_speed: of the driven wheels, at which the engine's limiter leaves no torque
-        greatest_brake_force: of all four brakes
+        greatest_drive_force: maximum drive force, limited by engine torque in the lowest gear or by traction
+        greatest_power: maximum power at the wheels, computed from their rotation: a spinning wheel reduces the force
+        greatest_speed: speed of the driven wheels at which the engine's limiter leaves no torque
+        greatest_brake_force: maximum force of all four brakes
     """
 
     front_share: Annotated[float, "", SHARE] = 1.0
@@ -41,11 +41,11 @@ class Powertrain:
     greatest_brake_force: Annotated[float, "N", NOT_NEGATIVE] = 18e3
 
     def torques(self, force: Scalar, reaction: Reaction) -> tuple[Wheels, Wheels]:
-        """Drive torque and greatest brake torque of every wheel [N*m].
+        """Drive torque and maximum brake torque of every wheel [N*m].
 
         Args:
-            force: wanted along the road, negative brakes [N]
-            reaction: of the chassis
+            force: requested force along the road, negative to brake [N]
+            reaction: reaction of the chassis
         """
         wheels = reaction.wheel_speeds
         of_front, of_rear = 0.5 * self.front_share, 0.5 * (1.0 - self.front_share)
@@ -61,17 +61,17 @@ class Powertrain:
 
 @dataclass(frozen=True)
 class WheelMotors:
-    """An electric motor in each front wheel, which drives and brakes, and friction brakes for the rest.
+    """One electric motor in each front wheel, which drives and brakes, and friction brakes for the remaining force.
 
-    Defaults are those of the light demonstrator, assumed: a few kilowatts a wheel.
+    The defaults are assumed for the light demonstrator: a few kilowatts per wheel.
 
     Args:
         wheel_radius: rolling radius
-        greatest_torque: of one motor at its wheel
-        greatest_power: of one motor
-        front_brake_share: of the force that friction brakes give
-        greatest_brake_force: of all four friction brakes
-        left_lag, right_lag: time constants of the motors' torques behind what is asked of them
+        greatest_torque: maximum torque of one motor at its wheel
+        greatest_power: maximum power of one motor
+        front_brake_share: share of the friction brakes' force at the front axle
+        greatest_brake_force: maximum force of all four friction brakes
+        left_lag, right_lag: time constants of the motors' torques
     """
 
     wheel_radius: Annotated[float, "m", POSITIVE] = 0.243
@@ -83,12 +83,12 @@ class WheelMotors:
     right_lag: Annotated[float, "s", POSITIVE] = 0.01
 
     def requests(self, force: Scalar, difference: Scalar, reaction: Reaction) -> tuple[Scalar, Scalar]:
-        """Wanted torque of the left and the right motor [N*m], within their limits.
+        """Requested torques of the left and the right motor, within their limits [N*m].
 
         Args:
-            force: wanted along the road, negative brakes [N]
-            difference: torque of the right motor less that of the left one, which steers to the left [N*m]
-            reaction: of the chassis
+            force: requested force along the road, negative to brake [N]
+            difference: torque of the right motor minus that of the left one, positive steers to the left [N*m]
+            reaction: reaction of the chassis
         """
         mean = 0.5 * self.wheel_radius * force
         turning = maximum(absolute(reaction.speed), CRAWL) / self.wheel_radius
@@ -98,12 +98,12 @@ class WheelMotors:
     def lagging(
         self, left: Scalar, right: Scalar, requests: tuple[Scalar, Scalar], step: Scalar
     ) -> tuple[Scalar, Scalar]:
-        """Torques of the left and the right motor after a step [N*m].
+        """Torques of the left and the right motor after one step of their first-order lags [N*m].
 
         Args:
-            left, right: before [N*m]
-            requests: from `requests` [N*m]
-            step: [s]
+            left, right: torques before the step [N*m]
+            requests: requested torques, from `requests` [N*m]
+            step: sampling interval [s]
         """
         return (
             left + share_reached(step / self.left_lag) * (requests[0] - left),
@@ -111,23 +111,24 @@ class WheelMotors:
         )
 
     def wheels(self, left: Scalar, right: Scalar, force: Scalar) -> tuple[Wheels, Wheels]:
-        """Drive torque and greatest brake torque of every wheel [N*m]; friction brakes give what the motors lack.
+        """Drive torque and maximum brake torque of every wheel [N*m]; friction brakes supply what the motors cannot.
 
         Args:
-            left, right: torques that the motors give [N*m]
-            force: wanted along the road, negative brakes [N]
+            left, right: torques of the motors [N*m]
+            force: requested force along the road, negative to brake [N]
         """
         lacking = limit(-force + (left + right) / self.wheel_radius, 0.0, self.greatest_brake_force)
+        # The second bound keeps the brakes open while the driver does not brake, whatever the lagging motors do.
         brake = 0.5 * self.wheel_radius * minimum(lacking, maximum(-force, 0.0))
         front, rear = self.front_brake_share * brake, (1.0 - self.front_brake_share) * brake
         return Wheels(left, right, 0.0, 0.0), Wheels(front, front, rear, rear)
 
     def torques(self, force: Scalar, reaction: Reaction) -> tuple[Wheels, Wheels]:
-        """Drive torque and greatest brake torque of every wheel [N*m], both motors alike.
+        """Drive torque and maximum brake torque of every wheel [N*m], with equal torque of both motors.
 
         Args:
-            force: wanted along the road, negative brakes [N]
-            reaction: of the chassis
+            force: requested force along the road, negative to brake [N]
+            reaction: reaction of the chassis
         """
         left, right = self.requests(force, 0.0, reaction)
         return self.wheels(left, right, force)

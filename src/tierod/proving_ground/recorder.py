@@ -1,4 +1,4 @@
-"""Recording of a run: sampled outputs of the plant as measured channels, and the truth beside them."""
+"""Recording of a run: outputs of the plant, sampled as measured channels, and the true signals."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ TRUTH_RATE = 100.0
 """Rate of the channels prefixed `truth_` [Hz]."""
 TRUTH = "truth_"
 COMMANDS = "commands."
-"""Branch of the outputs of a block that go to a unit of another tool."""
+"""Branch of a block's outputs that are inputs of a unit of another tool."""
 SAME_INSTANT = 1e-6
-"""Share of a sample below which two instants are one: the clock of a run is a product of rounded numbers."""
+"""Share of a sampling interval below which two instants are equal: times are products of rounded numbers."""
 
 
 def channel_names(block: Block) -> dict[str, list[int]]:
-    """Channel -> its columns among a block's outputs: the last part of the dotted name; several where sub-sampled.
+    """Columns of every channel among a block's outputs, by the last part of the dotted name.
 
-    What a block gives a unit that computes the vehicle is no channel.
+    A sub-sampled channel has several columns. Outputs that are inputs of another tool's unit are not channels.
     """
     found: dict[str, list[int]] = {}
     for column, path in enumerate(trace(block).output):
@@ -39,18 +39,19 @@ def channel_names(block: Block) -> dict[str, list[int]]:
 
 
 class Recorder:
-    """Collects the outputs of a run in pieces and samples every channel at its own instants.
+    """Collects the outputs of a run piece by piece and samples every channel at its own instants.
 
     Args:
         columns: from `channel_names`
-        instants: of every measured channel: when the truth is taken [s]
-        step_time: of the plant [s]
-        seconds: duration [s]
+        instants: sampling instants of every measured channel, at which the true value is taken [s]
+        step_time: step of the plant [s]
+        seconds: duration of the run [s]
 
-    Every channel also gets its truth, `truth_NAME`, at 100 Hz.
+    Every channel also gets its true values, `truth_NAME`, at 100 Hz.
     """
 
     BUFFER = 10_000
+    """Number of rows from which the channels are sampled."""
 
     def __init__(
         self, columns: Mapping[str, list[int]], instants: Mapping[str, np.ndarray], step_time: float, seconds: float
@@ -67,7 +68,7 @@ class Recorder:
         self.first = self.held = 0
 
     def add(self, outputs: np.ndarray) -> None:
-        """The next rows of outputs, one per step of the plant, perhaps none."""
+        """Append the next rows of outputs, one per step of the plant; there may be none."""
         if not len(outputs):
             return
         self.rows.append(outputs)
@@ -76,7 +77,7 @@ class Recorder:
             self._sample(final=False)
 
     def truths(self) -> dict[str, np.ndarray]:
-        """True signals of all channels at their instants, empty where nothing was added; called once, at the end."""
+        """True values of all channels at their instants, empty if nothing was added; called once, at the end."""
         if self.rows:
             self._sample(final=True)
         return {name: values[: self.reached[name]] for name, values in self.taken.items()}
@@ -94,12 +95,13 @@ class Recorder:
             place = times[begin:stop] / fine - before
             self.taken[name][begin:stop] = _interpolated(series, place)
             self.reached[name] = stop
+        # The last row is kept: instants between it and the next row are interpolated with the next piece.
         self.rows, self.held = [values[-1:]], 1
         self.first += len(values) - 1
 
 
 def _interpolated(series: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Values between the samples of a series, at places counted in samples; at a sample, that sample itself."""
+    """Values interpolated at places counted in samples; at a sample, exactly that sample."""
     place = np.clip(place, 0.0, len(series) - 1)
     at = np.rint(place).astype(int)
     exact = np.abs(place - at) < SAME_INSTANT
@@ -112,7 +114,7 @@ def _interpolated(series: np.ndarray, place: np.ndarray) -> np.ndarray:
 
 
 def channel(name: str, time: np.ndarray, values: np.ndarray, described: Mapping[str, str]) -> Channel:
-    """A channel of the virtual car; units from the catalogue of signals, else from the plant."""
+    """A channel of the virtual car, with its unit from the catalogue of signals or else from the plant."""
     plain = name.removeprefix(TRUTH)
     unit = SIGNALS[plain].unit if plain in SIGNALS else described.get(plain, described.get(name, ""))
     return Channel(name, time, values, unit, "virtual car")
@@ -143,11 +145,11 @@ def _own_units(kind: type) -> list[str | None]:
 
 
 _STREAM = 2
-"""The stream of chance of sensors."""
+"""Number of the sensors' random stream."""
 
 
 def generator(seed: int, stream: int, part: int = 0) -> np.random.Generator:
-    """A source of chance of its own for every purpose, so that one does not move the other."""
+    """Random generator of one purpose, independent of those of all other purposes."""
     return np.random.default_rng([seed, stream, part])
 
 
@@ -155,15 +157,15 @@ Faulty = Callable[[str, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class Readings:
-    """The sensors of a run: when each takes the truth, what stamps it writes, and what it makes of the truth.
+    """Sensors of a run: sampling instants, time stamps, and readings of the true signals.
 
     Args:
         sensors: by channel
         seconds: duration of the run [s]
-        seed: of the run; every sensor draws from a stream of its own
+        seed: seed of the run; every sensor has its own random stream
 
     Attributes:
-        instants: by channel, when the truth is taken [s]
+        instants: by channel, the instants at which the true value is taken [s]
     """
 
     def __init__(self, sensors: Mapping[str, Sensor], seconds: float, seed: int):
@@ -176,12 +178,12 @@ class Readings:
     def channels(
         self, truths: Mapping[str, np.ndarray], faulty: Faulty, described: Mapping[str, str]
     ) -> dict[str, Channel]:
-        """The measured channels, with the faults of recorded signals.
+        """Measured channels, including the faults of recorded signals.
 
         Args:
             truths: true signal of every sensor at its instants
-            faulty: (channel, time stamps, readings) to both with the faults of recorded signals
-            described: units that the plant gives
+            faulty: function from channel, time stamps and readings to time stamps and readings with the faults
+            described: units that the plant declares
         """
         result = {}
         for name, sensor in self.sensors.items():
@@ -194,12 +196,12 @@ class Readings:
 def true_channels(
     truths: Mapping[str, np.ndarray], measured: Collection[str], described: Mapping[str, str]
 ) -> dict[str, Channel]:
-    """The truth of every channel, from zero on at its own rate.
+    """True values of every channel at `TRUTH_RATE`, from time zero on.
 
     Args:
-        truths: by channel, those of the measured ones left aside
+        truths: true values by channel; those of measured channels are ignored
         measured: names of the measured channels
-        described: units that the plant gives
+        described: units that the plant declares
     """
     grids: dict[int, np.ndarray] = {}
     return {

@@ -1,4 +1,7 @@
-"""A chassis alone, over recorded or prescribed steer and speed, for comparison with recordings and other simulators."""
+"""Simulation of a chassis alone, with recorded or prescribed steering angle and speed as inputs.
+
+Used to compare the chassis with recordings and with other simulators.
+"""
 
 from __future__ import annotations
 
@@ -47,14 +50,14 @@ class _Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class Replay:
-    """Drives a chassis by its road wheels, both steered alike; a stiff controller keeps the speed by drive and brakes.
+    """Drives a chassis by its front road wheels, both at one angle; a stiff speed controller drives and brakes.
 
     Args:
-        chassis: what is driven
-        powertrain: how the force for the speed is shared by the wheels
-        start_speed: rolling straight ahead
-        speed_gain: force per error of speed; a car of 1600 kg is 0.05 m/s late where the speed changes by 1 m/s**2
-        step_time: of the integration, by Heun's method as in the cars
+        chassis: chassis under test
+        powertrain: distribution of the controller's force over the wheels
+        start_speed: initial speed, rolling straight ahead
+        speed_gain: force per speed error; at 1 m/s**2 a car of 1600 kg lags by 0.05 m/s
+        step_time: step of the integration, which uses Heun's method as in the cars
     """
 
     chassis: Chassis = field(default_factory=TwoTrack)
@@ -66,11 +69,11 @@ class Replay:
     Sample = ChassisInput
 
     def init(self) -> Motion:
-        """Straight ahead at the starting speed."""
+        """State of motion straight ahead at the initial speed."""
         return self.chassis.init(self.start_speed)
 
     def step(self, state: Motion, sample: ChassisInput) -> tuple[Motion, ChassisResponse]:
-        """One step on; the output belongs to the instant of the sample."""
+        """Advance by one step; the output belongs to the instant of the sample, before the step."""
         first = self._reaction(state, sample)
         force = self.speed_gain * (sample.speed - first.speed)
         torques, brakes = self.powertrain.torques(force, first)
@@ -79,6 +82,7 @@ class Replay:
             now = motion.chassis
             return _Motion(self.chassis.derivative(now, self._reaction(now, sample), torques, brakes))
 
+        # With no stiff field and an empty inverse, the Rosenbrock step reduces to Heun's method.
         after = rosenbrock(slope, _Motion(state), self.step_time, "", [])
         return after.chassis, _driven(first)
 

@@ -1,4 +1,4 @@
-"""Run a virtual car over a course, with its sensors and faults, into a recording."""
+"""Simulation of a virtual car on a course, with its sensors and faults, into a recording."""
 
 from __future__ import annotations
 
@@ -30,13 +30,14 @@ from tierod.proving_ground.varied import Varied, path_of
 
 
 class Foresight:
-    """Distance and speed foreseen from look to look, without a jump where a look corrects them.
+    """Predicts distance and speed over one piece of a run, without a jump where the true values correct the prediction.
 
-    A driver reads the curvature of the path there: a jump of a few centimetres would be one of the steering's target.
+    The driver model reads the curvature of the path at the predicted distance; a jump of a few centimetres there would
+    become a jump of the steering target.
 
     Args:
-        distance: along the path at the beginning [m]
-        speed: at the beginning [m/s]
+        distance: initial distance along the path [m]
+        speed: initial speed [m/s]
     """
 
     def __init__(self, distance: float, speed: float):
@@ -44,22 +45,22 @@ class Foresight:
         self._foreseen = distance, speed
 
     def look(self, distance: float, speed: float, after: float) -> None:
-        """Set the true place of the car.
+        """Correct the prediction by the true distance and speed of the car.
 
         Args:
-            distance: along the path [m]
-            speed: [m/s]
-            after: time since the last look [s]
+            distance: distance along the path [m]
+            speed: speed [m/s]
+            after: time since the last correction [s]
         """
         self._acceleration = (speed - self._speed) / after
         self._distance, self._speed = distance, speed
 
     def over(self, time: np.ndarray, until: float) -> tuple[np.ndarray, np.ndarray]:
-        """Distance [m] and speed [m/s] at instants after the last look; what was foreseen wrongly fades until the next.
+        """Distance [m] and speed [m/s] at instants after the last correction, whose jump fades linearly.
 
         Args:
-            time: since the last look [s], (n,)
-            until: time of the next look [s]
+            time: times since the last correction [s], (n,)
+            until: time from the last to the next correction [s]
         """
         wrong = [seen - now for seen, now in zip(self._foreseen, (self._distance, self._speed), strict=True)]
         left = 1.0 - time / until
@@ -73,14 +74,15 @@ class Foresight:
 
 
 LOOK = 0.2
-"""Between two looks at the course [s]; over that time the distance is foreseen to a centimetre."""
+"""Interval at which the course is evaluated [s]; over it the distance is predicted to within a centimetre."""
 WAITING_LOOK = 0.05
-"""Between two looks while a fault waits for its condition [s]."""
+"""The same interval while a fault waits for its condition [s]."""
 
 LIMITS = {"truth_speed": 150.0, "yaw_rate": 30.0, "steering_wheel_rate": 1e3}
-"""A run has diverged where a signal leaves these limits or is no longer finite."""
+"""Limits of signals; a run has diverged where a signal exceeds them or is not finite."""
 
 _SCATTER = 3
+"""Number of the scatter's random stream."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +90,11 @@ class Outcome:
     """Outcome of a run.
 
     Args:
-        recording: measured channels, and the truth in channels prefixed `truth_`
-        diverged_at: last good time of a run that did not stay finite [s], zero where no instant was good; None where
-            all went well
-        windows: every fault as it came: name, element, behaviour, start and end [s]
-        reason: why it ended early, where more is known than that it diverged
+        recording: measured channels, and true values in channels prefixed `truth_`
+        diverged_at: last valid time of a diverged run [s], zero if no instant was valid; None for a run that did not
+            diverge
+        windows: name, element, behaviour, start and end [s] of every effect of a fault
+        reason: why the run ended early, where more is known than that it diverged
     """
 
     recording: Recording
@@ -116,19 +118,18 @@ def run(
 
     Args:
         car: a plant block of `tierod.proving_ground.cars`
-        course: what is asked of car and driver
-        seconds: duration [s]; the course's own where None
-        seed: of all chance; sensors, scatter and faults draw from streams of their own, so that one does not move the
-            other
-        sensors: those of a production car where None; channels that the car does not have are left out
-        faults: changes from outside, see `tierod.proving_ground.faults`
-        scatter: how car and sensors are drawn around the given ones
-        metadata: kept in the recording beside what is written there anyway
-        progress: called with the share that is done
+        course: inputs of car and driver over time or distance
+        seconds: duration [s]; that of the course if None
+        seed: seed of all random numbers; sensors, scatter and faults use separate streams and do not affect each other
+        sensors: sensors of the car; those of a production car if None; sensors of channels the car lacks are dropped
+        faults: faults that are injected, see `tierod.proving_ground.faults`
+        scatter: distribution of car and sensors around their nominal values
+        metadata: further entries of the recording's metadata
+        progress: called with the completed share of the run
 
     Raises:
-        ParameterError: no finite duration of at least a step; a step too long, or parts of the car that keep different
-            ones; a fault, sensor or course that does not fit the car
+        ParameterError: a duration that is not finite or shorter than a step; a step that is too long, or parts of the
+            car with different steps; a fault, sensor or course that does not fit the car
     """
     seconds = course.duration if seconds is None else seconds
     _require_fault_free(car, seconds)
@@ -156,11 +157,11 @@ def run(
 
 
 def started(car: Plant, course: Course) -> Plant:
-    """A car that begins as a course does.
+    """Car with the initial state of a course.
 
     Args:
         car: a plant block
-        course: with its start
+        course: course that defines the start
     """
     begun: Plant = replaced(car, {"start": course.start}) if hasattr(car, "start") else car
     return begun
@@ -191,7 +192,7 @@ def _require_fault_free(car: Plant, seconds: float) -> None:
 
 
 class _Run:
-    """A car on its way: kernel, memory, and what acts on the car in the next piece."""
+    """Run in progress: compiled kernel, memory, and the inputs of the next piece."""
 
     def __init__(self, car: Plant, course: Course, schedule: Schedule):
         self.block = Varied(car, schedule.parameters) if schedule.parameters else car
@@ -206,7 +207,7 @@ class _Run:
         self.samples = np.empty((self.longest, len(self.index)))
         self.outputs = {name: columns[0] for name, columns in channel_names(self.block).items()}
         self.limits = [(self.outputs[name], limit) for name, limit in LIMITS.items() if name in self.outputs]
-        # A unit of another tool may have the speed of its wheels alone.
+        # A unit of another tool may give the speed of its wheels only.
         self.speed = self.outputs.get("truth_speed", self.outputs.get("vehicle_speed", 0))
         self.car, self.reason = car, ""
         self.advance: Callable[[np.ndarray, np.ndarray, np.ndarray, int], int | None]
@@ -214,10 +215,10 @@ class _Run:
 
     @contextmanager
     def begun(self, seconds: float) -> Iterator[None]:
-        """The run with another tool's unit that computes the vehicle, if there is one; the unit is closed behind it.
+        """Context that opens and closes the unit of another tool that computes the vehicle, if there is one.
 
         Args:
-            seconds: duration [s]
+            seconds: duration of the run [s]
         """
         make = getattr(self.car, "coupled", None)
         if make is None:
@@ -233,7 +234,7 @@ class _Run:
                 self.reason = unit.failure
 
     def to_the_end(self, seconds: float, recorder: Recorder, progress: Callable[[float], None]) -> float | None:
-        """All pieces; the last good time if the run diverged."""
+        """Simulate all pieces and return the last valid time if the run diverged."""
         count, done = round(seconds / self.step_time), 0
         foresight = Foresight(0.0, self.course.start.speed)
         while done < count:
@@ -249,6 +250,7 @@ class _Run:
                 seen = {name: outputs[:, column] for name, column in self.outputs.items()}
                 self.schedule.observe(time, seen)
             if "truth_distance" in self.outputs:
+                # The last output precedes the first sample of the next piece by one step.
                 distance = float(outputs[-1, self.outputs["truth_distance"]])
                 speed = float(outputs[-1, self.speed])
                 foresight.look(distance + speed * self.step_time, speed, size * self.step_time)
@@ -281,17 +283,18 @@ class _Run:
         return self.index[name]
 
     def _good(self, outputs: np.ndarray) -> int:
-        """Number of rows within the limits and finite; what a state has lost stays lost until the last row."""
+        """Number of leading rows that are finite and within the limits."""
         good = np.ones(len(outputs), bool)
         for column, limit in self.limits:
             good &= np.abs(outputs[:, column]) < limit
+        # A state that is not finite stays so: only if the last row is affected must the others be searched.
         if not np.isfinite(outputs[-1]).all():
             good &= np.isfinite(outputs).all(axis=1)
         return len(outputs) if good.all() else int(np.argmin(good))
 
 
 def usual_inputs(car: Plant) -> dict[str, float]:
-    """Values of every input of a car where neither course nor fault sets it.
+    """Value of every input of a car that neither course nor fault sets.
 
     Args:
         car: a plant block of `tierod.proving_ground.cars`
@@ -301,7 +304,7 @@ def usual_inputs(car: Plant) -> dict[str, float]:
 
 
 def _usual(name: str, own: Mapping[str, float]) -> float:
-    """Value of an input where neither course nor fault sets it."""
+    """Default value of one input of a car."""
     if name.startswith("parameters."):
         return own[name.removeprefix("parameters.")]
     one = name in FACTORS or (name.startswith("ports.") and name.endswith(".gain"))

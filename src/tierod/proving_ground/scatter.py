@@ -1,4 +1,4 @@
-"""Scatter from drive to drive: no two cars, and no two sensors, are alike."""
+"""Scatter from drive to drive: random differences between cars and between sensors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tierod.proving_ground.parts import Plant
 from tierod.proving_ground.sensors import Sensor, SensorSet
 
 SENSORS = "sensors."
-"""Beginning of the paths that lead to sensors: "sensors.yaw_rate.bias"."""
+"""Prefix of the paths of sensor parameters, such as "sensors.yaw_rate.bias"."""
 
 DAMPING = ("damping", "pinion_damping", "rack_damping", "motor.damping")
 INERTIA = (
@@ -28,7 +28,7 @@ INERTIA = (
     *("steering_motor_1.inertia", "steering_motor_2.inertia"),
 )
 WITHIN = ("", "column.", "rack.")
-"""Parts of a steering that are steerings themselves."""
+"""Prefixes of the parts of a steering that are steerings themselves."""
 TRAIL = ("mechanical_trail", "contact_half_length", "kingpins.mechanical_trail", "front.tyre.trail")
 FRONT_TYRES = ("front_stiffness", "front.tyre.cornering_stiffness")
 REAR_TYRES = ("rear_stiffness", "rear.tyre.cornering_stiffness")
@@ -40,19 +40,19 @@ class UsualScatter:
     """Standard deviations of what differs from drive to drive; gains and parameters are log-normal.
 
     The defaults are those of the scatter study behind the friction monitor. `mass`, `tyre_stiffness` and `torque_delay`
-    belong to its second, harder form and are off by default. What a car does not have is left alone.
+    belong to its second, harder form and are off by default. Parameters that a car lacks are ignored.
 
     Args:
-        torque_gain: of the sensors of driver and motor torque, each by itself
-        damping: of the steering below its wheel, all of it together
-        inertia: of the steering, all of it together
-        trail: mechanical and pneumatic, together
-        driver_torque_offset: bias of its sensor, in place of the nominal one
-        lateral_acceleration_bias: bias of its sensor, in place of the nominal one
-        steering_wheel_rate_noise: of its sensor, not drawn
-        tyre_stiffness: of each axle by itself
-        mass: of the body, and its yaw inertia in the same ratio
-        torque_delay: of the sensors of driver and motor torque, not drawn
+        torque_gain: gains of the driver and motor torque sensors, drawn separately
+        damping: damping of the steering below the steering wheel, one common factor
+        inertia: inertias of the steering, one common factor
+        trail: mechanical and pneumatic trail, one common factor
+        driver_torque_offset: bias of the driver torque sensor, which replaces the nominal one
+        lateral_acceleration_bias: bias of the lateral acceleration sensor, which replaces the nominal one
+        steering_wheel_rate_noise: noise of the steering wheel rate sensor, not drawn
+        tyre_stiffness: cornering stiffness of each axle, drawn separately
+        mass: mass of the body and its yaw inertia, one common factor
+        torque_delay: delay of the driver and motor torque sensors, not drawn
     """
 
     torque_gain: Annotated[float, "", NOT_NEGATIVE] = 0.10
@@ -70,11 +70,13 @@ class UsualScatter:
         check_ranges(self)
 
     def usual(self, known: Mapping[str, Number], generator: np.random.Generator) -> Iterator[tuple[str, float]]:
-        """(path, value) of what the fields name; always with as many draws, so that one does not move another.
+        """(path, value) of all parameters that the fields name.
+
+        The number of draws is always the same, so that no parameter affects the draw of another.
 
         Args:
-            known: what can be drawn, by path
-            generator: source of chance
+            known: parameters that can be drawn, by path
+            generator: random generator
         """
 
         def factor(deviation: float) -> float:
@@ -110,6 +112,7 @@ class UsualScatter:
 Drawn = TypeVar("Drawn", bound=Plant)
 
 _TRIES = 1000
+"""Maximum number of draws for a value within its range."""
 
 
 @dataclass(frozen=True)
@@ -117,9 +120,9 @@ class Spread:
     """Spread of one parameter, or of several together, from drive to drive.
 
     Args:
-        deviation: standard deviation: of the logarithm where log-normal, else in the unit of the parameter
+        deviation: standard deviation: of the logarithm if log-normal, else in the unit of the parameter
         kind: "log-normal" multiplies the nominal value, "normal" adds to it
-        also: paths that get the same draw
+        also: paths of further parameters that receive the same draw
     """
 
     deviation: Annotated[float | str, "{signal}", NOT_NEGATIVE]
@@ -132,12 +135,12 @@ class Spread:
 
 @dataclass(frozen=True)
 class Scatter(UsualScatter):
-    """Scatter from drive to drive: the usual, and any parameter of the car or its sensors.
+    """Scatter from drive to drive: the usual one, and that of any parameter of the car or its sensors.
 
     Args:
-        parameters: by dotted path of any float field of the car ("chassis.mass"), or of its sensors
-            ("sensors.yaw_rate.bias"); drawn after the usual, each from a source of its own
-        origin: where it stands, for messages
+        parameters: spread by dotted path of any float field of the car ("chassis.mass") or of its sensors
+            ("sensors.yaw_rate.bias"); drawn after the usual scatter, each from its own random stream
+        origin: place in a file, for error messages
     """
 
     parameters: Mapping[str, Spread] = field(default_factory=dict)
@@ -147,15 +150,15 @@ class Scatter(UsualScatter):
     def from_table(
         cls, table: Mapping[str, Any], document: Document, location: Location = (), base: Scatter | None = None
     ) -> Scatter:
-        """The scatter that a table describes.
+        """Scatter from a table of a file.
 
         Args:
             table: fields of this class; in `parameters` a number is a log-normal deviation, a table is a `Spread`
-            document, location: where the table stands
-            base: in place of the defaults
+            document, location: place of the table
+            base: scatter whose values are kept where the table has none; the defaults if None
 
         Raises:
-            ParameterError: a slip, with file and line
+            ParameterError: an invalid entry, with file and line
         """
         place = tuple(location)
         plain = {name: value for name, value in table.items() if name != "parameters"}
@@ -175,9 +178,9 @@ class Scatter(UsualScatter):
         """A car and its sensors, drawn around the given ones.
 
         Args:
-            car: the nominal car
-            sensors: the nominal sensors
-            generator: source of chance
+            car: nominal car
+            sensors: nominal sensors
+            generator: random generator
 
         Raises:
             ParameterError: a path that neither car nor sensors have, or a unit that does not fit
@@ -185,9 +188,11 @@ class Scatter(UsualScatter):
         known = _known(car, sensors)
         spreads = self._fitted(known)
         changes = dict(self.usual(known, generator))
+        # One integer is drawn for all paths, so that adding a path changes the draws of no other one.
         source = int(generator.integers(1 << 62)) if spreads else 0
         for path, spread in spreads.items():
             chance = np.random.default_rng([source, zlib.crc32(path.encode())])
+            # The spread applies to the value that the usual scatter has drawn.
             for each in (path, *spread.also):
                 known[each] = known[each]._replace(value=changes.get(each, known[each].value))
             changes |= self._drawn((path, *spread.also), spread, known, chance)
@@ -196,7 +201,7 @@ class Scatter(UsualScatter):
         return replaced(car, of_car), replaced(sensors, of_sensors)
 
     def _fitted(self, known: Mapping[str, Number]) -> dict[str, Spread]:
-        """The spreads of `parameters`, in the units of what they are about."""
+        """The spreads of `parameters`, in the units of their parameters."""
         spreads = {}
         for path, spread in self.parameters.items():
             for each in (path, *spread.also):
@@ -221,7 +226,7 @@ class Scatter(UsualScatter):
     def _drawn(
         self, paths: tuple[str, ...], spread: Spread, known: Mapping[str, Number], chance: np.random.Generator
     ) -> dict[str, float]:
-        """Values of paths with one draw, repeated until all lie in their ranges."""
+        """Values of paths from one common draw, repeated until all lie in their ranges."""
         for _ in range(_TRIES):
             draw = float(spread.deviation) * float(chance.standard_normal())
             if spread.kind == "normal":
@@ -246,7 +251,7 @@ def _known(car: Plant, sensors: SensorSet) -> dict[str, Number]:
 
 @lru_cache(maxsize=1024)
 def _of_sensor(sensor: Sensor, unit: str) -> dict[str, Number]:
-    """Every float field of a sensor; what is in the unit of the signal gets that unit."""
+    """Every float field of a sensor; fields in the unit of the signal get that unit."""
     known = numbers(sensor)
     return {field: number._replace(unit=number.unit.format(signal=unit or "1")) for field, number in known.items()}
 

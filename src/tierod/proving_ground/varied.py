@@ -1,4 +1,4 @@
-"""A block some of whose parameters change over time."""
+"""Block some of whose parameters become time-varying inputs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Varied:
 
     Args:
         block: any block whose Sample is a NamedTuple
-        paths: dotted names of float fields ("steering.friction.level"); the values in the block no longer matter
+        paths: dotted names of float fields ("steering.friction.level"); the inputs replace their values in the block
 
     Raises:
         ParameterError: the block has no such float field
@@ -36,16 +36,16 @@ class Varied:
 
     @property
     def Sample(self) -> type:
-        """The block's own sample with a branch `parameters`."""
+        """Sample of the block, with a branch `parameters`."""
         own: type = self.block.Sample
         return _sample(own, tuple(sorted(self.paths)))
 
     def init(self) -> Tree:
-        """The block's own state before the first sample."""
+        """State of the block before the first sample."""
         return self.block.init()
 
     def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
-        """The block's own step, with the parameters of this sample."""
+        """Step of the block with the parameters of this sample."""
         *own, parameters = sample
         changed: Plant = _changed(self.block, parameters)
         return changed.step(state, self.block.Sample(*own))
@@ -55,7 +55,7 @@ _ITEM = "item_"
 
 
 def path_of(name: str) -> str:
-    """Dotted path as `Varied` takes it, of an input as its sample names it: items of tuples have names there."""
+    """Dotted path of a `Varied` parameter from the name of an input, in which items of tuples carry a prefix."""
     return name.replace(f".{_ITEM}", ".")
 
 
@@ -67,7 +67,7 @@ def _sample(own: type, paths: tuple[str, ...]) -> type:
 
 
 def _branch(name: str, paths: Iterable[str]) -> Any:
-    """Nested NamedTuple classes for dotted paths, so that a leaf is called like the field it replaces."""
+    """Nested NamedTuple classes for dotted paths, in which a leaf has the name of the field it replaces."""
     below: dict[str, list[str]] = {}
     for path in paths:
         head, _, rest = path.partition(".")
@@ -86,7 +86,7 @@ def _field(head: str) -> str:
 
 
 def _changed(part: Any, values: Tree) -> Any:
-    """A dataclass or tuple with fields replaced, deep inside; no check of theirs runs, since values may be symbols."""
+    """Copy of a dataclass or tuple with fields replaced at any depth; without checks, since values may be symbols."""
     fresh = {
         name.removeprefix(_ITEM): _changed(_get(part, name), value) if isinstance(value, tuple) else value
         for name, value in zip(values._fields, values, strict=True)

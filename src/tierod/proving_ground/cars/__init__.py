@@ -1,1 +1,1 @@
-"""Virtual cars: chassis, steering, driver and control units put together."""
+"""Virtual cars, composed of chassis, steering, driver and control units."""

@@ -1,4 +1,4 @@
-"""A car with active front steering, whose motor is simulated with its currents at 10 kHz."""
+"""Car with active front steering, whose motor currents are simulated at 10 kHz."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tierod.proving_ground.steering.active_front import ActiveFront
 
 
 class Superposing(NamedTuple):
-    """Signals of the control units, and of the motor at its own rate."""
+    """Signals of the control units, and of the motor at its own sampling rate."""
 
     target_motor_angle_mechanical: Annotated[Scalar, "rad"]
     motor_target_torque: Annotated[Scalar, "N*m"]
@@ -24,7 +24,7 @@ class Superposing(NamedTuple):
 
 
 class Units(NamedTuple):
-    """Memories of assist unit and angle control, and the motor between two steps."""
+    """Memories of assist unit and angle control, and state of the motor between two steps."""
 
     assist: AssistMemory
     angle: AngleMemory
@@ -36,9 +36,9 @@ class ActiveFrontCar(Car):
     """Chassis, active front steering, driver, and the control units of superposition and assist.
 
     Args:
-        motor: of the superposition
-        ratio: wanted turn of the pinion per turn of the steering wheel, over that without motor
-        angle_control: of the motor's shaft
+        motor: motor of the superposition
+        ratio: gain over the speed: target pinion angle divided by that without the motor
+        angle_control: control of the motor's shaft angle
         assist: control unit of the assist below the gear
     """
 
@@ -52,12 +52,12 @@ class ActiveFrontCar(Car):
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Motors whose torque faults can change; that of the superposition turns by itself in the car."""
+        """Motors whose torque faults can change; the superposition motor imposes its speed on the steering."""
         return ("column_assist_torque", "motor_torque")
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Signals that the control units read, the motors, and the lock: with an offset of one it holds the motor."""
+        """Signals that the control units read, the motors, and the lock, which holds the motor at an offset of one."""
         return (
             "driver_torque",
             "steering_wheel_angle",
@@ -70,11 +70,11 @@ class ActiveFrontCar(Car):
         )
 
     def reset(self) -> Units:
-        """Control units at rest, motor cold."""
+        """Memory of control units at rest and a cold motor."""
         return Units(self.assist.remembered(), self.angle_control.remembered(), self.motor.init())
 
     def control(self, memory: Units, seen: Observed, read: Read) -> Controlled:
-        """Assist, target of the motor's angle, its control, and the motor over the step that follows."""
+        """Assist, target of the motor angle, its control, and simulation of the motor over the coming step."""
         steering, before = seen.steering, memory.motor.rotor
         speed, wheel = read("vehicle_speed", seen.vehicle_speed), read("steering_wheel_angle", seen.hand.angle)
         assist, assist_torque = self.assist.decide(
@@ -96,5 +96,6 @@ class ActiveFrontCar(Car):
             Senses.through(read),
             read("motor_lock", 0.0),
         )
+        # With the mean speed over the step the steering reaches exactly the rotor's angle at its end.
         mean_speed = (motor.rotor.angle - before.angle) / self.step_time
         return Units(assist, angle, motor), (assist_torque, mean_speed), Superposing(target, torque, signals)

@@ -1,4 +1,4 @@
-"""Outputs of a car's body: inertial sensors, the place along the path and over ground, and all signals of the body."""
+"""Outputs of a car's body: inertial sensors, position along the path and over ground, and all signals of the body."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from tierod.proving_ground.parts import Reaction, Road
 
 @dataclass(frozen=True)
 class InertialUnit:
-    """Mounting place of the inertial unit on the body; typically on the tunnel, below the centre of gravity.
+    """Mounting position of the inertial unit on the body; typically on the tunnel, below the centre of gravity.
 
     Args:
-        forward, left, up: from the centre of gravity of the car, about which its body rolls
+        forward, left, up: distances from the centre of gravity of the car, about which its body rolls
     """
 
     forward: Annotated[float, "m"] = 0.2
@@ -25,30 +25,30 @@ class InertialUnit:
     up: Annotated[float, "m"] = -0.15
 
     def lateral_acceleration(self, reaction: Reaction) -> Scalar:
-        """Specific force across the body [m/s**2], with lever arm, bank and the lean of the body."""
+        """Specific force across the body, with lever arm, bank and roll angle [m/s**2]."""
         at_place = lateral_acceleration_at(
             reaction.lateral_acceleration, reaction.yaw_acceleration, reaction.yaw_rate, self.forward, self.left
         )
         return at_place - self.up * reaction.roll_acceleration + GRAVITY * reaction.roll_angle
 
     def longitudinal_acceleration(self, reaction: Reaction) -> Scalar:
-        """Specific force along the body [m/s**2], with lever arm and grade."""
+        """Specific force along the body, with lever arm and grade [m/s**2]."""
         turning = reaction.yaw_rate * reaction.yaw_rate * self.forward + reaction.yaw_acceleration * self.left
         return reaction.longitudinal_acceleration - turning
 
 
 INSIDE = 0.2
-"""Least share of a bend's radius that a car keeps from its centre, where the path's own frame would turn over [-]."""
+"""Lower bound of 1 - curvature * offset, since the coordinates along the path are singular at a bend's centre [-]."""
 
 
 class Path(NamedTuple):
-    """Motion along a path; the offset is positive to its left, the heading over ground.
+    """Motion along a path; the offset is positive to its left, the heading is over ground.
 
     Args:
-        distance: of the foot of the car on the path [m]
-        lateral_offset: of the car from there [m]
-        heading_error: of the car against the path [rad]
-        heading: of the car over ground [rad]
+        distance: distance of the nearest point of the path, along the path [m]
+        lateral_offset: offset of the car from this point [m]
+        heading_error: heading of the car relative to the path [rad]
+        heading: heading of the car over ground [rad]
     """
 
     distance: Scalar
@@ -61,12 +61,12 @@ START = Path(0.0, 0.0, 0.0, 0.0)
 
 
 def path_rate(path: Path, reaction: Reaction, curvature: Scalar) -> Path:
-    """Rate of change.
+    """Rate of change of the motion along a path.
 
     Args:
-        path: now
-        reaction: of the chassis
-        curvature: of the path [1/m]
+        path: present motion along the path
+        reaction: reaction of the chassis
+        curvature: curvature of the path [1/m]
 
     Source: Frenet frame; Rajamani, Vehicle Dynamics and Control (2012), section 2.5, without its small angles.
     """
@@ -78,15 +78,16 @@ def path_rate(path: Path, reaction: Reaction, curvature: Scalar) -> Path:
 
 
 def moved(position: tuple[Scalar, Scalar], reaction: Reaction, heading: Scalar, step: Scalar) -> tuple[Scalar, Scalar]:
-    """Coordinates over ground [m] after a step.
+    """Coordinates over ground after a step [m].
 
     Args:
-        position: before, x ahead and y to the left of the first heading [m]
-        reaction: of the chassis at the start of the step
-        heading: at the start of the step [rad]
-        step: [s]
+        position: coordinates before the step, x ahead and y to the left of the initial heading [m]
+        reaction: reaction of the chassis at the start of the step
+        heading: heading at the start of the step [rad]
+        step: sampling interval [s]
 
-    Once a step, with speeds of its start: what that leaves out adds up to half a step of the change of speed, no more.
+    Computed once per step with the speeds at its start: the accumulated error is at most half a step times the change
+    of speed.
     """
     middle = heading + 0.5 * step * reaction.yaw_rate
     along, across = cos(middle), sin(middle)
@@ -97,7 +98,7 @@ def moved(position: tuple[Scalar, Scalar], reaction: Reaction, heading: Scalar, 
 
 
 ROLLING = 0.5
-"""Speed below which there is no sideslip angle [m/s]."""
+"""Speed below which the sideslip angle is set to zero [m/s]."""
 
 
 class Body(NamedTuple):
@@ -142,7 +143,7 @@ class Body(NamedTuple):
 
 
 def vehicle_speed(reaction: Reaction) -> Scalar:
-    """Speed [m/s] as the control unit of the brakes sends it: mean of the rear wheels."""
+    """Speed on the bus, as the brake control unit sends it: the mean of the rear wheels [m/s]."""
     return 0.5 * (reaction.wheel_speeds.rear_left + reaction.wheel_speeds.rear_right)
 
 
@@ -155,16 +156,16 @@ def body_signals(
     hand_torque: Scalar,
     drive_force: Scalar,
 ) -> Body:
-    """The signals at one instant.
+    """Signals of the body at one instant.
 
     Args:
-        reaction: of the chassis
+        reaction: reaction of the chassis
         unit: inertial sensors
-        path: where the car is along its path
-        position: over ground [m]
-        road: under the car
-        hand_torque: of the driver [N*m]
-        drive_force: asked for along the road [N]
+        path: motion along the path
+        position: coordinates over ground [m]
+        road: road under the car
+        hand_torque: torque of the driver's hands [N*m]
+        drive_force: requested force along the road [N]
     """
     rolling = reaction.speed > ROLLING
     sideslip = arctan2(reaction.lateral_speed, where(rolling, reaction.speed, 1.0))

@@ -1,4 +1,4 @@
-"""Common part of every virtual car on a road: one step of chassis, steering, driver and control units together."""
+"""Base class of the virtual cars on a road, which advances chassis, steering, driver and control units by one step."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ Torques: TypeAlias = tuple[Scalar, ...]
 """Torque of every actuator [N*m], in the order of `Steering.actuators`."""
 
 Read: TypeAlias = Callable[[str, Scalar], Scalar]
-"""Passes a signal through the port of a name."""
+"""Function that passes a signal through the port of its name."""
 
 Controlled: TypeAlias = tuple[Memory, Torques, Tree]
-"""What control units give: memory, requested torques, and signals as a NamedTuple of canonical names."""
+"""Result of the control units: memory, requested torques, and signals as a NamedTuple of canonical names."""
 
 
 class Motion(NamedTuple):
-    """All that obeys a differential equation."""
+    """State of all differential equations."""
 
     chassis: PartMotion
     steering: PartMotion
@@ -65,7 +65,7 @@ class Motion(NamedTuple):
 
 
 class Held(NamedTuple):
-    """Values that are updated once a step."""
+    """Values that are updated once per step."""
 
     steering: Memory
     driver: Memory
@@ -76,7 +76,7 @@ class Held(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """External inputs of a car at one instant; every car has a class of its own with its `ports`."""
+    """External inputs of a car at one instant; every car has its own class with its `ports`."""
 
     road: Road
     wind: Wind
@@ -85,20 +85,20 @@ class Surroundings(NamedTuple):
 
 
 class State(NamedTuple):
-    """A car between two steps."""
+    """State of a car between two steps."""
 
     motion: Motion
     held: Held
 
 
 class Observed(NamedTuple):
-    """Signals that a car's control units can read at one instant, before sensors and ports.
+    """Signals that the control units of a car can read at one instant, before sensors and ports.
 
     Args:
-        reaction: of the chassis
+        reaction: reaction of the chassis
         steering: signals of the steering
         view: inputs of the driver
-        demand: of the course
+        demand: demand of the course
     """
 
     reaction: Reaction
@@ -108,7 +108,7 @@ class Observed(NamedTuple):
 
     @property
     def hand(self) -> Hand:
-        """Steering wheel."""
+        """Motion of the steering wheel."""
         return self.view.hand
 
     @property
@@ -118,7 +118,7 @@ class Observed(NamedTuple):
 
 
 class Output(NamedTuple):
-    """Signals of a car at the instant of a sample; the last part of a leaf's dotted name is its channel."""
+    """Signals of a car at the instant of a sample; the last part of a leaf's dotted name is the channel."""
 
     body: Body
     steering: Tree
@@ -127,16 +127,17 @@ class Output(NamedTuple):
 
 @dataclass(frozen=True)
 class Car:
-    """Base of the virtual cars; a car adds its control units by `ports`, `reset` and `control`.
+    """Base class of the virtual cars; a car adds its control units by `ports`, `reset` and `control`.
 
     Args:
         chassis: body, wheels, tyres
-        steering: from the steering wheel to the road wheels
-        driver: whose hands and feet
-        powertrain: from the driver's feet to the wheels
-        inertial_unit: where the inertial sensors sit
-        start: how a run begins
-        step_time: of integration and control units; treads and brakes, which are explicit, bear no more than 2 ms
+        steering: steering from the steering wheel to the road wheels
+        driver: driver who steers and requests drive and brake forces
+        powertrain: powertrain and brakes
+        inertial_unit: mounting position of the inertial sensors
+        start: initial state of a run
+        step_time: step of integration and control units; tyres and brakes are integrated explicitly and allow at most 2
+            ms
     """
 
     chassis: Chassis = field(default_factory=TwoTrack)
@@ -151,14 +152,14 @@ class Car:
     def ports(self) -> tuple[str, ...]:
         """Names of the signals that control units read, and of the actuators, where faults can act.
 
-        An actuator without a port of its own gives what its control unit commands. What a control unit has passed
-        through the port of an actuator itself, before a drive of its own, does not pass it again.
+        An actuator without a port delivers the torque that its control unit commands. A control unit that has itself
+        passed an actuator's torque through its port, ahead of a drive of its own, prevents a second pass.
         """
         return self.steering.actuators
 
     @property
     def Sample(self) -> type:
-        """Type of the external inputs of the car at one instant."""
+        """Class of the external inputs of the car at one instant."""
         return _sample(self.ports)
 
     def reset(self) -> Memory:
@@ -169,9 +170,9 @@ class Car:
         """One step of the control units.
 
         Args:
-            memory: of the control units
-            seen: what can be read
-            read: passes a signal through the port of a name
+            memory: memory of the control units
+            seen: readable signals
+            read: function that passes a signal through the port of its name
 
         Returns:
             memory, requested torque of every actuator [N*m], signals (NamedTuple of canonical names)
@@ -179,7 +180,7 @@ class Car:
         return memory, (0.0,) * len(self.steering.actuators), ()
 
     def init(self) -> State:
-        """Straight ahead at the starting speed."""
+        """State straight ahead at the initial speed."""
         motion = Motion(
             self.chassis.init(self.start.speed),
             self.steering.init(),
@@ -197,13 +198,14 @@ class Car:
         return State(motion, held)
 
     def step(self, state: State, sample: Surroundings) -> tuple[State, Output]:
-        """One step on; the output belongs to the instant of the sample."""
+        """Advance by one step; the output belongs to the instant of the sample, before the step."""
         motion, held = state
         steer, hand = self.steering.steer(motion.steering), self.steering.hand(motion.steering)
         reaction = self.chassis.reaction(motion.chassis, steer, sample.road, sample.wind)
         view = _seen(motion, reaction, hand, sample.road)
         driver, intent = self.driver.decide(held.driver, view, sample.demand)
         hand_torque = self.driver.hand_torque(motion.driver, hand, sample.demand)
+        # These signals contain the torques of the last step, since this step's are decided from them.
         before = _loads(reaction, hand_torque, held.torques)
         signals = self.steering.signals(motion.steering, held.steering, before)
         observed = Observed(reaction, signals, view, sample.demand)
@@ -224,11 +226,11 @@ class Car:
         return State(after, next_held), Output(body, signals, controlled)
 
     def drives(self, intent: Intent, reaction: Reaction, torques: Torques) -> tuple[Wheels, Wheels]:
-        """Drive torque and greatest brake torque of every wheel [N*m]."""
+        """Drive torque and maximum brake torque of every wheel [N*m]."""
         return self.powertrain.torques(intent.force, reaction)
 
     def drive_force(self, intent: Intent, torques: Torques) -> Scalar:
-        """Force asked for along the road [N], from the driver's intent or the actuators' torques [N*m]."""
+        """Requested force along the road [N], from the driver's intent or the actuators' torques [N*m]."""
         return intent.force
 
     def _controlled(

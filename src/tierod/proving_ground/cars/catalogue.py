@@ -1,4 +1,4 @@
-"""Virtual cars as files: kind, parts and parameters of the truth, each with its source; never those of a monitor."""
+"""Files of virtual cars: kind, parts and true parameters with their sources; monitors never read them."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tierod.proving_ground.cars.kinds import car_of, on_tyres, with_parts
 from tierod.proving_ground.parts import Plant
 
 SHIPPED = Path(__file__).parent
-"""Where the files of the virtual cars are that tierod ships."""
+"""Folder of the virtual cars that tierod ships."""
 
 
 class Sourced(NamedTuple):
-    """A value, and where it comes from."""
+    """Value of a parameter and its source."""
 
     value: Any
     source: str
@@ -28,17 +28,17 @@ class Sourced(NamedTuple):
 
 @dataclass(frozen=True)
 class CarFile:
-    """A file of a virtual car as a whole.
+    """Content of a virtual car's file.
 
     Args:
-        name, description: as lists show them
-        source: where the set as a whole comes from
-        kind: of car
-        good_for, not_good_for: what may and may not be concluded with it
-        vehicle: file with which monitors judge it; that of its own name where empty and there is one
-        tyres: by name; those of the kind where empty
-        parts: of other kinds than usual, by dotted path
-        parameters: nested tables; each a value, or a table of `value` and `source`
+        name, description: texts for lists
+        source: source of the parameter set as a whole
+        kind: kind of car
+        good_for, not_good_for: conclusions that the car does and does not permit
+        vehicle: vehicle file with which monitors judge the car; the one of the same name, if it exists, where empty
+        tyres: kind of the tyres; those of the kind of car where empty
+        parts: parts of other kinds than the default, by dotted path
+        parameters: nested tables; each entry is a value, or a table of `value` and `source`
     """
 
     name: str
@@ -55,10 +55,10 @@ class CarFile:
 
 @dataclass(frozen=True)
 class Choice:
-    """Differences of a car from its file.
+    """Changes of a car compared with its file.
 
     Args:
-        tyres: by name; its own where empty
+        tyres: kind of the tyres; those of the car where empty
         parts: nested tables of names
         parameters: nested tables, or values by dotted path
     """
@@ -75,7 +75,7 @@ class VirtualCar:
     Args:
         file: content of its file
         document: the file
-        block: the car itself
+        block: the car as a block
     """
 
     file: CarFile
@@ -89,24 +89,24 @@ class VirtualCar:
 
     @property
     def vehicle(self) -> str:
-        """Name of the vehicle file with which monitors judge it; "" where tierod ships none."""
+        """Name of the vehicle file with which monitors judge the car; "" if tierod ships none."""
         return self.file.vehicle or (self.name if self.name in vehicles.shipped() else "")
 
     def source_of(self, path: str) -> str:
-        """Source of the value of a parameter; "" for what the file does not set."""
+        """Source of the value of a parameter; "" if the file does not set it."""
         given = _sourced(self.file.parameters).get(path)
         return "" if given is None else given.source
 
     def varied(self, choice: Choice, document: Document, location: tuple[str | int, ...] = ()) -> Plant:
         """The car with other tyres, parts and parameters, as a block.
 
-        Values in the car's file for a part that is replaced apply to the new one as far as it has the same
+        Values in the car's file for a part that is replaced also apply to the new part, as far as it has the same
         parameters.
 
         Args:
-            choice: what differs
-            document: where it stands
-            location: of its table in the document
+            choice: changes
+            document: document with the changes
+            location: place of their table in the document
 
         Raises:
             ParameterError: unknown tyres, parts or parameters, a wrong unit or value
@@ -128,11 +128,11 @@ def shipped() -> tuple[str, ...]:
 
 
 def find(given: str, beside: Path | None = None) -> Path:
-    """The file of a virtual car.
+    """Path of a virtual car's file.
 
     Args:
         given: a name that `shipped` lists, or a path
-        beside: folder from which a relative path counts; the working directory where None
+        beside: folder of relative paths; the working directory if None
 
     Raises:
         ParameterError: there is no such car
@@ -152,10 +152,10 @@ def load(name_or_path: str | Path, beside: Path | None = None) -> VirtualCar:
 
     Args:
         name_or_path: a name that `shipped` lists, or the path of a file (.toml)
-        beside: folder from which a relative path counts; the working directory where None
+        beside: folder of relative paths; the working directory if None
 
     Raises:
-        ParameterError: no such car, or a file with a slip in it; the message names the line and the nearest names
+        ParameterError: no such car, or an invalid file; the message contains the line and the nearest names
     """
     document = Document.read(find(str(name_or_path), beside), "virtual car")
     file = build(CarFile, document.content, document)
@@ -163,7 +163,7 @@ def load(name_or_path: str | Path, beside: Path | None = None) -> VirtualCar:
 
 
 def flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
-    """Values by dotted path of nested tables; a table with `value` or `kind` is a value."""
+    """Values of nested tables by dotted path; a table with `value` or `kind` is a value."""
     found: dict[str, Any] = {}
     for name, value in table.items():
         if isinstance(value, Mapping) and not {"value", "kind"} & set(value):
@@ -183,7 +183,7 @@ def _sourced(parameters: Mapping[str, Any]) -> dict[str, Sourced]:
 
 
 def _block(file: CarFile, document: Document) -> Plant:
-    """The block that a file describes."""
+    """The car of a file as a block."""
     block = with_parts(car_of(file.kind, document), flat(file.parts), document)
     if file.tyres:
         block = on_tyres(block, file.tyres, document, ("tyres",))

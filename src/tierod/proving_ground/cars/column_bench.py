@@ -1,4 +1,4 @@
-"""A test bench for the column of an electric power steering: no road, a wheel that is free, locked or held."""
+"""Test bench for the column of an electric power steering: no road, and a wheel that is free, locked or held."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ColumnMotion(NamedTuple):
 
 
 class BenchState(NamedTuple):
-    """A bench between two steps."""
+    """State of a bench between two steps."""
 
     motion: ColumnMotion
     friction: Scalar
@@ -37,7 +37,7 @@ class BenchState(NamedTuple):
 
 
 class BenchPorts(NamedTuple):
-    """Ports through which faults reach the motor."""
+    """Ports for faults of the motor."""
 
     motor_torque: Port
 
@@ -46,13 +46,13 @@ class Acting(NamedTuple):
     """External inputs of the bench.
 
     Args:
-        motor_torque: that is asked of the motor, at its shaft
-        motor_disturbance: unknown to the control, at its shaft
-        gear_torque: on the output of the gear, as from a road
-        hand_torque: on the wheel, besides what the arms do of themselves
+        motor_torque: requested shaft torque of the motor
+        motor_disturbance: disturbance torque at the motor's shaft, unknown to the control
+        gear_torque: torque on the output of the gear, as from a road
+        hand_torque: torque on the wheel, in addition to that of the arms
         grip: 1 is hands that hold the wheel with their inertia, damping and stiffness, 0 hands off
-        held_angle: to which the arms' stiffness pulls
-        locked: 1 locks the wheel where it is, 0 leaves it
+        held_angle: neutral angle of the arms' stiffness
+        locked: 1 locks the wheel where it is, 0 releases it
         ports: faults of the motor
     """
 
@@ -67,7 +67,7 @@ class Acting(NamedTuple):
 
 
 class BenchSignals(NamedTuple):
-    """Signals of the bench at the instant of a sample; `truth_hand_torque` is all that turns the wheel from outside."""
+    """Signals of the bench at the instant of a sample; `truth_hand_torque` is all external torque on the wheel."""
 
     steering_wheel_angle: Annotated[Scalar, "rad"]
     motor_angle_mechanical: Annotated[Scalar, "rad"]
@@ -84,7 +84,7 @@ class BenchSignals(NamedTuple):
 
 @dataclass(frozen=True)
 class Arms:
-    """Contribution of hands to the wheel, at full grip; stiffness only where they hold an angle."""
+    """Contribution of the hands to the wheel at full grip; with stiffness only if they hold an angle."""
 
     inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.007
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.08
@@ -95,23 +95,23 @@ class Arms:
 class ColumnBench:
     """Steering wheel, gear and motor as three inertias, with dry friction at the motor.
 
-    The defaults have the eigenvalues of the paper's table 3, which fixes five of them; inertia of the wheel, stiffness
-    of the torsion bar and ratio are typical. The fastest mode is one of 112 Hz without damping, so a step is integrated
-    in parts, by the Runge-Kutta method of fourth order. Source: Raffone, eqs (1) to (4), corrected.
+    The defaults have the eigenvalues of the paper's table 3, which determines five parameters; inertia of the wheel,
+    stiffness of the torsion bar and ratio are typical values. The fastest mode has 112 Hz and no damping, so a step is
+    divided into several steps of the Runge-Kutta method of fourth order. Source: Raffone, eqs (1) to (4), corrected.
 
     Args:
         wheel_inertia, wheel_damping: J_sw, beta_sw
-        bar_stiffness: of the torsion bar, k_shaft
+        bar_stiffness: stiffness of the torsion bar, k_shaft
         gear_ratio: turns of the motor per turn of the shaft, tau
-        gear_stiffness: between motor and gear, at the motor, k*
-        gear_inertia: of wheel and worm at the shaft, J_shaft + tau^2 J_worm
+        gear_stiffness: stiffness between motor and gear, at the motor, k*
+        gear_inertia: inertia of wheel and worm at the shaft, J_shaft + tau^2 J_worm
         motor_inertia, motor_damping: J_M2, beta_M2
-        friction: dry, at the motor
+        friction: dry friction at the motor
         ripple: None for a smooth motor
-        arms: of whoever holds the wheel
-        locking_time: within which a locked wheel comes to rest
-        parts: of a step
-        step_time: between two samples
+        arms: arms of the person who holds the wheel
+        locking_time: time constant with which a locked wheel comes to rest
+        parts: number of integration steps per step
+        step_time: sampling interval
     """
 
     wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
@@ -133,15 +133,15 @@ class ColumnBench:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """The motor."""
+        """Assist motor."""
         return ("motor_torque",)
 
     def init(self) -> BenchState:
-        """Straight ahead, at rest."""
+        """State at rest, straight ahead."""
         return BenchState(ColumnMotion(*[0.0] * 6), self.friction.remembered(), 0.0)
 
     def step(self, state: BenchState, sample: Acting) -> tuple[BenchState, BenchSignals]:
-        """One step on; the output belongs to the instant of the sample."""
+        """Advance by one step; the output belongs to the instant of the sample, before the step."""
         held, given = pass_through(sample.ports.motor_torque, state.held, sample.motor_torque)
         motion, friction = state.motion, state.friction
         for _ in range(self.parts):
@@ -157,14 +157,14 @@ class ColumnBench:
     def derivative(
         self, motion: ColumnMotion, start: ColumnMotion, friction: Scalar, motor_torque: Scalar, acting: Acting
     ) -> ColumnMotion:
-        """Rate of change of the motion; dry friction follows the path from the `start`.
+        """Rate of change of the motion; dry friction is evaluated along the path from the `start`.
 
         Args:
-            motion: now
-            start: where the friction's memory belongs to
+            motion: present motion
+            start: motion to which the friction's memory belongs
             friction: memory of the dry friction
-            motor_torque: of the motor's currents [N*m]
-            acting: from outside
+            motor_torque: electromagnetic torque of the motor [N*m]
+            acting: external inputs
         """
         bar = self._bar(motion)
         coupling = gear_coupling_torque(motion.motor_angle, motion.gear_angle, self.gear_ratio, self.gear_stiffness)
@@ -189,6 +189,7 @@ class ColumnBench:
         pull = arms.damping * motion.wheel_rate + arms.stiffness * (motion.wheel_angle - acting.held_angle)
         torque = acting.hand_torque - acting.grip * pull - bar - self.wheel_damping * motion.wheel_rate
         free = torque / (self.wheel_inertia + acting.grip * arms.inertia)
+        # The wheel may move when it is locked, so the lock stops it with a short time constant.
         return where(acting.locked > 0.5, -motion.wheel_rate / self.locking_time, free)
 
     def _signals(self, state: BenchState, given: Scalar, acting: Acting) -> BenchSignals:

@@ -1,4 +1,4 @@
-"""The automated demonstrator: front wheels driven one by one, two steering motors, no steering wheel."""
+"""Automated demonstrator: one motor per front wheel, two steering motors, no steering wheel."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tierod.proving_ground.steering.demonstrator import Demonstrator
 
 
 class Commanded(NamedTuple):
-    """Targets of the automated driver."""
+    """Targets set by the automated driver."""
 
     target_steering_wheel_angle: Annotated[Scalar, "rad"]
     target_vehicle_speed: Annotated[Scalar, "m/s"]
@@ -35,11 +35,11 @@ class Units(NamedTuple):
 
 @dataclass(frozen=True)
 class DemonstratorCar(Car):
-    """Chassis, steering with two motors, wheel motors in front, and the automated driver.
+    """Chassis, steering with two motors, motors in the front wheels, and the automated driver.
 
     Args:
-        driver: gives the targets of all motors
-        powertrain: the wheel motors
+        driver: controller that sets the targets of all motors
+        powertrain: motors in the front wheels
     """
 
     chassis: Chassis = field(default_factory=demonstrator)
@@ -59,11 +59,11 @@ class DemonstratorCar(Car):
         )
 
     def reset(self) -> Units:
-        """Controls at rest, motors without torque."""
+        """Memory of controls at rest and motors without torque."""
         return Units(self.driver.reset(), 0.0, 0.0)
 
     def control(self, memory: Units, seen: Observed, read: Read) -> Controlled:
-        """The automated driver's step, and the lag of the wheel motors."""
+        """Step of the automated driver, and lag of the wheel motors."""
         wheels = seen.reaction.wheel_speeds
         rear_left = read("wheel_speed_rear_left", wheels.rear_left)
         rear_right = read("wheel_speed_rear_right", wheels.rear_right)
@@ -82,7 +82,7 @@ class DemonstratorCar(Car):
         return units, (first, second, units.left, units.right), signals
 
     def drives(self, intent: Intent, reaction: Reaction, torques: Torques) -> tuple[Wheels, Wheels]:
-        """The wheel motors drive and brake; friction brakes, for emergencies, stay open."""
+        """Torques of the wheel motors, which drive and brake; the friction brakes are for emergencies and stay open."""
         return self.powertrain.wheels(torques[2], torques[3], 0.0)
 
     def drive_force(self, intent: Intent, torques: Torques) -> Scalar:

@@ -26,7 +26,7 @@ class EpsCar(Car):
     """Chassis, EPS steering, driver and assist unit; the steering is a `ColumnEps` or a `RackEps`.
 
     Args:
-        assist: control unit of the motor
+        assist: control unit of the assist motor
     """
 
     steering: Steering = field(default_factory=ColumnEps)
@@ -48,7 +48,7 @@ class EpsCar(Car):
         return self.assist.remembered()
 
     def control(self, memory: Memory, seen: Observed, read: Read) -> Controlled:
-        """The assist unit's step."""
+        """Step of the assist unit."""
         memory, torque = self.assist.decide(
             memory,
             read("driver_torque", seen.steering.driver_torque),
@@ -60,7 +60,7 @@ class EpsCar(Car):
 
 
 class AssistedByDrive(NamedTuple):
-    """Signals of assist unit and drive; torque, angle and speed of the shaft are those of the steering."""
+    """Signals of assist unit and drive; torque, angle and speed of the motor shaft are signals of the steering."""
 
     motor_target_torque: Annotated[Scalar, "N*m"]
     motor_current_alpha: Annotated[Fine, "A"]
@@ -77,23 +77,24 @@ class AssistedByDrive(NamedTuple):
 
 
 class Units(NamedTuple):
-    """Memory of the assist unit, and the motor between two steps."""
+    """Memory of the assist unit, and state of the motor between two steps."""
 
     assist: Memory
     motor: DriveState
 
 
 def steering_for_drive() -> ColumnEps:
-    """A column whose motor adds hardly any lag to that of the drive's currents."""
+    """Column whose motor adds almost no lag, since the drive simulates that of the currents."""
     return ColumnEps(motor=replace(Motor(), lag=2e-4))
 
 
 @dataclass(frozen=True)
 class PmEpsCar(EpsCar):
-    """An `EpsCar` with a drive in front of the steering's motor; the steering carries the rotor.
+    """An `EpsCar` whose assist motor has a simulated drive; the rotor is part of the steering.
 
     Args:
-        motor: with inverter, current control and heat; rotor inertia and friction are those of the steering's motor
+        motor: motor with inverter, current control and heating; rotor inertia and friction are those of the steering's
+            motor
     """
 
     steering: Steering = field(default_factory=steering_for_drive)
@@ -105,11 +106,11 @@ class PmEpsCar(EpsCar):
         return (*super().ports, *IN_LOOP)
 
     def reset(self) -> Units:
-        """Assist unit at rest, motor cold."""
+        """Memory of an assist unit at rest and a cold motor."""
         return Units(super().reset(), self.motor.init())
 
     def control(self, memory: Units, seen: Observed, read: Read) -> Controlled:
-        """The assist unit's step, and the drive over the step that follows."""
+        """Step of the assist unit, and simulation of the drive over the coming step."""
         assist, (request,), _ = super().control(memory.assist, seen, read)
         motor, signals, torque = self.motor.torque(
             memory.motor,

@@ -1,4 +1,4 @@
-"""Parts of virtual cars, by the names that files use."""
+"""Kinds of virtual cars and of their parts, by the names that files use."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ from tierod.proving_ground.steering.rack_eps import RackEps
 _CARS: tuple[type, ...] = (EpsCar, PmEpsCar, SteerByWireCar, ActiveFrontCar, DemonstratorCar, ColumnBench, MotorBench)
 
 KINDS: dict[str, type] = {kind_name(each): each for each in _CARS}
-"""The cars by name."""
+"""Classes of the cars by name."""
 
 _FAMILIES: tuple[tuple[type, ...], ...] = (
     (SingleTrack, TwoTrack),
     (ColumnEps, RackEps),
     (Dahl, DahlPower, Coulomb, MaxwellSlip, Stribeck, LuGre),
 )
-"""Parts whose places are declared as protocols; each may stand in the place of another of its family."""
+"""Parts whose fields are declared as protocols; each can replace any other of its family."""
 
 NONE = "none"
-"""Name of a part that is left out."""
+"""Name for a part that is left out."""
 
 
 def car_of(kind: str, document: Document) -> Plant:
-    """A car of a kind as its class describes it.
+    """A car of a kind with the defaults of its class.
 
     Args:
         kind: a name in `KINDS`
-        document: where it stands, under the key `kind`
+        document: document with the name, under the key `kind`
 
     Raises:
         ParameterError: there is no such kind
@@ -55,7 +55,7 @@ def car_of(kind: str, document: Document) -> Plant:
 
 
 def choices(block: Any, path: str = "") -> dict[str, dict[str, type | None]]:
-    """Choices for the exchangeable places of a car, by dotted path and name; None leaves a part out."""
+    """Classes that can fill the exchangeable fields of a car, by dotted path and name; None leaves the part out."""
     found: dict[str, dict[str, type | None]] = {}
     kind: Any = type(block)
     for field in dataclasses.fields(block):
@@ -79,7 +79,7 @@ def _choice(part: object, annotation: object) -> dict[str, type | None]:
 
 
 def parts_of(block: object) -> dict[str, str]:
-    """Parts in the exchangeable places of a car: name of the part by dotted path."""
+    """Names of the parts in the exchangeable fields of a car, by dotted path."""
     return {place: _name(_at(block, place)) for place in choices(block)}
 
 
@@ -94,17 +94,18 @@ def _name(part: object) -> str:
 
 
 def with_parts(block: Plant, parts: Mapping[str, str], document: Document, location: Location = ("parts",)) -> Plant:
-    """The car with other parts, each as its class describes it; the outer ones first.
+    """A car with other parts, each with the defaults of its class; outer parts are replaced first.
 
     Args:
         block: a car
         parts: name by dotted path, {"chassis": "single-track", "steering.friction.law": "lu-gre"}
-        document: where they stand
-        location: of their table in the document
+        document: document with the table of parts
+        location: place of the table in the document
 
     Raises:
-        ParameterError: an unknown place or part
+        ParameterError: an unknown path or part
     """
+    # Outer parts come first, since they determine which inner parts exist.
     for place, name in sorted(parts.items(), key=lambda part: part[0].count(".")):
         known = choices(block)
         if place not in known:
@@ -123,16 +124,16 @@ def with_parts(block: Plant, parts: Mapping[str, str], document: Document, locat
 
 
 def on_tyres(block: Plant, name: str, document: Document, location: Location) -> Plant:
-    """The car on tyres of another kind, in the sizes of its own.
+    """A car on tyres of another kind, in the sizes of its own tyres.
 
     Args:
         block: a car
-        name: of the tyres: summer, winter, worn, low-pressure, sport
-        document: where it stands
-        location: in the document
+        name: kind of the tyres: summer, winter, worn, low-pressure, sport
+        document: document with the name
+        location: place of the name in the document
 
     Raises:
-        ParameterError: no such tyres, or a car that has none to choose
+        ParameterError: no such tyres, or a car without exchangeable tyres
     """
     known = {each.replace(" ", "-"): tyre for each, tyre in TYRES.items()}
     if name not in known:

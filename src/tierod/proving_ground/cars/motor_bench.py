@@ -1,4 +1,4 @@
-"""A test bench for a permanent-magnet motor: a shaft against a spring, with or without control of its angle."""
+"""Test bench for a permanent-magnet motor: a shaft against a spring, with or without angle control."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from tierod.proving_ground.motor.pm_motor import IN_LOOP, DriveSignals, Senses
 from tierod.proving_ground.parts import pass_through, ports_type
 
 PORTS = ports_type((*IN_LOOP, "motor_torque"))
-"""Where faults reach the loops: what the current control reads, and the torque that is asked of the drive."""
+"""Ports for faults inside the loops: inputs of the current control, and the torque request of the drive."""
 
 
 class Acting(NamedTuple):
     """External inputs of the bench.
 
     Args:
-        target_motor_angle: of the angle control
-        control: share of the angle control's torque that is asked of the drive; 0 leaves it out
-        motor_torque: asked of the drive besides
-        load_torque: on the shaft, opposing, besides the spring
-        locked: 1 holds the shaft still
+        target_motor_angle: target of the angle control
+        control: share of the angle control's torque in the drive's request; 0 disables the control
+        motor_torque: additional torque request of the drive
+        load_torque: load torque on the shaft, in addition to the spring
+        locked: 1 locks the shaft
         ports: faults inside the loops
     """
 
@@ -38,7 +38,7 @@ class Acting(NamedTuple):
 
 
 class MotorBenchState(NamedTuple):
-    """A bench between two steps."""
+    """State of a bench between two steps."""
 
     motor: DriveState
     angle: AngleMemory
@@ -55,15 +55,15 @@ class MotorBenchSignals(NamedTuple):
 
 @dataclass(frozen=True)
 class MotorBench:
-    """The motor of a superposition on a bench; the load is a spring with a greatest torque, as of turning tyres.
+    """Motor of a superposition on a bench; the load is a spring with limited torque, as of turning tyres.
 
     Args:
-        motor: with its drive
-        angle_control: of the shaft
-        load_stiffness: of the spring
-        load_limit: greatest torque of the spring
-        load_damping: at the shaft
-        step_time: between two samples
+        motor: motor with its drive
+        angle_control: control of the shaft angle
+        load_stiffness: stiffness of the spring
+        load_limit: maximum torque of the spring
+        load_damping: damping at the shaft
+        step_time: sampling interval
     """
 
     motor: PmMotor = field(default_factory=lambda: AFS_MOTOR)
@@ -79,15 +79,15 @@ class MotorBench:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """The motor."""
+        """Motor of the bench."""
         return ("motor_torque",)
 
     def init(self) -> MotorBenchState:
-        """At rest, cold."""
+        """State at rest, cold."""
         return MotorBenchState(self.motor.init(), self.angle_control.remembered(), PORTS(0.0, 0.0, 0.0, 0.0))
 
     def step(self, state: MotorBenchState, sample: Acting) -> tuple[MotorBenchState, MotorBenchSignals]:
-        """One step on; the output belongs to the instant of the sample, fine signals to the step that follows."""
+        """Advance by one step; the output belongs to the instant of the sample, fine signals to the step after it."""
         kept = state.held._asdict()
 
         def read(name: str, value: Scalar) -> Scalar:

@@ -1,4 +1,4 @@
-"""A car steered by wire, the virtual test vehicle for sideslip from the steering's torque."""
+"""Car with steer-by-wire, the virtual test vehicle for the estimation of sideslip from steering torque."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ class Steered(NamedTuple):
 
 @dataclass(frozen=True)
 class SteerByWireCar(Car):
-    """Chassis, steer-by-wire steering, driver, and the control of road wheels and feel.
+    """Chassis, steer-by-wire steering, driver, and control units of road wheels and steering feel.
 
-    The angle control has the damping of the steering (Yih, Ryu, Gerdes give it that much) and learns the rest.
+    The angle control has the same damping as the steering (as in Yih, Ryu, Gerdes); its integral part compensates the
+    rest.
 
     Args:
-        steering_ratio: wanted turn of the road wheels per turn of the steering wheel, where the gain is one
-        gain: over the speed
-        angle_control: of the road wheels, from their angle to the torque of the actuator at its shaft
-        feel: of the steering wheel
+        steering_ratio: target angle of the road wheels per angle of the steering wheel, at a gain of one
+        gain: gain over the speed
+        angle_control: control of the road wheel angle by the actuator's shaft torque
+        feel: torque feedback of the steering wheel
     """
 
     steering: SteerByWire = field(default_factory=SteerByWire)
@@ -58,7 +59,7 @@ class SteerByWireCar(Car):
         return self.angle_control.remembered()
 
     def control(self, memory: AngleMemory, seen: Observed, read: Read) -> Controlled:
-        """Target of the road wheels, its control, and the feel."""
+        """Target angle of the road wheels, its control, and the steering feel."""
         wheel = read("steering_wheel_angle", seen.hand.angle)
         gain = self.gain.gain(read("vehicle_speed", seen.vehicle_speed))
         target = self.steering_ratio * gain * wheel

@@ -11,11 +11,11 @@ from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels
 
 
 class Powers(NamedTuple):
-    """Energy that a chassis holds, and the powers that change it, on a level road without wind.
+    """Energy stored in a chassis, and the powers that change it, on a level road without wind.
 
-    Stored = driven - (braked + slipped + turned + damped), over any time. What is slipped includes what the carcasses
-    hold; what is turned is the work of aligning and scrub torques on the yawing body, which steering and contact
-    patches share.
+    Over any time, stored = driven - (braked + slipped + turned + damped). `slipped` includes the energy of the
+    carcasses; `turned` is the work of aligning and scrub torques on the yawing body, which steering and contact patches
+    share.
     """
 
     stored: Annotated[Scalar, "J"]
@@ -50,10 +50,10 @@ def powers(
     """Energy and powers at one instant.
 
     Args:
-        chassis: of two tracks, without drag of the air
-        motion, reaction: at the instant
-        steer, road: as the reaction was worked out with
-        torques, brakes: of drive and brakes at every wheel [N*m]
+        chassis: two-track chassis without aerodynamic drag
+        motion, reaction: state of motion and reaction at the instant
+        steer, road: inputs of this reaction
+        torques, brakes: drive and maximum brake torques of every wheel [N*m]
     """
     hubs = chassis.hubs(motion, steer)
     contacts = chassis.contacts(motion, reaction.loads, hubs, road)

@@ -1,4 +1,4 @@
-"""The light chassis: both wheels of an axle as one, brush tyres, no roll."""
+"""Single-track chassis: one wheel per axle, brush tyres, no roll."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 
 
 class SingleTrackMotion(NamedTuple):
-    """State of the differential equations of the single track."""
+    """State of motion of the single-track chassis."""
 
     speed: Scalar
     lateral_speed: Scalar
@@ -39,7 +39,7 @@ class SingleTrackMotion(NamedTuple):
 
 
 class _Tyres(NamedTuple):
-    """Forces of the axles across the body and of both along it [N], and what the front one shows."""
+    """Tyre forces of the axles across the body and of both along it [N], with aligning torque and slip in front."""
 
     front: Scalar
     rear: Scalar
@@ -49,7 +49,7 @@ class _Tyres(NamedTuple):
 
 
 class _Balance(NamedTuple):
-    """Quantities of a reaction for the derivative: finished rates, and the forces along the body without the tyres'."""
+    """Parts of a reaction for the derivative: rates, and the longitudinal forces without those of the tyres."""
 
     rates: SingleTrackMotion
     driving: Scalar
@@ -59,22 +59,22 @@ class _Balance(NamedTuple):
 
 @dataclass(frozen=True)
 class SingleTrack(OnTwoAxles):
-    """Body and tyres of the single track; stiffness of an axle, trail and contact length of a wheel.
+    """Body and tyres of the single-track model; stiffnesses are per axle, trail and contact length per wheel.
 
-    Loads stay what they are at rest. The tyres' longitudinal force follows the torques with a lag and does not weaken
-    the lateral one. Equations: Mohtat et al., eq (3), with brush tyres, relaxation and free speed. Unless said
-    otherwise a value is typical of a mid-size car; the paper of Mohtat et al. prints none.
+    The wheel loads are constant. The longitudinal tyre force follows the torques with a lag and does not reduce the
+    lateral one. Equations: Mohtat et al., eq (3), with brush tyres, relaxation and variable speed. Unless stated
+    otherwise a value is typical of a mid-size car; Mohtat et al. print none.
 
     Args:
-        adhesion: of the tyres on a road of adhesion 1
-        relaxation_length: rolled distance over which lateral force builds up
-        damping_time: carcass damping over its stiffness, which calms a standing car
-        greatest_slip: tangent of the slip angle that a sliding tyre is taken to have at most
+        adhesion: friction coefficient of the tyres on a road of adhesion 1
+        relaxation_length: rolled distance over which the lateral force builds up
+        damping_time: carcass damping divided by stiffness, which damps a standing car
+        greatest_slip: upper bound of the tangent of the slip angle of a sliding tyre
         contact_half_length: half the contact length; a third of it is the pneumatic trail
         twist_angle: angle over which the scrub torque of a standing tyre builds up
         twist_length: rolled distance over which it fades, about that of a brush model with the width of the patch
-        weight_lever: torque about a kingpin per load and sine of the steer, from lifting the car
-        force_lag: of the longitudinal force behind the torques
+        weight_lever: torque about a kingpin per load and sine of the steering angle, due to lifting of the car
+        force_lag: time constant of the longitudinal force
     """
 
     mass: Annotated[float, "kg", POSITIVE] = 1600.0
@@ -103,13 +103,13 @@ class SingleTrack(OnTwoAxles):
 
     @property
     def understeer_gradient(self) -> float:
-        """Extra road-wheel angle per lateral acceleration [rad*s**2/m]."""
+        """Understeer gradient: additional road-wheel angle per lateral acceleration [rad*s**2/m]."""
         return single_track.understeer_gradient(
             self.mass, self.front_distance, self.rear_distance, self.front_stiffness, self.rear_stiffness
         )
 
     def init(self, speed: float) -> SingleTrackMotion:
-        """Rolling straight ahead on level ground at a speed [m/s]."""
+        """State of motion rolling straight ahead on level ground at a speed [m/s]."""
         return SingleTrackMotion(speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def reaction(self, motion: SingleTrackMotion, steer: Steer, road: Road, wind: Wind) -> Reaction:
@@ -161,6 +161,7 @@ class SingleTrack(OnTwoAxles):
         balance: _Balance = reaction.private
         drive = sum(torques) / self.wheel_radius
         greatest = sum(brakes) / self.wheel_radius + balance.resistance
+        # A stopping time of four times the lag of the force makes the stop critically damped.
         held = holding_friction(motion.speed, balance.driving + drive, greatest, self.mass, 4.0 * self.force_lag)
         wanted = limit(drive - held, -balance.adhesion_limit, balance.adhesion_limit)
         return balance.rates._replace(longitudinal_force=(wanted - motion.longitudinal_force) / self.force_lag)
@@ -168,7 +169,7 @@ class SingleTrack(OnTwoAxles):
     def _tyres(
         self, motion: SingleTrackMotion, steer: Steer, road: Road, adhesion: Scalar
     ) -> tuple[Scalar, SingleTrackMotion, _Tyres]:
-        """Sine of the steer, rates of all deflections, and what the tyres do."""
+        """Sine of the steering angle, rates of all deflections, and forces of the tyres."""
         angle, angle_rate = 0.5 * (steer.left + steer.right), 0.5 * (steer.left_rate + steer.right_rate)
         across = motion.lateral_speed + self.front_distance * motion.yaw_rate
         front_hub = hub(angle, motion.speed, across)
@@ -193,7 +194,7 @@ class SingleTrack(OnTwoAxles):
         return bounded_relaxation_rate(deflection, slip_speed, speed, self.relaxation_length, TREAD_LAG)
 
     def _parking_torque(self, adhesion: Scalar) -> Scalar:
-        """About both kingpins [N*m]."""
+        """Parking torque about both kingpins [N*m]."""
         return 2.0 * parking_torque(0.5 * self.front_load, adhesion, self.tyre_pressure)
 
     def _loads(self, road: Road) -> Wheels:

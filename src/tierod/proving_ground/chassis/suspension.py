@@ -1,4 +1,4 @@
-"""Suspension: two axles with their wheels, the kingpins, and the parameters of the two-track chassis."""
+"""Axles, kingpins, and the parameters of the two-track chassis."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from tierod.proving_ground.parts import Road, Wheels, Wind
 
 
 class Planar(Protocol):
-    """Motion of a chassis that determines the air forces."""
+    """Velocity of a chassis, from which the aerodynamic forces follow."""
 
     @property
     def speed(self) -> Scalar:
-        """Along the body [m/s]."""
+        """Speed along the body [m/s]."""
 
     @property
     def lateral_speed(self) -> Scalar:
-        """Across the body [m/s]."""
+        """Speed across the body [m/s]."""
 
 
 class OnTwoAxles:
-    """Base of the chassis: loads from mass [kg] and distances of the axles [m], and the air on its areas [m**2]."""
+    """Base class of the chassis: axle loads from mass [kg] and distances [m], and air forces from areas [m**2]."""
 
     mass: float
     front_distance: float
@@ -39,7 +39,7 @@ class OnTwoAxles:
 
     @property
     def wheelbase(self) -> float:
-        """Distance of the axles [m]."""
+        """Distance between the axles [m]."""
         return self.front_distance + self.rear_distance
 
     @property
@@ -53,12 +53,12 @@ class OnTwoAxles:
         return front_axle_load(self.mass, self.rear_distance, self.front_distance)
 
     def air(self, motion: Planar, road: Road, wind: Wind) -> AirForces:
-        """Forces of the air on a moving car; none on a hoist, which stands in a hall.
+        """Aerodynamic forces on a car; none on a hoist, which stands in a hall.
 
         Args:
-            motion: with its speeds along and across the body
-            road: under the car
-            wind: over ground
+            motion: motion with the speeds along and across the body
+            road: road under the car
+            wind: wind over ground
         """
         return air_forces(
             motion.speed + wind.headwind_speed,
@@ -71,16 +71,16 @@ class OnTwoAxles:
 
 @dataclass(frozen=True)
 class Axle:
-    """One axle with two wheels alike.
+    """One axle with two equal wheels.
 
     Args:
-        track: distance of the wheels
-        roll_centre_height: above ground
-        roll_stiffness: of springs and stabiliser, torque per roll angle
-        roll_damping: of the dampers, torque per roll rate
-        compliance: steer of both wheels per lateral force of the axle, away from the force
-        wheel_inertia: of one wheel about its axle, with its share of the drive train
-        tyre: on both wheels
+        track: distance between the wheels
+        roll_centre_height: height of the roll centre above ground
+        roll_stiffness: roll torque of springs and stabiliser per roll angle
+        roll_damping: roll torque of the dampers per roll rate
+        compliance: steering angle of both wheels per lateral force of the axle, away from the force
+        wheel_inertia: inertia of one wheel about its axle, with its share of the drive train
+        tyre: tyre of both wheels
     """
 
     track: Annotated[float, "m", POSITIVE]
@@ -92,18 +92,18 @@ class Axle:
     tyre: Tyre = field(default_factory=Tyre)
 
     def stiffness(self, load: float) -> float:
-        """Cornering stiffness of the whole axle at its static load, with its compliance [N/rad]."""
+        """Cornering stiffness of the whole axle at its static load, including its compliance [N/rad]."""
         return 1.0 / (0.5 / self.tyre.stiffness(0.5 * load) + self.compliance)
 
 
 @dataclass(frozen=True)
 class Kingpins:
-    """Axes about which the front wheels turn; typical of a front-driven car.
+    """Steering axes of the front wheels; typical of a front-wheel-drive car.
 
     Args:
-        mechanical_trail: of the contact centre behind the axis, at the ground
-        scrub_radius: of the contact centre outside the axis, at the ground
-        inclination: of the axis, its upper end inward
+        mechanical_trail: distance of the contact centre behind the axis, at the ground
+        scrub_radius: distance of the contact centre outside the axis, at the ground
+        inclination: inclination of the axis, its upper end inward
     """
 
     mechanical_trail: Annotated[float, "m"] = 0.025
@@ -117,13 +117,13 @@ class Kingpins:
     def geometry(
         self, loads: Wheels, hubs: Wheels[Hub], contacts: Wheels[Contact], wheel_radius: Scalar
     ) -> tuple[Scalar, Scalar]:
-        """Torques about the left and the right kingpin from weight, and from forces along the wheels [N*m].
+        """Torques about the left and the right kingpin due to weight and to longitudinal tyre forces [N*m].
 
         Args:
-            loads: vertical, of every wheel [N]
-            hubs: of every wheel
-            contacts: of every wheel
-            wheel_radius: [m]
+            loads: vertical load of every wheel [N]
+            hubs: motion of every hub
+            contacts: forces of every contact patch
+            wheel_radius: radius of the wheels [m]
         """
         lever = weight_lever(self.scrub_radius, self.inclination, wheel_radius)
         left, right = scrub_radius_torque(
@@ -135,19 +135,19 @@ class Kingpins:
 
 @dataclass(frozen=True)
 class TwoTrackParameters(OnTwoAxles):
-    """Body, axles and air of a chassis with four wheels.
+    """Parameters of body, axles and air of a chassis with four wheels.
 
-    Defaults are those of a mid-size car, typical unless said otherwise; its axle stiffnesses, with compliance, are 110
-    and 130 kN/rad.
+    The defaults are those of a mid-size car, typical unless stated otherwise; its axles have cornering stiffnesses of
+    110 and 130 kN/rad, including compliance.
 
     Args:
-        centre_height: of the centre of gravity, above ground
-        roll_inertia: of the body about the centre of gravity of the car
-        suspension_lag: of loads and compliance behind the forces
-        drag_area, side_area: drag coefficient, and slope of the side force with the flow's angle, times frontal area
-        side_force_lead: of the point where the wind's side force acts, ahead of the centre of gravity
+        centre_height: height of the centre of gravity above ground
+        roll_inertia: inertia of the body about the centre of gravity of the car
+        suspension_lag: time constant of loads and compliance steer
+        drag_area, side_area: drag coefficient, and slope of the side force over the flow angle, times frontal area
+        side_force_lead: distance of the centre of the aerodynamic side force ahead of the centre of gravity
         front, rear: axles
-        kingpins: of the front axle
+        kingpins: steering axes of the front wheels
     """
 
     mass: Annotated[float, "kg", POSITIVE] = 1600.0
@@ -172,9 +172,9 @@ class TwoTrackParameters(OnTwoAxles):
 
     @property
     def understeer_gradient(self) -> float:
-        """Extra road-wheel angle per lateral acceleration at the start of the range [rad*s**2/m].
+        """Understeer gradient in the linear range: additional road-wheel angle per lateral acceleration [rad*s**2/m].
 
-        The pneumatic trails move the points where the axles' forces act.
+        The pneumatic trails shift the points at which the axles' forces act.
         """
         return single_track.understeer_gradient(
             self.mass,
@@ -185,12 +185,12 @@ class TwoTrackParameters(OnTwoAxles):
         )
 
     def on_tyres(self, front: Tyre, rear: Tyre | None = None) -> Self:
-        """The same car on other tyres; the same ones in front and behind where one is given."""
+        """The same chassis on other tyres; with one argument, the same tyres front and rear."""
         rear = front if rear is None else rear
         return replace(self, front=replace(self.front, tyre=front), rear=replace(self.rear, tyre=rear))
 
     def with_axle_stiffness(self, front: float, rear: float) -> Self:
-        """The same car with compliances that give the whole axles these cornering stiffnesses at rest [N/rad]."""
+        """The same chassis with compliances that give the axles these cornering stiffnesses at static load [N/rad]."""
         axles = []
         for axle, load, wanted in ((self.front, self.front_load, front), (self.rear, self.rear_load, rear)):
             axles.append(replace(axle, compliance=1.0 / wanted - 0.5 / axle.tyre.stiffness(0.5 * load)))

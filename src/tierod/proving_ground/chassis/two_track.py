@@ -1,4 +1,4 @@
-"""The full chassis: four wheels with Magic Formula tyres, roll, and load transfer."""
+"""Two-track chassis: four wheels with Magic Formula tyres, roll, and load transfer."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from tierod.proving_ground.chassis.tyres import Contact, Hub, Tyre, contact, hub
 from tierod.proving_ground.parts import Reaction, Road, Steer, Wheels, Wind
 
 STOPPING_TIME = 0.004
-"""In which the last bit of rotation of a braked wheel fades [s]: short against all else, stable at 1 ms."""
+"""Time constant with which a braked wheel comes to rest [s]: shorter than all others, stable at steps of 1 ms."""
 
 
 class TwoTrackMotion(NamedTuple):
-    """State of the differential equations of the two-track chassis.
+    """State of motion of the two-track chassis.
 
     Args:
         roll_angle, roll_rate: positive when the right side goes down [rad], [rad/s]
-        spins: rotation of every wheel [rad/s]
+        spins: angular speed of every wheel [rad/s]
         longitudinal, lateral: deflection of every tyre, forward and to the left under a positive force [m]
-        left_twist, right_twist: of the front contact patches [rad]
-        tyre_force, front_force, rear_force: along the body and of the axles across it [N], as the suspension has
-            yielded to them: load transfer and compliance steer follow these
+        left_twist, right_twist: twist of the front contact patches [rad]
+        tyre_force, front_force, rear_force: force along the body and forces of the axles across it behind the lag of
+            the suspension, which determine load transfer and compliance steer [N]
     """
 
     speed: Scalar
@@ -48,7 +48,7 @@ class TwoTrackMotion(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """Forces of all tyres in the directions of the body [N], and their yaw moment [N*m]."""
+    """Forces of all tyres in the axes of the body [N], and their yaw moment [N*m]."""
 
     along: Scalar
     front: Scalar
@@ -57,7 +57,7 @@ class Sums(NamedTuple):
 
 
 class Scrub(NamedTuple):
-    """Torques of the turning contact patches [N*m] and the rates of their twists [rad/s]."""
+    """Scrub torques of the contact patches [N*m] and the rates of their twists [rad/s]."""
 
     left: Scalar
     right: Scalar
@@ -66,7 +66,7 @@ class Scrub(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """Quantities of a reaction that the derivative needs: finished rates, and the loads of the wheels' rotation."""
+    """Parts of a reaction for the derivative: rates, and the longitudinal forces on the wheels."""
 
     rates: TwoTrackMotion
     wheel_forces: Wheels
@@ -76,12 +76,12 @@ class Balance(NamedTuple):
 class TwoTrack(TwoTrackParameters):
     """Planar motion and roll of a body on four wheels; the fields are those of `TwoTrackParameters`.
 
-    Loads and compliance follow the forces with a first-order lag, in the place of the vertical motion of the wheels.
-    Speeds are those of the centre of gravity, about which the body rolls by the arm above its roll axis.
+    Loads and compliance follow the forces with a first-order lag, which replaces the vertical motion of the wheels.
+    Speeds are those of the centre of gravity, about which the body rolls with the arm above its roll axis.
     """
 
     def init(self, speed: float) -> TwoTrackMotion:
-        """Rolling straight ahead on level ground at a speed [m/s]."""
+        """State of motion rolling straight ahead on level ground at a speed [m/s]."""
         front, rear = speed / self.front.tyre.radius, speed / self.rear.tyre.radius
         still = Wheels(0.0, 0.0, 0.0, 0.0)
         spins = Wheels(front, front, rear, rear)
@@ -144,7 +144,7 @@ class TwoTrack(TwoTrackParameters):
         return Wheels(self.front, self.front, self.rear, self.rear)
 
     def loads(self, motion: TwoTrackMotion, road: Road) -> Wheels:
-        """Vertical load of every wheel [N]; a wheel that lifts off leaves all of the axle's load to the other."""
+        """Vertical load of every wheel [N]; when a wheel lifts off, the other carries the whole axle load."""
         upright = 0.5 * road.support * cos(road.bank_angle) * cos(road.grade_angle)
         shift = 0.5 * longitudinal_load_transfer(motion.tyre_force, self.centre_height, self.wheelbase)
         loads = []
@@ -160,7 +160,7 @@ class TwoTrack(TwoTrackParameters):
         return Wheels(*loads)
 
     def hubs(self, motion: TwoTrackMotion, steer: Steer) -> Wheels[Hub]:
-        """Steer of every wheel, with compliance, and motion of its contact point."""
+        """Steering angle of every wheel, with compliance, and motion of its contact point."""
         across = motion.lateral_speed + self.roll_arm * motion.roll_rate
         front_across = across + self.front_distance * motion.yaw_rate
         rear_across = across - self.rear_distance * motion.yaw_rate
@@ -192,7 +192,7 @@ class TwoTrack(TwoTrackParameters):
     def scrub(
         self, motion: TwoTrackMotion, steer: Steer, loads: Wheels, hubs: Wheels[Hub], contacts: Wheels[Contact]
     ) -> Scrub:
-        """Torques that turn the front contact patches without rolling, and their rates."""
+        """Scrub torques of the front contact patches, and rates of their twists."""
         tyre, torques, rates = self.front.tyre, [], []
         for twist, steer_rate, load, side, patch in (
             (motion.left_twist, steer.left_rate, loads.front_left, hubs.front_left, contacts.front_left),
@@ -201,6 +201,7 @@ class TwoTrack(TwoTrackParameters):
             torques.append(parking_torque(load, patch.friction, tyre.pressure) * twist / tyre.twist_angle)
             turning = steer_rate + motion.yaw_rate
             loaded = twist_rate(twist, turning, side.along, tyre.twist_angle, tyre.twist_length)
+            # The twist of a lifted wheel fades, since nothing holds it.
             rates.append(where(load > 0.0, loaded, -twist / self.suspension_lag))
         return Scrub(*torques, *rates)
 
@@ -245,11 +246,11 @@ class TwoTrack(TwoTrackParameters):
 
 
 def demonstrator() -> TwoTrack:
-    """The light electric demonstrator of Li, Frey and Gauterin, a car at a scale of 1 to 1.5.
+    """Chassis of the light electric demonstrator of Li, Frey and Gauterin, a car at a scale of 1 to 1.5.
 
     Source: Table A1 of the paper for mass, yaw inertia, distances, track and wheel radius. The cornering stiffness is
-    35 kN/rad an axle, as usual for these loads; the printed 322 kN/rad would be some ten times that. Everything about
-    roll, and the scrub radius, is assumed.
+    35 kN/rad per axle, as usual for these loads; the printed 322 kN/rad would be almost ten times as high. All roll
+    parameters and the scrub radius are assumed.
     """
     tyre = Tyre(
         radius=0.243, nominal_load=1000.0, cornering_stiffness=26.0, lateral_relaxation=0.3, trail=0.018, pressure=2.0e5

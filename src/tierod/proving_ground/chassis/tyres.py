@@ -1,4 +1,4 @@
-"""Tyres as data, coefficients of the Magic Formula, and what the contact patch of one wheel does."""
+"""Parameters of tyres for the Magic Formula, and forces of the contact patch of one wheel."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from tierod.physics.tyre import bounded_relaxation_rate, relaxation_speed
 
 @dataclass(frozen=True)
 class Tyre:
-    """One tyre, in the parameters of the Magic Formula.
+    """One tyre, with the parameters of the Magic Formula.
 
-    Defaults are assumed for a 205/55 R16 summer tyre: stiffness and friction in the range of published sets
+    The defaults are assumed for a 205/55 R16 summer tyre: stiffness and friction in the range of published sets
     (for example pKy1 21.9, pKx1 22.3, pDy1 1.05, C 1.35 of the ADAMS handbook tyre that CommonRoad prints), relaxation
-    length and pneumatic trail in the range that Pacejka, 3rd ed., ch. 4 and 5, shows.
+    length and pneumatic trail in the range of Pacejka, 3rd ed., ch. 4 and 5.
 
     Args:
         radius: effective rolling radius
-        nominal_load: to which the coefficients belong, Fz0
-        cornering_stiffness: greatest one over nominal load, pKy1
-        load_of_greatest: load of the greatest cornering stiffness over nominal load, pKy2
-        longitudinal_stiffness: over load, pKx1
-        friction: greatest lateral force over load at nominal load on a road of adhesion 1, pDy1
-        longitudinal_friction: greatest longitudinal over greatest lateral force
-        load_sensitivity: of the friction, pDy2
+        nominal_load: load to which the coefficients refer, Fz0
+        cornering_stiffness: maximum cornering stiffness divided by nominal load, pKy1
+        load_of_greatest: load of the maximum cornering stiffness divided by nominal load, pKy2
+        longitudinal_stiffness: longitudinal stiffness divided by load, pKx1
+        friction: maximum lateral force divided by load at nominal load on a road of adhesion 1, pDy1
+        longitudinal_friction: maximum longitudinal divided by maximum lateral force
+        load_sensitivity: load sensitivity of the friction, pDy2
         shape, curvature: C and E of the forces
         trail: pneumatic trail at nominal load without slip
         trail_shape: Ct
         lateral_relaxation, longitudinal_relaxation: rolled distances over which the forces build up
-        damping_time: carcass damping over its stiffness, which calms a standing car
+        damping_time: carcass damping divided by stiffness, which damps a standing car
         greatest_slip: slip of a tyre that slides without rolling
-        pressure: of inflation, for the scrub torque at standstill
+        pressure: inflation pressure, for the scrub torque at standstill
         twist_angle: angle over which the scrub torque of a standing tyre builds up
-        twist_length: rolled distance over which it fades; less than the half contact length, since of a turning brush
-            patch only what its width gives resists while rolling
-        rolling_coefficient: of the rolling resistance
+        twist_length: rolled distance over which it fades; less than half the contact length, since while rolling only
+            the width of the brush patch resists turning
+        rolling_coefficient: coefficient of the rolling resistance
     """
 
     radius: Annotated[float, "m", POSITIVE] = 0.31
@@ -80,7 +80,7 @@ WINTER = replace(
     trail=0.026,
     rolling_coefficient=0.012,
 )
-"""Soft blocks with sipes: a quarter less stiff than the summer tyre, less grip on a dry road. Assumed."""
+"""Soft blocks with sipes: a quarter less stiff than the summer tyre, less adhesion on a dry road. Assumed."""
 
 WORN = replace(
     SUMMER,
@@ -91,7 +91,7 @@ WORN = replace(
     trail=0.022,
     rolling_coefficient=0.009,
 )
-"""Old, hard and with little tread: stiffer, with less grip. Assumed."""
+"""Old, hard tyre with little tread: stiffer, with less adhesion. Assumed."""
 
 LOW_PRESSURE = replace(
     SUMMER,
@@ -104,7 +104,7 @@ LOW_PRESSURE = replace(
     twist_angle=math.radians(2.6),
     rolling_coefficient=0.014,
 )
-"""A third of the pressure missing: a soft carcass and a long contact patch. Assumed."""
+"""Inflation pressure a third too low: a soft carcass and a long contact patch. Assumed."""
 
 SPORT = replace(
     SUMMER,
@@ -118,24 +118,24 @@ SPORT = replace(
     pressure=2.5e5,
     twist_angle=math.radians(1.6),
 )
-"""Wide, with low side walls: stiff, quick, a short patch. Assumed."""
+"""Wide tyre with low side walls: stiff, with short relaxation lengths and a short patch. Assumed."""
 
 TYRES = {"summer": SUMMER, "winter": WINTER, "worn": WORN, "low pressure": LOW_PRESSURE, "sport": SPORT}
-"""Kinds of tyre by name, the noise factor of a study."""
+"""Tyres by the name of their kind, the noise factor of a study."""
 
 
 LEAST_ADHESION = 0.01
-"""Keeps the slip that is normalised by the friction finite [-]."""
+"""Lower bound of the adhesion, which keeps the slip normalised by the friction finite [-]."""
 
 TREAD_LAG = 1e-3
-"""Of the tread against the rim [s]: keeps a spinning or locked wheel within what a step of 1 ms can follow."""
+"""Time constant of the tread relative to the rim, which keeps spinning or locked wheels stable at steps of 1 ms [s]."""
 
 REVERSING = 0.1
-"""Speed below which the trail changes over to the other side, since the patch then rolls backwards [m/s]."""
+"""Speed range in which the trail changes sign, since the patch rolls backwards when reversing [m/s]."""
 
 
 class Hub(NamedTuple):
-    """Steer of a wheel, and the velocity of its contact point along and across it."""
+    """Steering angle of a wheel, and the velocity of its contact point along and across it."""
 
     sine: Scalar
     cosine: Scalar
@@ -143,16 +143,16 @@ class Hub(NamedTuple):
     across: Scalar
 
     def to_body(self, along: Scalar, across: Scalar) -> tuple[Scalar, Scalar]:
-        """A force in the directions of the wheel, in those of the body."""
+        """Transform a force from the axes of the wheel to those of the body."""
         return self.cosine * along - self.sine * across, self.sine * along + self.cosine * across
 
 
 def hub(angle: Scalar, along_body: Scalar, across_body: Scalar) -> Hub:
-    """The hub of a wheel.
+    """Motion of the hub of a wheel.
 
     Args:
-        angle: steer [rad], within a quarter turn
-        along_body, across_body: velocity of the contact point in the directions of the body [m/s]
+        angle: steering angle, magnitude below 90 degrees [rad]
+        along_body, across_body: velocity of the contact point in the axes of the body [m/s]
     """
     sine = sin(angle)
     cosine = sqrt(1.0 - sine * sine)
@@ -160,9 +160,9 @@ def hub(angle: Scalar, along_body: Scalar, across_body: Scalar) -> Hub:
 
 
 class Contact(NamedTuple):
-    """Forces of one tyre in the directions of its wheel [N], its trail [m], and the rates of its deflections [m/s].
+    """Forces of one tyre in the axes of its wheel [N], its trail [m], and the rates of its deflections [m/s].
 
-    `slip` is the tangent of the slip angle that acts, `friction` the greatest lateral force over load.
+    `slip` is the tangent of the slip angle that acts, `friction` the maximum lateral force divided by the load.
     """
 
     longitudinal_force: Scalar
@@ -183,17 +183,18 @@ def contact(
     longitudinal_deflection: Scalar,
     deflection: Scalar,
 ) -> Contact:
-    """Forces and rates of the contact patch of a tyre.
+    """Forces and deflection rates of the contact patch of a tyre.
 
     Args:
-        tyre: its coefficients
-        load: vertical load [N], not negative
-        adhesion: of the road; 1 is the road to which the coefficients belong [-]
+        tyre: parameters of the tyre
+        load: vertical load, not negative [N]
+        adhesion: adhesion of the road; 1 is the road to which the coefficients refer [-]
         hub: motion of the contact point
-        rolling_speed: rotation times effective radius [m/s]
-        longitudinal_deflection, deflection: of the carcass, along and across [m]
+        rolling_speed: angular speed times effective radius [m/s]
+        longitudinal_deflection, deflection: deflections of the carcass, along and across [m]
     """
     driving, sliding = rolling_speed - hub.along, -hub.across
+    # The mean square of travelling and rolling speed keeps locked and spinning wheels relaxing.
     squared = 0.5 * (hub.along * hub.along + rolling_speed * rolling_speed)
     speed = relaxation_speed(squared, driving * driving + sliding * sliding, tyre.greatest_slip)
     longitudinal_rate = bounded_relaxation_rate(

@@ -1,1 +1,1 @@
-"""Controllers of the virtual cars: drivers, and control units at the step of the car."""
+"""Controllers of the virtual cars: drivers, and control units sampled at the step of the car."""

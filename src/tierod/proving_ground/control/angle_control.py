@@ -1,4 +1,4 @@
-"""Control units beside the assist: of an angle, of the speed, of a variable ratio and of the steering feel."""
+"""Control units other than the assist: angle control, speed control, variable ratio and steering feel."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tierod.physics.gear import variable_gain
 
 
 class AngleMemory(NamedTuple):
-    """State of the control from step to step.
+    """State of the control between two steps.
 
     Args:
-        angle, target: of the step before [rad]
-        rate, target_rate: filtered [rad/s]
-        integral: torque learnt from lasting resistance [N*m]
+        angle, target: values of the previous step [rad]
+        rate, target_rate: filtered rates [rad/s]
+        integral: integral part of the torque [N*m]
     """
 
     angle: Scalar
@@ -29,19 +29,19 @@ class AngleMemory(NamedTuple):
 
 @dataclass(frozen=True)
 class AngleControl:
-    """Proportional, integral and derivative action on an angle, with the target's rate and its damping ahead.
+    """PID control of an angle with feed-forward of the target rate.
 
-    Rates come from differences of the angles behind one low-pass for both. The integral rests while the torque is at
+    Rates are differences of the angles behind equal low-pass filters. The integral part stops while the torque is at
     its limit.
 
     Args:
         stiffness: torque per angle error
         damping: torque per rate error
-        integral: growth of torque per angle error
+        integral: rate of change of torque per angle error
         forward_damping: torque per rate of the target
-        torque_limit: of the request
-        rate_time: of the low-pass on the rates
-        step_time: between two decisions
+        torque_limit: limit of the request
+        rate_time: time constant of the low-pass filters
+        step_time: sampling interval
     """
 
     stiffness: Annotated[float, "N*m/rad", POSITIVE]
@@ -53,15 +53,15 @@ class AngleControl:
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
     def remembered(self) -> AngleMemory:
-        """At rest, straight ahead."""
+        """State at rest, straight ahead."""
         return AngleMemory(0.0, 0.0, 0.0, 0.0, 0.0)
 
     def decide(self, memory: AngleMemory, target: Scalar, angle: Scalar) -> tuple[AngleMemory, Scalar]:
-        """Requested torque [N*m], once a step.
+        """State after a step, and the requested torque [N*m].
 
         Args:
-            memory: of the step before
-            target: wanted angle [rad]
+            memory: state after the previous step
+            target: target angle [rad]
             angle: sensed angle [rad]
         """
         keep = exp(-self.step_time / self.rate_time)
@@ -78,15 +78,15 @@ class AngleControl:
 
 @dataclass(frozen=True)
 class SpeedControl:
-    """Planned acceleration ahead, proportional and integral action on the speed error; the memory is the integral.
+    """PI control of the speed with feed-forward of the planned acceleration; its state is the integral part.
 
-    The integral rests while the acceleration is at its limit.
+    The integral part stops while the acceleration is at its limit.
 
     Args:
         proportional: acceleration per speed error
-        integral: growth of acceleration per speed error
-        greatest_acceleration: asked for in either direction
-        step_time: between two decisions
+        integral: rate of change of acceleration per speed error
+        greatest_acceleration: limit of the request in either direction
+        step_time: sampling interval
     """
 
     proportional: Annotated[float, "1/s", POSITIVE] = 1.5
@@ -95,17 +95,17 @@ class SpeedControl:
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
     def remembered(self) -> float:
-        """Nothing learnt yet [m/s**2]."""
+        """Integral part before the first step [m/s**2]."""
         return 0.0
 
     def decide(self, memory: Scalar, target: Scalar, planned: Scalar, speed: Scalar) -> tuple[Scalar, Scalar]:
-        """Memory, and the acceleration that is asked for [m/s**2], once a step.
+        """Integral part after a step, and the requested acceleration [m/s**2].
 
         Args:
-            memory: of the step before
-            target: speed [m/s]
+            memory: integral part after the previous step
+            target: target speed [m/s]
             planned: acceleration of the target [m/s**2]
-            speed: sensed [m/s]
+            speed: sensed speed [m/s]
         """
         error = target - speed
         asked = planned + self.proportional * error + memory
@@ -115,14 +115,14 @@ class SpeedControl:
 
 @dataclass(frozen=True)
 class VariableRatio:
-    """Turn of the pinion per turn of the steering wheel: direct when parking, indirect at high speed.
+    """Gain of the steering over the speed: direct when parking, indirect at high speed.
 
     The gain falls from `standing` to `fast`, see `tierod.physics.gear.variable_gain`.
 
     Args:
-        standing: at rest; 1.45 makes a ratio of 15.5 into 10.7
-        fast: at very high speed; 0.78 makes it 20
-        middle_speed: where the gain is half way
+        standing: gain at rest; 1.45 turns a ratio of 15.5 into 10.7
+        fast: gain at very high speed; 0.78 turns it into 20
+        middle_speed: speed at which the gain is the mean of both
     """
 
     standing: Annotated[float, "", POSITIVE] = 1.45
@@ -136,13 +136,13 @@ class VariableRatio:
 
 @dataclass(frozen=True)
 class Feel:
-    """Torque of the feedback motor: a spring to the middle, damping, and a share of what the road actuator does.
+    """Torque of the feedback motor: a centring spring, damping, and a share of the road actuator's torque.
 
     Args:
         stiffness: torque per angle of the steering wheel
         damping: torque per rate of the steering wheel
-        load_share: torque at the steering wheel per torque of the road actuator's motor
-        torque_limit: of the request
+        load_share: torque at the steering wheel per shaft torque of the road actuator
+        torque_limit: limit of the request
     """
 
     stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 0.8
@@ -151,11 +151,11 @@ class Feel:
     torque_limit: Annotated[float, "N*m", POSITIVE] = 8.0
 
     def torque(self, angle: Scalar, rate: Scalar, actuator_torque: Scalar) -> Scalar:
-        """Request for the feedback motor [N*m], against the hands.
+        """Requested torque of the feedback motor, which opposes the hands [N*m].
 
         Args:
-            angle, rate: of the steering wheel [rad], [rad/s]
-            actuator_torque: of the road actuator at its shaft [N*m]
+            angle, rate: angle [rad] and rate [rad/s] of the steering wheel
+            actuator_torque: shaft torque of the road actuator [N*m]
         """
         wanted = -self.stiffness * angle - self.damping * rate - self.load_share * actuator_torque
         return limit(wanted, -self.torque_limit, self.torque_limit)

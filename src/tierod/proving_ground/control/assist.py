@@ -1,4 +1,4 @@
-"""The control unit of the assist motor."""
+"""Control unit of the assist motor."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tierod.physics.assist import active_return_share, active_return_torque, ass
 
 
 class AssistMemory(NamedTuple):
-    """State of the unit from step to step.
+    """State of the unit between two steps.
 
     Args:
-        driver_torque: of the step before [N*m]
-        filtered_torque: driver's torque behind the lead filter [N*m]
-        torque: requested, at the column [N*m]
+        driver_torque: torque of the previous step [N*m]
+        filtered_torque: driver torque behind the lead filter [N*m]
+        torque: requested torque at the column [N*m]
     """
 
     driver_torque: Scalar
@@ -35,7 +35,7 @@ class Characteristic:
     half_speed: Annotated[float, "m/s", POSITIVE] = 15.0
 
     def torque(self, driver_torque: Scalar, speed: Scalar, maximum: Scalar) -> Scalar:
-        """Assist at the column [N*m] for a driver's torque [N*m] and speed [m/s], below a limit [N*m]."""
+        """Assist at the column [N*m] for a driver torque [N*m] and a speed [m/s], up to a maximum [N*m]."""
         return assist_torque(
             driver_torque, speed, self.linear_gain, self.quadratic_gain, self.dead_band, self.half_speed, maximum
         )
@@ -43,14 +43,14 @@ class Characteristic:
 
 @dataclass(frozen=True)
 class ActiveReturn:
-    """Help for a released wheel on its way back, see `tierod.physics.assist`; at most 3 N*m as it stands.
+    """Torque that returns a released wheel to the centre, see `tierod.physics.assist`; at most 3 N*m with the defaults.
 
     Args:
-        rate_gain: wanted rate per angle
-        maximum_rate: limit of the wanted rate
+        rate_gain: target rate per angle
+        maximum_rate: limit of the target rate
         gain: torque per rate error
-        best_speed: at which all is given
-        fade_torque: driver torque at which a half is left
+        best_speed: speed of the full torque
+        fade_torque: driver torque at which half of the torque remains
     """
 
     rate_gain: Annotated[float, "1/s", NOT_NEGATIVE] = 1.5
@@ -67,24 +67,24 @@ class ActiveReturn:
 
 @dataclass(frozen=True)
 class AssistUnit:
-    """Assist by characteristic and speed, active return and damping; a control unit at the step of the car.
+    """Assist by characteristic and speed, active return and damping; a control unit sampled at the step of the car.
 
-    The driver's torque passes a lead filter, without which a high gain makes the loop of bar and motor unstable.
-    Return and damping act on the rate below the bar, which the unit works out from steering wheel and twist: on the
-    rate above the bar they would excite it.
+    The driver torque passes a lead filter, without which a high gain makes the loop of torsion bar and motor unstable.
+    Return and damping act on the rate below the torsion bar, which the unit computes from steering wheel and twist:
+    with the rate above the bar they would excite it.
 
     Args:
         characteristic: assist map
-        active_return: help on the way back
+        active_return: active return to the centre
         damping: torque per rate of the column at high speed
-        damping_speed: at which half of the damping is given
-        lead_time, lag_time: of the filter (1 + lead s) / (1 + lag s)
+        damping_speed: speed of half of the damping
+        lead_time, lag_time: time constants of the filter (1 + lead s) / (1 + lag s)
         maximum_torque: limit of the request, at the column
-        torque_rate: limit of the request's rate of change, at the column; with a tenth of it a wheel let go under full
-            assist would swing on and on
-        bar_stiffness: of the torsion bar, as the unit assumes
-        motor_ratio: turns of the motor per turn of the column, as the unit assumes
-        step_time: of the unit
+        torque_rate: limit of the request's rate of change, at the column; with a tenth of it, a wheel released under
+            full assist would keep oscillating
+        bar_stiffness: stiffness of the torsion bar in the unit's model
+        motor_ratio: turns of the motor per turn of the column in the unit's model
+        step_time: sampling interval of the unit
     """
 
     characteristic: Characteristic = field(default_factory=Characteristic)
@@ -100,19 +100,19 @@ class AssistUnit:
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
     def remembered(self) -> AssistMemory:
-        """At rest."""
+        """State at rest."""
         return AssistMemory(0.0, 0.0, 0.0)
 
     def decide(
         self, memory: AssistMemory, driver_torque: Scalar, speed: Scalar, angle: Scalar, rate: Scalar
     ) -> tuple[AssistMemory, Scalar]:
-        """Requested torque at the motor's shaft [N*m], once a step.
+        """State after a step, and the requested torque at the motor's shaft [N*m].
 
         Args:
-            memory: from the step before
-            driver_torque: in the torsion bar [N*m]
+            memory: state after the previous step
+            driver_torque: torque in the torsion bar [N*m]
             speed: forward speed [m/s]
-            angle, rate: of the steering wheel [rad], [rad/s]
+            angle, rate: angle [rad] and rate [rad/s] of the steering wheel
         """
         filtered = self._lead(memory, driver_torque)
         rate = rate - (driver_torque - memory.driver_torque) / (self.step_time * self.bar_stiffness)
@@ -125,7 +125,7 @@ class AssistUnit:
         return AssistMemory(driver_torque, filtered, torque), torque / self.motor_ratio
 
     def _lead(self, memory: AssistMemory, driver_torque: Scalar) -> Scalar:
-        """(1 + lead s) / (1 + lag s) by Tustin's rule."""
+        """Output of the lead filter (1 + lead s) / (1 + lag s), discretised by Tustin's rule."""
         step, lead, lag = self.step_time, 2.0 * self.lead_time, 2.0 * self.lag_time
         torque = (step + lead) * driver_torque + (step - lead) * memory.driver_torque
         return (torque + (lag - step) * memory.filtered_torque) / (step + lag)

@@ -1,4 +1,4 @@
-"""The automated driver: follows a path and keeps a speed by target angle, target torques, and sensed signals."""
+"""Automated driver, which follows a path and keeps a speed with target angle, target torques and sensed signals."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Targets(NamedTuple):
     """Targets of the automated driver.
 
     Args:
-        steering_wheel_angle: [rad]
-        speed: [m/s]
-        steering_torque_1, steering_torque_2: of both steering motors, at the column [N*m]
-        force: along the road [N]
-        drive_difference: torque of the right wheel less that of the left one [N*m]
+        steering_wheel_angle: target angle [rad]
+        speed: target speed [m/s]
+        steering_torque_1, steering_torque_2: torques of the steering motors, at the column [N*m]
+        force: force along the road [N]
+        drive_difference: torque of the right wheel minus that of the left one [N*m]
     """
 
     steering_wheel_angle: Scalar
@@ -42,7 +42,7 @@ class Targets(NamedTuple):
 
 
 class Command(NamedTuple):
-    """State of the automated driver: its controls, its last target angle [rad], and the time of the split [s]."""
+    """State of the automated driver: its controls, last target angle [rad], and time within the split period [s]."""
 
     angle: AngleMemory
     speed: Scalar
@@ -55,9 +55,9 @@ class Split:
     """Split of the steering torque between two motors.
 
     Args:
-        share: of the first motor, in the mean
-        swing: by which the share swings about its mean, so that a loss of one motor differs from that of the other
-        period: of the swing
+        share: mean share of the first motor
+        swing: amplitude of a square wave of the share, which makes the losses of the two motors distinguishable
+        period: period of the square wave
     """
 
     share: Annotated[float, "", SHARE] = 0.5
@@ -65,30 +65,31 @@ class Split:
     period: Annotated[float, "s", POSITIVE] = 0.24
 
     def first(self, time: Scalar) -> Scalar:
-        """Share of the first motor [-] at a time within the period [s]."""
+        """Share of the first motor at a time within the period [-]."""
         return self.share + where(time < 0.5 * self.period, self.swing, -self.swing)
 
 
 @dataclass(frozen=True)
 class AutomatedDriver:
-    """Pure pursuit with the path's curvature ahead, an angle control for two steering motors, and a speed control.
+    """Pure pursuit with preview of the path's curvature, angle control for two steering motors, and speed control.
 
-    Localisation (offset and course against the path) is exact; speed, yaw rate and steering-wheel angle are what
-    sensors say. The driver assumes numbers of its own for the car.
+    Localisation (offset and heading relative to the path) is exact; speed, yaw rate and steering-wheel angle come from
+    sensors. The driver's model of the car has its own parameters.
 
     Args:
-        mass, wheelbase, understeer_gradient, steering_ratio: assumed; the ratio is road wheel per steering wheel
-        anticipation: how far ahead in time the curvature is read: the lag of steering and tyres
-        preview_time: how far ahead the offset is judged
-        least_preview: distance below which the preview does not shrink
-        correction: share of pure pursuit's correction
+        mass, wheelbase, understeer_gradient, steering_ratio: parameters of the driver's model; the ratio is road wheel
+            per steering wheel
+        anticipation: preview time of the curvature, for the lag of steering and tyres
+        preview_time: preview time of the lateral offset
+        least_preview: minimum preview distance
+        correction: gain of the pure-pursuit correction
         yaw_feedback: road-wheel angle per error of the yaw rate
         target_rate: limit of the target angle's rate
-        angle_control: of the column
-        split: of its torque between the motors
-        drive_steering: drive torque difference per steering torque; above zero, the wheel motors help to steer
-        speed_control: of the car
-        step_time: between two decisions
+        angle_control: control of the column angle
+        split: split of the steering torque between the motors
+        drive_steering: drive torque difference per steering torque; above zero, the wheel motors support the steering
+        speed_control: control of the speed
+        step_time: sampling interval
     """
 
     mass: Annotated[float, "kg", POSITIVE] = 403.2
@@ -112,23 +113,23 @@ class AutomatedDriver:
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
     def init(self) -> tuple[()]:
-        """No muscles."""
+        """Empty state: no muscles."""
         return ()
 
     def remembered(self) -> tuple[()]:
-        """Localisation has no memory."""
+        """Empty memory: localisation has no delay."""
         return ()
 
     def decide(self, memory: tuple[()], seen: Seen, demand: Demand) -> tuple[tuple[()], Intent]:
-        """Nothing by hand or foot: see `command`."""
+        """No decision by hand or foot: see `command`."""
         return (), Intent(0.0, 0.0)
 
     def hand_torque(self, motion: tuple[()], hand: Hand, demand: Demand) -> Scalar:
-        """No hands; what a course adds by hand torque acts all the same [N*m]."""
+        """Only the torque that a course adds, since there are no hands [N*m]."""
         return demand.hand_torque
 
     def derivative(self, motion: tuple[()], intent: Intent, hand: Hand, demand: Demand) -> tuple[()]:
-        """No muscles."""
+        """Empty: no muscles."""
         return ()
 
     def reset(self) -> Command:
@@ -136,13 +137,13 @@ class AutomatedDriver:
         return Command(self.angle_control.remembered(), self.speed_control.remembered(), 0.0, 0.0)
 
     def command(self, memory: Command, seen: Seen, demand: Demand, sensed: Sensed) -> tuple[Command, Targets]:
-        """Once a step: all targets from sensed signals.
+        """Compute all targets from the sensed signals, once per step.
 
         Args:
-            memory: of the step before
-            seen: as localisation gives it, against the path
-            demand: of the course
-            sensed: through the ports of the car
+            memory: state after the previous step
+            seen: exact localisation relative to the path
+            demand: demand of the course
+            sensed: signals that have passed the ports of the car
         """
         most = self.target_rate * self.step_time
         target = limit(self._wanted_angle(seen, demand, sensed), memory.target - most, memory.target + most)
@@ -150,6 +151,7 @@ class AutomatedDriver:
         speed, acceleration = self.speed_control.decide(memory.speed, demand.speed, demand.acceleration, sensed.speed)
         first = self.split.first(memory.time) * torque
         time = memory.time + self.step_time
+        # The tolerance of half a step keeps rounding from lengthening a period by one step.
         time = where(time < self.split.period - 0.5 * self.step_time, time, 0.0)
         targets = Targets(
             target,
@@ -162,7 +164,7 @@ class AutomatedDriver:
         return Command(angle, speed, target, time), targets
 
     def _wanted_angle(self, seen: Seen, demand: Demand, sensed: Sensed) -> Scalar:
-        """Steering-wheel angle [rad] that follows the path."""
+        """Steering-wheel angle that follows the path [rad]."""
         reach = maximum(self.preview_time * sensed.speed, self.least_preview)
         ahead = seen.lateral_offset + self.preview_time * seen.offset_rate
         back = self.correction * demand.attention * pursuit_curvature(ahead, reach)

@@ -1,4 +1,4 @@
-"""Driver and assist unit as blocks of their own, for vehicles that are computed elsewhere."""
+"""Driver and assist unit as separate blocks, for vehicles that are computed elsewhere."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ class AssistInputs(NamedTuple):
 
 
 class AssistOutputs(NamedTuple):
-    """Motor command of an assist unit, at the motor's shaft."""
+    """Request of an assist unit, at the motor's shaft."""
 
     motor_target_torque: Annotated[Scalar, "N*m"]
 
 
 @dataclass(frozen=True)
 class AssistController:
-    """The assist unit of a car.
+    """Assist unit of a car as a block.
 
     Args:
-        unit: that decides, at its own step
+        unit: assist unit, with its own step
     """
 
     unit: AssistUnit = field(default_factory=AssistUnit)
@@ -42,17 +42,17 @@ class AssistController:
     Sample = AssistInputs
 
     def init(self) -> AssistMemory:
-        """At rest."""
+        """State at rest."""
         return self.unit.remembered()
 
     def step(self, state: AssistMemory, sample: AssistInputs) -> tuple[AssistMemory, AssistOutputs]:
-        """One decision."""
+        """One decision of the unit."""
         memory, torque = self.unit.decide(state, *sample)
         return memory, AssistOutputs(torque)
 
 
 class Sensed(NamedTuple):
-    """Inputs of a driver: motion of the vehicle, the road, and the feel of the steering wheel."""
+    """Inputs of a driver: motion of the vehicle, the road, and motion of the steering wheel."""
 
     vehicle_speed: Annotated[Scalar, "m/s"]
     lateral_speed: Annotated[Scalar, "m/s"]
@@ -64,15 +64,15 @@ class Sensed(NamedTuple):
 
 
 class Driven(NamedTuple):
-    """Outputs of a driver, and the vehicle's place on its path.
+    """Outputs of a driver, and position of the vehicle relative to its path.
 
     Args:
-        hand_torque: of the hands on the steering wheel
-        steering_wheel_angle: that the arms have reached, for vehicles whose wheel follows it
-        drive_force: asked for along the road; negative brakes
-        distance: along the path
-        lateral_offset: from the path, positive to its left
-        heading_error: against the path
+        hand_torque: torque of the hands on the steering wheel
+        steering_wheel_angle: angle of the arms, for vehicles whose wheel follows it
+        drive_force: requested force along the road, negative to brake
+        distance: distance along the path
+        lateral_offset: offset from the path, positive to its left
+        heading_error: heading relative to the path
     """
 
     hand_torque: Annotated[Scalar, "N*m"]
@@ -84,14 +84,14 @@ class Driven(NamedTuple):
 
 
 class DrivingMotion(NamedTuple):
-    """Driver's states that obey a differential equation: muscles, and the motion along the path."""
+    """Continuous states of a driver: muscles, and the motion along the path."""
 
     driver: Motion
     path: Path
 
 
 class DrivingState(NamedTuple):
-    """A driver between two steps."""
+    """State of a driver between two steps."""
 
     motion: DrivingMotion
     driver: Memory
@@ -99,11 +99,11 @@ class DrivingState(NamedTuple):
 
 @dataclass(frozen=True)
 class Driving:
-    """A driver on a path, of the motion of a vehicle that is computed elsewhere; see `Car` for the same with ours.
+    """Driver on a path, for a vehicle whose motion is computed elsewhere; see `Car` for the same with a virtual car.
 
     Args:
-        driver: whose hands and feet
-        step_time: between two decisions
+        driver: driver who steers and requests drive and brake forces
+        step_time: sampling interval
     """
 
     driver: Driver = field(default_factory=HumanDriver)
@@ -112,11 +112,11 @@ class Driving:
     Sample = Sensed
 
     def init(self) -> DrivingState:
-        """Muscles relaxed, on the path."""
+        """State with relaxed muscles, on the path."""
         return DrivingState(DrivingMotion(self.driver.init(), START), self.driver.remembered())
 
     def step(self, state: DrivingState, sample: Sensed) -> tuple[DrivingState, Driven]:
-        """One step on; the output belongs to the instant of the sample."""
+        """Advance by one step; the output belongs to the instant of the sample, before the step."""
         motion, hand = state.motion, Hand(sample.steering_wheel_angle, sample.steering_wheel_rate)
         reaction = _reaction(sample.vehicle_speed, sample.lateral_speed, sample.yaw_rate)
         seen = Seen(
@@ -139,7 +139,7 @@ class Driving:
 
 
 def _reaction(speed: Scalar, lateral_speed: Scalar, yaw_rate: Scalar) -> Reaction:
-    """A reaction of which only the motion over ground is known."""
+    """Reaction with the motion over ground only; all other fields are zero."""
     nothing: dict[str, Any] = dict.fromkeys(Reaction._fields, 0.0)
     wheels = Wheels(0.0, 0.0, 0.0, 0.0)
     known = {"speed": speed, "lateral_speed": lateral_speed, "yaw_rate": yaw_rate}

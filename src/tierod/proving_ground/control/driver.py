@@ -1,4 +1,4 @@
-"""The person who drives: follows a road with eyes, arms and a foot."""
+"""Model of a human driver, who follows a road with eyes, arms and a foot."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from tierod.physics.single_track import steady_road_wheel_angle
 from tierod.proving_ground.parts import Demand, Hand, Intent, Seen
 
 STANDING = 0.02
-"""Speed below which a car counts as standing [m/s]."""
+"""Speed below which a car is at standstill [m/s]."""
 
 
 class Foot(NamedTuple):
     """State of the foot, as accelerations [m/s**2].
 
     Args:
-        learnt: what gradients and drag have asked for
-        pressed: what is pressed now
-        resting: least braking of a halting car, which grows until it stands
+        learnt: integral part, which compensates gradients and drag
+        pressed: present pedal position
+        resting: minimum braking of a stopping car, which grows until standstill
     """
 
     learnt: Scalar
@@ -32,23 +32,23 @@ class Foot(NamedTuple):
 
 @dataclass(frozen=True)
 class Pedals:
-    """Keeps a target speed: its planned acceleration ahead, proportional and integral action on the speed error.
+    """Speed controller with feed-forward of the planned acceleration and PI action on the speed error.
 
-    With the defaults the closed loop has both poles near -0.5 1/s. The slower the car, the lighter the foot brakes: a
-    stop is eased, since the tyres throw a car back that is stopped at once. Where the target is zero and the car has
-    almost stopped, the foot rests on the brake until the target rises.
+    With the defaults both poles of the closed loop are near -0.5 1/s. Braking is reduced at walking pace, because an
+    abrupt stop makes the tyres push the car back. When the target is zero and the car has almost stopped, the foot
+    rests on the brake until the target rises.
 
     Args:
         proportional: acceleration per speed error
-        integral: growth of acceleration per speed error
-        learnt_limit: of what the integral can reach: a gradient of 20 %, drag at high speed
-        foot_time: lag of the foot
-        strongest_acceleration, strongest_braking: what is asked for at the most
-        easing_speed: below it braking becomes the lighter
-        last_share: of the braking that is left at the end of a stop
-        holding: deceleration that would result from the brake's force at rest
-        resting_speed: below it, the target at zero, the foot comes to rest on the brake
-        resting_rate: at which its weight grows while the car still rolls
+        integral: rate of change of acceleration per speed error
+        learnt_limit: limit of the integral part, for a gradient of 20 % and drag at high speed
+        foot_time: time constant of the foot
+        strongest_acceleration, strongest_braking: limits of the request
+        easing_speed: speed below which braking is reduced
+        last_share: share of the braking that remains at standstill
+        holding: deceleration that corresponds to the brake force at standstill
+        resting_speed: speed below which the foot rests on the brake, if the target is zero
+        resting_rate: growth of the resting brake force while the car still rolls
     """
 
     proportional: Annotated[float, "1/s", POSITIVE] = 1.0
@@ -64,20 +64,20 @@ class Pedals:
     resting_rate: Annotated[float, "m/s**3", POSITIVE] = 3.0
 
     def remembered(self) -> Foot:
-        """At ease."""
+        """State of a relaxed foot."""
         return Foot(0.0, 0.0, 0.0)
 
     def press(
         self, foot: Foot, speed: Scalar, wanted_speed: Scalar, planned: Scalar, step: Scalar
     ) -> tuple[Foot, Scalar]:
-        """Once a step: the foot afterwards, and the acceleration [m/s**2] that it commands.
+        """State of the foot after a step, and the acceleration that it commands [m/s**2].
 
         Args:
-            foot: before
+            foot: state before the step
             speed: forward speed [m/s]
             wanted_speed: target [m/s]
             planned: acceleration of the target [m/s**2]
-            step: [s]
+            step: sampling interval [s]
         """
         error = wanted_speed - speed
         asked = self._eased(planned + self.proportional * error, speed) + foot.learnt
@@ -85,24 +85,25 @@ class Pedals:
         halting = both(wanted_speed < 0.5 * self.resting_speed, speed < self.resting_speed)
         resting = where(halting, self._resting(foot, speed, step), 0.0)
         wanted = where(halting, minimum(wanted, -resting), wanted)
+        # Anti-windup: the integral stops at the limits of the request, and near standstill.
         learning = where(both(wanted == asked, speed >= self.resting_speed), self.integral * error, 0.0)
         learnt = limit(foot.learnt + step * learning, -self.learnt_limit, self.learnt_limit)
         pressed = foot.pressed + step / self.foot_time * (wanted - foot.pressed)
         return Foot(learnt, pressed, resting), pressed
 
     def _eased(self, acceleration: Scalar, speed: Scalar) -> Scalar:
-        """Braking at walking pace becomes lighter; anything else stays [m/s**2]."""
+        """Acceleration with braking reduced at walking pace [m/s**2]."""
         share = self.last_share + (1.0 - self.last_share) * limit(speed / self.easing_speed, 0.0, 1.0)
         return where(acceleration < 0.0, share * acceleration, acceleration)
 
     def _resting(self, foot: Foot, speed: Scalar, step: Scalar) -> Scalar:
-        """Weight of the foot on the brake [m/s**2]: all of it at rest, growing until then."""
+        """Brake force of the resting foot [m/s**2]: the whole at standstill, growing until then."""
         growing = minimum(foot.resting + step * self.resting_rate, self.holding)
         return where(speed < STANDING, self.holding, growing)
 
 
 class Muscles(NamedTuple):
-    """State of the arms' differential equations: angle of the muscles, its rate, and patience [rad], ..."""
+    """State of the arms: angle [rad] and rate [rad/s] of the muscles, and integral of the angle error [rad]."""
 
     angle: Scalar
     rate: Scalar
@@ -110,7 +111,7 @@ class Muscles(NamedTuple):
 
 
 class Mind(NamedTuple):
-    """State of a driver: offsets not yet reacted to, curvature that is being steered, and the foot."""
+    """Memory of a driver: offsets within the reaction delay, filtered curvature of the path, and the foot."""
 
     offset_ahead: Ring
     curvature: Scalar
@@ -119,32 +120,33 @@ class Mind(NamedTuple):
 
 @dataclass(frozen=True)
 class HumanDriver:
-    """A person who previews the road's curvature, corrects the offset after a delay, and steers with arms.
+    """Driver who previews the road's curvature, corrects the lateral offset after a delay, and steers with the arms.
 
-    The arms are a spring and damper that pull the wheel towards an angle the muscles have reached; the muscles follow
-    the wanted angle with a lag of second order, critically damped. After Pick and Cole, Vehicle System Dynamics 46
-    (2008). The person assumes four numbers of their own for a car, which need not be those of the car.
+    The arms are a spring and damper that pull the wheel towards the angle of the muscles; the muscles follow the target
+    angle with a critically damped second-order lag. After Pick and Cole, Vehicle System Dynamics 46 (2008). The
+    driver's internal model of the car has its own parameters, which may differ from the true ones.
 
     Args:
-        mass: assumed, of the car
-        wheelbase: assumed
-        understeer_gradient: assumed, extra road-wheel angle per lateral acceleration
-        rear_distance: assumed, from the centre of gravity to the rear axle; a car's middle turns in before its rear
-        steering_ratio: assumed, road-wheel angle per steering-wheel angle
+        mass: mass in the driver's model
+        wheelbase: wheelbase in the driver's model
+        understeer_gradient: understeer gradient in the driver's model
+        rear_distance: distance from the centre of gravity to the rear axle in the driver's model; the curvature is
+            filtered over it, since the centre of gravity turns in before the rear axle
+        steering_ratio: road-wheel angle per steering-wheel angle in the driver's model
         arm_stiffness: torque per angle between muscles and wheel
         arm_damping: torque per rate between muscles and wheel
-        muscle_time: time constant of the muscles, twice in a row
-        torque_limit: what the person can or will apply
-        preview_time: how far ahead the offset from the road is judged
-        anticipation: how early the road's curvature is steered, makes up for muscles and vehicle
-        correction: share of the offset correction that the person makes with full attention
-        greatest_offset: an offset beyond it is corrected no faster
-        expected_effort: assumed torque at the steering wheel per lateral acceleration, which the arms press in advance
-        persistence: integral gain on the remaining angle error, for a person who has to reach an angle (no attention to
-            a lane, hands on the wheel)
-        slowest_correction: speed below which the offset is corrected the less, not at all at rest
-        pedals: speed keeping
-        step_time: between two decisions
+        muscle_time: time constant of each of the muscles' two lags
+        torque_limit: maximum torque of the arms
+        preview_time: preview time of the lateral offset
+        anticipation: preview time of the curvature, which compensates muscles and vehicle
+        correction: gain of the offset correction at full attention
+        greatest_offset: limit of the lateral offset in the correction
+        expected_effort: expected steering-wheel torque per lateral acceleration, which the arms apply in advance
+        persistence: integral gain on the angle error, for a driver who has to reach an angle (no attention to a lane,
+            hands on the wheel)
+        slowest_correction: speed below which the offset correction is reduced, to none at standstill
+        pedals: speed controller
+        step_time: sampling interval
         delay_steps: reaction delay of the correction, in steps
     """
 
@@ -169,20 +171,20 @@ class HumanDriver:
     delay_steps: int = 150
 
     def init(self) -> Muscles:
-        """Muscles relaxed, straight ahead."""
+        """State of relaxed muscles, straight ahead."""
         return Muscles(0.0, 0.0, 0.0)
 
     def remembered(self) -> Mind:
-        """Nothing seen yet."""
+        """Memory before the first step."""
         return Mind(Ring(self.delay_steps), 0.0, self.pedals.remembered())
 
     def decide(self, memory: Mind, seen: Seen, demand: Demand) -> tuple[Mind, Intent]:
-        """Once a step: judge what is seen, after the reaction time.
+        """Decide once per step, on the lateral offset seen one reaction delay earlier.
 
         Args:
-            memory: of the step before
-            seen: at this instant
-            demand: of the course
+            memory: memory of the previous step
+            seen: inputs at this instant
+            demand: demand of the course
         """
         foot, acceleration = self.pedals.press(
             memory.foot, seen.speed, demand.speed, demand.acceleration, self.step_time
@@ -200,7 +202,7 @@ class HumanDriver:
         return Mind(noticed, ahead, foot), Intent(wanted, self.mass * acceleration)
 
     def _correcting(self, offset_ahead: Scalar, speed: Scalar) -> Scalar:
-        """Curvature [1/m] that would lead back to the path over the preview distance."""
+        """Curvature that would lead back to the path over the preview distance [1/m]."""
         reach = self.preview_time * maximum(speed, self.slowest_correction)
         return self.correction * pursuit_curvature(offset_ahead, reach)
 
@@ -208,21 +210,21 @@ class HumanDriver:
         """Torque of the hands on the steering wheel [N*m].
 
         Args:
-            motion: of the muscles
+            motion: state of the muscles
             hand: angle and rate of the steering wheel
-            demand: of the course: grip, and torque added to that of the arms
+            demand: demand of the course: grip, and torque added to that of the arms
         """
         arms = self.arm_stiffness * (motion.angle - hand.angle) + self.arm_damping * (motion.rate - hand.rate)
         return limit(demand.grip * arms, -self.torque_limit, self.torque_limit) + demand.hand_torque
 
     def derivative(self, motion: Muscles, intent: Intent, hand: Hand, demand: Demand) -> Muscles:
-        """Rate of change of the muscles and of the persistent angle.
+        """Rate of change of the muscles and of the integral part.
 
         Args:
-            motion: of the muscles
-            intent: from `decide`
+            motion: state of the muscles
+            intent: decision from `decide`
             hand: angle and rate of the steering wheel
-            demand: of the course: grip and attention
+            demand: demand of the course: grip and attention
         """
         wanted, lag = intent.steering_wheel_angle + motion.persistent_angle, self.muscle_time
         open_loop = demand.grip * (1.0 - demand.attention)

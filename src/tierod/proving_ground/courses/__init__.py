@@ -1,4 +1,4 @@
-"""Courses: what is asked of a virtual car and its driver, and the road and air around them.
+"""Courses: demands on a virtual car and its driver over time or distance, with road and wind.
 
 course = load("city")
 course = replace(course, seed=3, time=600.0)

@@ -1,4 +1,4 @@
-"""Common part of the kinds of courses: over a way, or over time."""
+"""Base classes of the courses: along a way, or over time."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from tierod.proving_ground.courses.course import Columns, Grid, Start, combine
 from tierod.proving_ground.courses.way import TICK, Pace, Plan, Way
 
 TOLERATED_LAG = 3.0
-"""A car may be so far [m] behind or ahead of its plan before it is hurried or held back."""
+"""Dead band of the distance from the plan within which the target speed is not corrected [m]."""
 HASTE = 1.05
-"""A car behind its plan may drive so much faster than the way allows."""
+"""Factor by which a car behind its plan may exceed the speed that the way allows."""
 _CONDITIONS, WAY = 1, 2
 
 
 def require_rise(first_speed: float, last_speed: float) -> None:
-    """Refuse speeds [m/s] of a test that do not rise.
+    """Reject a test whose speed [m/s] does not rise.
 
     Raises:
-        ParameterError: the last one is not above the first one
+        ParameterError: the last speed is not above the first one
     """
     if not first_speed < last_speed:
         raise ParameterError(
@@ -34,7 +34,7 @@ def require_rise(first_speed: float, last_speed: float) -> None:
 
 
 def require_some(what: str, count: int) -> None:
-    """Refuse a test of nothing.
+    """Reject a test with a count below one.
 
     Raises:
         ParameterError: the count is not positive
@@ -48,11 +48,11 @@ class Described:
     """Fields of every course.
 
     Args:
-        name: for messages and provenance
+        name: name for messages and provenance
         description: one sentence
-        source: where it comes from
-        seed: of all that is left to chance
-        conditions: road, air and hands
+        source: origin of the course
+        seed: seed of all random numbers
+        conditions: further influences of road, wind and hands
     """
 
     name: str = ""
@@ -62,11 +62,11 @@ class Described:
     conditions: tuple[AnyCondition, ...] = ()
 
     def generator(self, *stream: int) -> np.random.Generator:
-        """A source of chance of its own for every purpose."""
+        """Random generator of one purpose, independent of all others."""
         return np.random.default_rng([self.seed, *stream])
 
     def __getstate__(self) -> dict[str, Any]:
-        """The fields alone: what was worked out from them is worked out again where a course is sent."""
+        """The fields only: cached results are computed again after unpickling."""
         return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @cached_property
@@ -81,28 +81,28 @@ class Described:
 
 @dataclass(frozen=True)
 class WayCourse(Described):
-    """Base of the courses that lead along a way in a lane; a kind of course gives its `way`.
+    """Base class of the courses along a way in a lane; each kind of course defines its `way`.
 
-    The speed is planned over time, so that halts end; a car that falls behind catches up, but never takes a bend
-    faster than the way allows.
+    The speed is planned over time, so that halts end. A car that falls behind the plan catches up, but exceeds the
+    speed that the way allows by no more than `HASTE`.
 
     Args:
-        pace: how the driver takes it
+        pace: pace of the driver
     """
 
     pace: Pace = field(default_factory=Pace)
 
     catching_up: ClassVar[float] = 0.2
-    """Speed per distance behind plan beyond what is tolerated [1/s]."""
+    """Correction of the target speed per distance from the plan beyond the dead band [1/s]."""
 
     @cached_property
     def way(self) -> Way:
-        """The road, and where it stops."""
+        """The road and its stops."""
         raise NotImplementedError
 
     @cached_property
     def plan(self) -> Plan:
-        """Plan of the car's place over time."""
+        """Planned distance of the car over time."""
         return self.pace.plan(self.way)
 
     @property
@@ -112,13 +112,14 @@ class WayCourse(Described):
 
     @property
     def start(self) -> Start:
-        """At the speed that the way begins with."""
+        """Start at the initial speed of the plan."""
         return Start(speed=max(float(self.plan.speed[0]), 0.0))
 
     @cached_property
     def _road(self) -> Grid:
         way = self.way
         allowed = self.pace.fastest(way, stopping=False)
+        # Acceleration at a speed that is given over distance: v dv/ds.
         rise = np.gradient(0.5 * allowed**2, way.step)
         return Grid(way.step, {"road.curvature": way.curvature, **way.slopes, "allowed": allowed, "rise": rise})
 
@@ -146,7 +147,7 @@ class WayCourse(Described):
 
 @dataclass(frozen=True)
 class TimeCourse(Described):
-    """Base of the open-loop courses without a lane; a kind of course gives `speed_at` and `angle_at`."""
+    """Base class of the open-loop courses without a lane; each kind of course defines `speed_at` and `angle_at`."""
 
     @property
     def duration(self) -> float:
@@ -155,15 +156,15 @@ class TimeCourse(Described):
 
     @property
     def start(self) -> Start:
-        """At the speed of the first instant, straight ahead."""
+        """Start at the speed of the first instant, straight ahead."""
         return Start(float(self.speed_at(np.zeros(1))[0][0]))
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Wanted speed [m/s] and acceleration [m/s**2] at some instants."""
+        """Target speed [m/s] and acceleration [m/s**2] at some instants."""
         raise NotImplementedError
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """Wanted steering-wheel angle [rad] at some instants."""
+        """Target steering-wheel angle at some instants [rad]."""
         raise NotImplementedError
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:

@@ -1,4 +1,4 @@
-"""Tests on benches for steering columns and motors: torques of motor and hands over time, no road."""
+"""Tests on benches for steering columns and motors: torques of motor and hands over time, without a road."""
 
 from __future__ import annotations
 
@@ -16,18 +16,20 @@ from tierod.proving_ground.courses.conditions import Acting, Tremor
 from tierod.proving_ground.courses.course import Columns, Repeated, Start, smooth_noise
 
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+"""Golden ratio: phases of this ratio times the squared number of a sine keep the peak of a multisine low."""
 
 
 @dataclass(frozen=True)
 class BenchTorque(Described):
-    """Base of the tests in which the motor alone drives; a kind of test gives its `torque_at`.
+    """Base class of the tests that are driven by the motor alone; each kind of test defines its `torque_at`.
 
     Args:
-        amplitude: of the motor's torque at its shaft
-        settle: at rest before the test
-        time: of the whole
-        wheel: locked, free, or held by hands without stiffness, which a motor alone ignores
-        gear_torque: constant, on the output of the gear, as from a road; of a column alone
+        amplitude: amplitude of the motor torque at its shaft
+        settle: time at rest before the test
+        time: duration of the whole course
+        wheel: locked, free, or held by hands without stiffness; for a motor bench, `locked` locks the shaft, and `held`
+            is not possible
+        gear_torque: constant torque on the output of the gear, as from a road; for column benches only
     """
 
     amplitude: Annotated[float, "N*m", NOT_NEGATIVE] = 0.3
@@ -49,11 +51,11 @@ class BenchTorque(Described):
 
     @property
     def start(self) -> Start:
-        """At rest."""
+        """Start at rest."""
         return Start()
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Torque of the motor [N m], at times since the settling [s]."""
+        """Torque of the motor at times since the settling [N*m]."""
         raise NotImplementedError
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
@@ -73,10 +75,10 @@ class BenchTorque(Described):
 
 @dataclass(frozen=True)
 class BenchSweep(BenchTorque):
-    """The motor sweeps through frequencies; a longer run sweeps more slowly.
+    """Sine sweep of the motor torque; a longer run sweeps more slowly.
 
     Args:
-        lowest, highest: frequencies; every octave takes the same time
+        lowest, highest: first and last frequency; every octave takes the same time
     """
 
     lowest: Annotated[float, "Hz", POSITIVE] = 0.2
@@ -90,7 +92,7 @@ class BenchSweep(BenchTorque):
             )
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """A sine of rising frequency."""
+        """Sine of rising frequency."""
         pace = math.log2(self.highest / self.lowest) / (self.time - self.settle)
         cycles = self.lowest * np.expm1(math.log(2.0) * pace * since) / (math.log(2.0) * pace)
         return self.amplitude * np.sin(2.0 * math.pi * cycles)
@@ -98,44 +100,44 @@ class BenchSweep(BenchTorque):
 
 @dataclass(frozen=True)
 class BenchRamps(BenchTorque):
-    """Slow ramps of the motor's torque to and fro, from small ones on: friction builds up, slides, and turns back.
+    """Slow triangular ramps of the motor torque with growing amplitude: friction builds up, slides and reverses.
 
     Args:
-        period: of a ramp to and fro
-        first: share of the amplitude that the first ramps have
+        period: period of the triangle
+        first: share of the amplitude at the start
     """
 
     period: Annotated[float, "s", POSITIVE] = 4.0
     first: Annotated[float, "", SHARE] = 0.5
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """A triangle that grows."""
+        """Triangle of growing amplitude."""
         triangle = 2.0 / math.pi * np.arcsin(np.sin(2.0 * math.pi * since / self.period))
         return self.amplitude * triangle * (self.first + (1.0 - self.first) * since / (self.time - self.settle))
 
 
 @dataclass(frozen=True)
 class BenchSteps(BenchTorque):
-    """Steps of the motor's torque between left, nothing and right.
+    """Steps of the motor torque between left, zero and right.
 
     Args:
-        hold: of each level
+        hold: duration of each level
     """
 
     hold: Annotated[float, "s", POSITIVE] = 0.5
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Left, nothing, right, nothing, and so on."""
+        """Left, zero, right, zero, and so on."""
         return np.asarray(self.amplitude * np.array([1.0, 0.0, -1.0, 0.0])[np.floor(since / self.hold).astype(int) % 4])
 
 
 @dataclass(frozen=True)
 class BenchMultisine(BenchTorque):
-    """Sines of one size at frequencies of one ratio to the next, with phases that keep their sum low.
+    """Multisine of equal amplitudes at geometrically spaced frequencies, with phases for a low peak.
 
     Args:
-        lowest, highest: frequencies
-        count: of the sines
+        lowest, highest: first and last frequency
+        count: number of sines
     """
 
     lowest: Annotated[float, "Hz", POSITIVE] = 0.25
@@ -143,7 +145,7 @@ class BenchMultisine(BenchTorque):
     count: Annotated[int, "", COUNT] = 16
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Sum of the sines, of the power of one sine of the amplitude; its peak is about three times its mean size."""
+        """Multisine with the power of one sine of the amplitude; by default, its peak is 3.5 times its RMS value."""
         number = np.arange(self.count)
         frequency = np.geomspace(self.lowest, self.highest, self.count)
         phase = 2.0 * math.pi * _GOLDEN * number**2
@@ -152,25 +154,26 @@ class BenchMultisine(BenchTorque):
 
 
 STRETCH = (20.0, 60.0)
-"""Shortest and longest time for which the motor does the same [s]."""
+"""Minimum and maximum time for which the motor repeats the same action [s]."""
 _EPISODES, _TORQUE, _STRETCHES, _LANE = 10, 11, 12, 13
 
 
 @dataclass(frozen=True)
 class BenchHands(Described):
-    """Hands on and off at random times, light and firm, with a torque that wanders; the motor of the bench works on.
+    """Hands on and off at random times, with light or firm grip and a random torque, while the motor works.
 
-    The motor does one of three things in turn: nothing, small wandering torques as of a lane keeping aid, sines.
+    The motor alternates between three actions: no torque, small random torques as of a lane keeping assistant, and
+    sines.
 
     Args:
-        time: of the whole
-        shortest, longest: time for which hands stay on, or off; every ratio of times is as likely as any other
-        lightest, firmest: standard deviation of the hands' torque of one hold, likewise
-        quickest, slowest: between two values of that torque
-        tremor: standard deviation of their trembling, near 9 Hz
-        ramp: within which a grip takes hold, and lets go
+        time: duration of the whole course
+        shortest, longest: range of the times with hands on, or off; log-uniform
+        lightest, firmest: range of the standard deviation of the hand torque of one hold; log-uniform
+        quickest, slowest: range of the knots' spacing of this torque
+        tremor: standard deviation of the hands' tremor, near 9 Hz
+        ramp: time in which a grip builds up, and fades
         lane_torque: standard deviation of the motor's small torques, at its shaft
-        sweep_torque: greatest amplitude of its sines, 0.2 to 3 Hz
+        sweep_torque: maximum amplitude of the motor's sines, 0.2 to 3 Hz
     """
 
     time: Annotated[float, "s", POSITIVE] = 600.0
@@ -204,17 +207,17 @@ class BenchHands(Described):
 
     @property
     def start(self) -> Start:
-        """At rest."""
+        """Start at rest."""
         return Start()
 
     @cached_property
     def switches(self) -> np.ndarray:
-        """Times at which hands come (even places) and leave (odd places) [s]; off at first."""
+        """Times at which hands arrive (even indices) and leave (odd indices) [s]; initially off."""
         return np.cumsum(_drawn(self.generator(_EPISODES), self.shortest, self.longest, self.time))
 
     @cached_property
     def firmness(self) -> np.ndarray:
-        """Standard deviation of the torque [N*m] and grip of every hold, (n, 2)."""
+        """Standard deviation of the torque [N*m], and grip [-], of every hold, (n, 2)."""
         draw, count = self.generator(_TORQUE), len(self.switches) // 2 + 1
         torque = self.lightest * (self.firmest / max(self.lightest, 1e-12)) ** draw.random(count)
         return np.column_stack([torque, draw.uniform(0.5, 1.0, count)])
@@ -234,7 +237,7 @@ class BenchHands(Described):
 
     @cached_property
     def _stretches(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Start of every stretch of the motor [s], what it does, and torque and frequency of its sines."""
+        """Start of every stretch [s], action of the motor, and relative amplitude and frequency [Hz] of its sines."""
         draw = self.generator(_STRETCHES)
         starts = np.concatenate([[0.0], np.cumsum(_drawn(draw, *STRETCH, self.time))])
         kind = draw.permuted(np.tile([0, 1, 2], (len(starts) // 3 + 1, 1)), axis=1).ravel()[: len(starts)]
@@ -254,7 +257,7 @@ class BenchHands(Described):
         return self._with_conditions(columns, time, distance)
 
     def held(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Share to which hands are on the wheel, 0 to 1, and the number of the hold, at some instants [s]."""
+        """Share of the hands' grip, 0 to 1, and number of the hold, at some instants [s]."""
         place = np.searchsorted(self.switches, time, side="right")
         since = time - self.switches[np.maximum(place - 1, 0)]
         faded = np.clip(since / self.ramp, 0.0, 1.0)
@@ -274,7 +277,7 @@ class BenchHands(Described):
 
 
 def _drawn(generator: np.random.Generator, shortest: float, longest: float, time: float) -> np.ndarray:
-    """Times [s] between two bounds, every ratio as likely as any other, until they fill the whole."""
+    """Log-uniform random durations between two bounds, as many as fill a time [s]."""
     count = int(time / shortest) + 2
     drawn = shortest * (longest / shortest) ** generator.random(count)
     return drawn[: int(np.searchsorted(np.cumsum(drawn), time)) + 1]

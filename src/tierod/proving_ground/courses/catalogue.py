@@ -1,4 +1,4 @@
-"""The courses that are shipped, and those in files of one's own."""
+"""Courses that tierod ships, and courses from a user's files."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ AnyCourse = (
     | TimeTable
     | WayTable
 )
-"""Every kind of course; in TOML the key `kind` names one: "steady-circle"."""
+"""Union of all kinds of courses; in TOML the key `kind` selects one: "steady-circle"."""
 
 
 def shipped() -> tuple[str, ...]:
-    """Names of the courses that are shipped."""
+    """Names of the courses that tierod ships."""
     return tuple(sorted(_data()))
 
 
@@ -57,7 +57,7 @@ def described(name: str) -> str:
     """Description of a shipped course, in one sentence.
 
     Raises:
-        ParameterError: there is no course of this name; the nearest are named
+        ParameterError: no such course; the message contains the nearest names
     """
     return load(name).description
 
@@ -66,17 +66,17 @@ def load(name: str | Path) -> AnyCourse:
     """A course, from its name or from a TOML or CSV file.
 
     Args:
-        name: of a shipped course, or the path of a file
+        name: name of a shipped course, or path of a file
 
     Raises:
-        ParameterError: there is none, or what it says is wrong; with file, line and nearest name
+        ParameterError: no such course, or an invalid file; with file, line and nearest name
     """
     path = find(name)
     return _from_table(path) if path.suffix.lower() == ".csv" else from_document(Document.read(path, "course"))
 
 
 def find(name: str | Path) -> Path:
-    """The file of a course; arguments and errors as of `load`, but it need not exist."""
+    """Path of a course's file, which need not exist; arguments and errors as in `load`."""
     known = _data()
     path = known.get(str(name)) or expanded(name)
     if path.suffix.lower() not in (".toml", ".csv"):
@@ -87,7 +87,7 @@ def find(name: str | Path) -> Path:
 
 
 def from_document(document: Document) -> AnyCourse:
-    """The course that a TOML document describes; its file names count from the document's folder."""
+    """The course of a TOML document; relative file names in it start at the document's folder."""
     table = dict(document.content)
     if isinstance(table.get("file"), str):
         table["file"] = str(document.path.parent / table["file"])

@@ -1,4 +1,4 @@
-"""Closed circuits put together from straights and bends, by hand or drawn at random."""
+"""Closed circuits of straights and bends, given or drawn at random."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Straight:
     """A straight section.
 
     Args:
-        length: of its axis
-        speed: limit on it
+        length: length of its axis
+        speed: speed limit
     """
 
     length: Annotated[float, "m", POSITIVE]
@@ -32,7 +32,7 @@ class Straight:
 
     @property
     def curvature(self) -> float:
-        """None [1/m]."""
+        """Curvature of the axis [1/m]."""
         return 0.0
 
 
@@ -41,9 +41,9 @@ class Bend:
     """A circular section.
 
     Args:
-        radius: of its axis
+        radius: radius of its axis
         turn: change of heading, positive to the left
-        speed: limit on it
+        speed: speed limit
     """
 
     radius: Annotated[float, "m", POSITIVE]
@@ -57,7 +57,7 @@ class Bend:
 
     @property
     def curvature(self) -> float:
-        """Positive to the left [1/m]."""
+        """Curvature of the axis, positive to the left [1/m]."""
         return math.copysign(1.0 / self.radius, self.turn)
 
 
@@ -66,8 +66,8 @@ class Halt:
     """A stop on the way.
 
     Args:
-        place: from the beginning of the lap
-        time: at rest
+        place: distance from the start of the lap
+        time: time at rest
     """
 
     place: Annotated[float, "m", POSITIVE]
@@ -76,15 +76,15 @@ class Halt:
 
 @dataclass(frozen=True)
 class Circuit(WayCourse):
-    """A closed circuit, driven round and round; the joints of its sections are clothoids.
+    """A closed circuit, driven lap after lap; its sections are joined by clothoids.
 
     Args:
-        sections: in order
-        transition: length over which the curvature passes from one section to the next
-        time: how long it is driven
-        speed: limit where no section sets a lower one
+        sections: sections in order
+        transition: length of the transition of the curvature from one section to the next
+        time: duration of driving
+        speed: speed limit where no section has a lower one
         lateral_acceleration: limit in bends
-        wait: at rest before the start
+        wait: time at rest before the start
         halts: stops of every lap, in order
     """
 
@@ -117,7 +117,7 @@ class Circuit(WayCourse):
 
     @cached_property
     def lap(self) -> tuple[np.ndarray, np.ndarray]:
-        """Curvature [1/m] and limit of the speed [m/s] of one lap, on equal steps that fit into it."""
+        """Curvature [1/m] and speed limit [m/s] of one lap, on a whole number of equal steps."""
         count = math.ceil(self.length / STEP)
         place = np.arange(count) * self.length / count
         ends = np.cumsum([section.length for section in self.sections])
@@ -126,7 +126,7 @@ class Circuit(WayCourse):
         return self._smoothed(place, corners, headings), self._limits(place, ends)
 
     def _smoothed(self, place: np.ndarray, corners: np.ndarray, headings: np.ndarray) -> np.ndarray:
-        """Mean curvature over the transition's length, whose integral is exactly that of the sections."""
+        """Moving average of the curvature over the transition, whose integral equals that of the sections exactly."""
 
         def heading(where: np.ndarray) -> np.ndarray:
             laps = np.floor(where / self.length)
@@ -141,7 +141,7 @@ class Circuit(WayCourse):
 
     @cached_property
     def way(self) -> Way:
-        """Way with as many laps as the time may need."""
+        """Way with as many laps as the time may require."""
         curvature, limit = self.lap
         step = self.length / len(curvature)
         laps = math.ceil(self.time * float(np.max(limit)) / self.length) + 1
@@ -153,17 +153,17 @@ class Circuit(WayCourse):
 
 @dataclass(frozen=True)
 class DrawnRound(Described):
-    """A round that the seed draws, with its slopes, its wind and its pace, driven lap after lap.
+    """A random circuit, with slopes, wind and pace, driven lap after lap.
 
     Args:
-        time: how long it is driven
+        time: duration of driving
     """
 
     time: Annotated[float, "s", POSITIVE] = 600.0
 
     @cached_property
     def circuit(self) -> Circuit:
-        """The round that the seed gives."""
+        """The circuit that the seed defines."""
         way = drawn(self.seed)
         conditions = (*way.conditions, *weather(self.seed, way.length))
         return replace(way, time=self.time, seed=self.seed, conditions=conditions)
@@ -175,7 +175,7 @@ class DrawnRound(Described):
 
     @property
     def start(self) -> Start:
-        """At rest."""
+        """Start at rest."""
         return self.circuit.start
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
@@ -184,13 +184,14 @@ class DrawnRound(Described):
 
 
 def drawn(number: int) -> Circuit:
-    """A round drawn at random: bends of 6.5 to 25 m radius, more of them to the left, at up to 9 to 14 m/s.
+    """A random circuit: bends of 6.5 to 25 m radius, most of them to the left, and speed limits of 9 to 14 m/s.
 
-    Some have a wet patch, some two halts.
+    Some circuits have a wet patch, some two halts.
 
     Args:
-        number: of the round; the same number gives the same round to the bit
+        number: number of the circuit; the same number gives exactly the same circuit
     """
+    # The second number separates this random stream from that of `weather`.
     chance = np.random.default_rng([number, 612])
     sections: list[Straight | Bend] = []
     for _ in range(12):
@@ -220,11 +221,11 @@ def drawn(number: int) -> Circuit:
 
 
 def weather(seed: int, length: float) -> tuple[AnyCondition, ...]:
-    """A slope on a part of a round, an uneven road, and a light wind.
+    """A slope on a part of a circuit, an uneven road, and a light wind.
 
     Args:
-        seed: of all of it
-        length: of the round [m]
+        seed: seed of all random numbers
+        length: length of the circuit [m]
     """
     chance = np.random.default_rng([seed, 613])
     start, extent = chance.uniform(0.1, 0.5) * length, chance.uniform(0.2, 0.4) * length

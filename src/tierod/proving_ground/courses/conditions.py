@@ -1,4 +1,4 @@
-"""Conditions that act on a car and its driver on any course, and when or where: road, air, hands."""
+"""Conditions that act on a car and its driver on any course, with their time or place: road, wind, hands."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from tierod.proving_ground.courses.course import Columns, Repeated, smooth_noise
 
 @dataclass(frozen=True)
 class During:
-    """Condition from one instant to another, fading in and out smoothly; the whole drive by default.
+    """Time window of a condition, with smooth fading; the whole drive by default.
 
     Args:
-        start, end: of the whole, fading included
-        ramp: how long it takes to fade in, and out
-        every: period after which it comes again
+        start, end: limits of the window, including the fading
+        ramp: duration of the fading at either end
+        every: period of repetition
     """
 
     start: Annotated[float, "s", ANY] = -math.inf
@@ -33,18 +33,18 @@ class During:
         _in_order(self.start, self.end, "s")
 
     def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
-        """Share of the condition that holds, 0 to 1; one number where it is always so, None where it does not hold."""
+        """Share of the condition, 0 to 1; a single number if it is constant, None if the condition does not act."""
         return _share(time, self.start, self.end, self.ramp, self.every)
 
 
 @dataclass(frozen=True)
 class Along:
-    """Condition from one place of the path to another, fading in and out smoothly.
+    """Window of a condition along the path, with smooth fading.
 
     Args:
-        start, end: of the whole, fading included
-        ramp: over which distance it fades in, and out
-        every: length after which it comes again
+        start, end: limits of the window, including the fading
+        ramp: distance of the fading at either end
+        every: length of repetition
     """
 
     start: Annotated[float, "m", ANY] = -math.inf
@@ -56,7 +56,7 @@ class Along:
         _in_order(self.start, self.end, "m")
 
     def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
-        """Share of the condition that holds, 0 to 1; one number where it is always so, None where it does not hold."""
+        """Share of the condition, 0 to 1; a single number if it is constant, None if the condition does not act."""
         return _share(distance, self.start, self.end, self.ramp, self.every)
 
 
@@ -72,6 +72,7 @@ def _share(place: np.ndarray, start: float, end: float, ramp: float, every: floa
     if every < math.inf:
         first = start if start > -math.inf else 0.0
         place = np.where(place < start, place, first + np.mod(place - first, every))
+    # Places ascend within a piece, so its ends suffice to see that it lies outside the window.
     elif place[-1] < start or place[0] > end:
         return None
     elif start == -math.inf and end == math.inf:
@@ -84,17 +85,17 @@ def _share(place: np.ndarray, start: float, end: float, ramp: float, every: floa
 
 
 Acting = Callable[[np.ndarray, np.ndarray], Columns]
-"""(instants [s], distances [m]) -> columns that add to, or share in, those of the course."""
+"""(instants [s], distances [m]) -> columns that are combined with those of the course."""
 
 
 @dataclass(frozen=True)
 class _Steady:
-    """A condition without chance: `levels` at its full share."""
+    """A condition without random numbers: `levels` at its full share."""
 
     window: Window = field(default_factory=During)
 
     def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition as a function of time and place; nothing is left to chance."""
+        """The condition as a function of time and place; the generator is not used."""
         levels, usual = self._levels(), self._usual
 
         def act(time: np.ndarray, distance: np.ndarray) -> Columns:
@@ -118,11 +119,11 @@ class _Share(_Steady):
 
 @dataclass(frozen=True)
 class Adhesion(_Share):
-    """A road more slippery than dry asphalt, on both sides or on one.
+    """A road with less adhesion than dry asphalt, on both sides or on one.
 
     Args:
         window: when or where
-        left, right: share of the adhesion that is left under the wheels of a side: 0.6 wet, 0.2 snow
+        left, right: remaining share of the adhesion under the wheels of a side: 0.6 wet, 0.2 snow
     """
 
     left: Annotated[float, "", SHARE] = 1.0
@@ -167,11 +168,11 @@ class Breeze(_Steady):
 
 @dataclass(frozen=True)
 class HandTorque(_Steady):
-    """Torque of the hands beside what the arms do by themselves.
+    """Torque of the hands in addition to that of the arms.
 
     Args:
         window: when or where
-        torque: positive to the left
+        torque: torque, positive to the left
     """
 
     torque: Annotated[float, "N*m", ANY] = 0.0
@@ -182,11 +183,11 @@ class HandTorque(_Steady):
 
 @dataclass(frozen=True)
 class Grip(_Share):
-    """Firmness of the grip on the wheel.
+    """Grip of the hands on the wheel.
 
     Args:
         window: when or where
-        share: of the arms' usual stiffness and damping; 0 is hands off
+        share: share of the arms' stiffness and damping; 0 is hands off
     """
 
     share: Annotated[float, "", SHARE] = 0.0
@@ -197,11 +198,11 @@ class Grip(_Share):
 
 @dataclass(frozen=True)
 class Attention(_Share):
-    """Share of the offset from the lane that the driver corrects.
+    """Attention of the driver to the lane.
 
     Args:
         window: when or where
-        share: 0 looks elsewhere
+        share: share of the lateral offset that the driver corrects; 0 is inattentive
     """
 
     share: Annotated[float, "", SHARE] = 0.0
@@ -224,7 +225,7 @@ class _Random:
 
 @dataclass(frozen=True)
 class _Wandering(_Random):
-    """One column that wanders over time, or over distance, between knots at random spacings."""
+    """One column that varies at random over time or distance, between knots at random spacings."""
 
     deviation: float = 0.0
     shortest: float = 0.0
@@ -235,7 +236,7 @@ class _Wandering(_Random):
     _over_distance: ClassVar[bool] = False
 
     def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition with its chance drawn."""
+        """The condition with its random numbers drawn."""
         noise = smooth_noise(generator, self.shortest, self.longest, self._step)
         curve = Repeated(self.deviation * noise, self._step)
         return self._within(self._column, lambda time, distance: curve.at(distance if self._over_distance else time))
@@ -243,12 +244,12 @@ class _Wandering(_Random):
 
 @dataclass(frozen=True)
 class Restlessness(_Wandering):
-    """Small needless steering corrections, as a person makes all the time.
+    """Small unnecessary steering corrections, as human drivers make them all the time.
 
     Args:
         window: when or where
-        deviation: standard deviation of the wanted steering-wheel angle
-        shortest, longest: between two corrections
+        deviation: standard deviation of the target steering-wheel angle
+        shortest, longest: range of the time between two corrections
     """
 
     deviation: Annotated[float, "rad", NOT_NEGATIVE] = 0.025
@@ -260,19 +261,19 @@ class Restlessness(_Wandering):
 
 @dataclass(frozen=True)
 class Tremor(_Random):
-    """Trembling hands: a torque near one frequency, its size wandering.
+    """Tremor of the hands: a torque near one frequency with random amplitude.
 
     Args:
         window: when or where
         deviation: standard deviation of the torque
-        frequency: 8 to 12 Hz for hands
+        frequency: frequency, 8 to 12 Hz for hands
     """
 
     deviation: Annotated[float, "N*m", NOT_NEGATIVE] = 0.05
     frequency: Annotated[float, "Hz", POSITIVE] = 9.0
 
     def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition with its chance drawn."""
+        """The condition with its random numbers drawn."""
         rate, step = 2.0 * math.pi * self.frequency, 0.05
         sine = Repeated(self.deviation * smooth_noise(generator, 0.3, 1.0, step), step)
         cosine = Repeated(self.deviation * smooth_noise(generator, 0.3, 1.0, step), step)
@@ -285,12 +286,12 @@ class Tremor(_Random):
 
 @dataclass(frozen=True)
 class Gusts(_Wandering):
-    """Wind across the road that comes and goes.
+    """Random gusts of wind across the road.
 
     Args:
         window: when or where
         deviation: standard deviation of the crosswind
-        shortest, longest: between calm and gust
+        shortest, longest: range of the time between calm and gust
     """
 
     deviation: Annotated[float, "m/s", NOT_NEGATIVE] = 2.0
@@ -302,12 +303,12 @@ class Gusts(_Wandering):
 
 @dataclass(frozen=True)
 class Unevenness(_Wandering):
-    """Waves and ruts: the crossfall of the road wanders over a few metres.
+    """Waves and ruts: random variation of the road's crossfall over a few metres.
 
     Args:
         window: when or where
         deviation: standard deviation of the bank angle
-        shortest, longest: from one side to the other
+        shortest, longest: range of the distance from one side to the other
     """
 
     deviation: Annotated[float, "rad", NOT_NEGATIVE] = 0.004

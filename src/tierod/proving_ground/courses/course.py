@@ -1,4 +1,4 @@
-"""Courses: inputs of a car over time and distance, piece by piece; and the curves that they come from."""
+"""Courses: inputs of a car over time and distance, piece by piece, and the curves on which they are based."""
 
 from __future__ import annotations
 
@@ -20,46 +20,46 @@ FACTORS = frozenset(
         "demand.attention",
     )
 )
-"""Columns that are one where nothing is said, and that multiply where several things are said; all others add."""
+"""Columns whose default is one and that are multiplied when they are combined; all others add."""
 
 
 class Start(NamedTuple):
-    """Start of a run over a course.
+    """Initial state of a run over a course.
 
     Args:
-        speed: rolling straight ahead
+        speed: initial speed, rolling straight ahead
     """
 
     speed: Annotated[float, "m/s", NOT_NEGATIVE] = 0.0
 
 
 class Course(Protocol):
-    """Demand on a car and its driver, and the road and air around them."""
+    """Inputs of a car and its driver, including road and wind."""
 
     @property
     def name(self) -> str:
-        """For messages and provenance."""
+        """Name for messages and provenance."""
 
     @property
     def duration(self) -> float:
-        """Duration as planned [s]."""
+        """Planned duration [s]."""
 
     @property
     def start(self) -> Start:
-        """Start of a run."""
+        """Initial state of a run."""
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
-        """Inputs at some instants; what is left out is as usual: flat dry road, no wind, hands on the wheel.
+        """Inputs at some instants; missing ones have their defaults: level dry road, no wind, hands on the wheel.
 
         Args:
             time: instants [s]
-            distance, speed: of the car along the path, as foreseen for these instants [m], [m/s]
-            ahead: time by which the driver reads the curvature earlier [s]
+            distance, speed: predicted distance along the path [m] and speed [m/s] of the car at these instants
+            ahead: preview time of the driver for the curvature [s]
         """
 
 
 def combine(columns: Columns, more: Columns) -> None:
-    """Add what else acts to columns that are there already, in place; shares are multiplied."""
+    """Combine further columns with existing ones, in place; those of `FACTORS` are multiplied, all others added."""
     for name, values in more.items():
         if name not in columns:
             columns[name] = values
@@ -70,17 +70,18 @@ def combine(columns: Columns, more: Columns) -> None:
 
 
 class Grid:
-    """Straight between its points, constant beyond its ends."""
+    """Table on equal steps, linear between its points and constant beyond its ends."""
 
     def __init__(self, step: float, columns: Columns):
-        """Columns [one value per point] at 0, step, 2 step, ..."""
+        """Columns with one value per point, at 0, step, 2 step, ..."""
         self.names, self._rate = tuple(columns), 1.0 / step
         table = np.column_stack([*columns.values()])
         self._last = len(table) - 1
+        # The last row is repeated, so that the last point needs no special case in the interpolation.
         self._table = np.vstack([table, table[-1:]])
 
     def at(self, place: np.ndarray) -> Columns:
-        """Every column at some places, in seconds or metres like the step."""
+        """Every column at some places, in the unit of the step."""
         position = np.minimum(np.maximum(place * self._rate, 0.0), self._last)
         before = position.astype(np.intp)
         rows = self._table.take(before, axis=0)
@@ -89,17 +90,17 @@ class Grid:
 
 
 KNOTS = 4096
-"""After so many knots a curve comes again: restlessness after three quarters of an hour, unevenness after 37 km."""
+"""Number of knots after which a random curve repeats: restlessness after 45 minutes, unevenness after 37 km."""
 
 
 def smooth_noise(
     generator: np.random.Generator, shortest: float, longest: float, step: float, count: int = KNOTS
 ) -> np.ndarray:
-    """A random curve of standard deviation one at its knots, on equal steps.
+    """A random curve on equal steps, with unit standard deviation at its knots.
 
     Args:
-        generator: source of chance
-        shortest, longest: spacing of the knots, seconds or metres
+        generator: random generator
+        shortest, longest: range of the knots' spacing [s] or [m]
         step: spacing of the result, in the same unit
         count: number of knots
     """
@@ -114,13 +115,13 @@ def smooth_noise(
 
 
 class Repeated:
-    """A curve on equal steps, read anywhere, beginning anew after its end."""
+    """A curve on equal steps that repeats itself, read at any place."""
 
     def __init__(self, values: np.ndarray, step: float):
         self._values, self._rate = values, 1.0 / step
 
     def at(self, place: np.ndarray) -> np.ndarray:
-        """The curve at some places, straight between its points."""
+        """The curve at some places, linear between its points."""
         position = place * self._rate
         before = np.floor(position).astype(np.intp)
         lower = self._values.take(before, mode="wrap")
@@ -130,12 +131,12 @@ class Repeated:
 def band_limited(
     generator: np.random.Generator, lowest: float, highest: float, seconds: float, step: float
 ) -> np.ndarray:
-    """A random curve of standard deviation one whose power is spread evenly over a band, on equal steps.
+    """A random curve on equal steps, of unit standard deviation and constant power density within a band.
 
     Args:
-        generator: source of chance
-        lowest, highest: frequencies [Hz]
-        seconds: length [s]
+        generator: random generator
+        lowest, highest: limits of the band [Hz]
+        seconds: duration [s]
         step: spacing [s]
     """
     count = round(seconds / step) + 1

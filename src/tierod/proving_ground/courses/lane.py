@@ -15,23 +15,23 @@ from tierod.proving_ground.courses.base import WayCourse, require_rise, require_
 from tierod.proving_ground.courses.way import STEP, TICK, Plan, Way, across
 
 _POINT = 0.05
-"""Spacing of the points by which a line is given [m]."""
+"""Spacing of the points that define a line [m]."""
 
 
 @dataclass(frozen=True)
 class AtWill(WayCourse):
-    """Base of the tests whose speed is given over time: no car hurries to be somewhere in time."""
+    """Base class of the tests with a given speed over time: a car behind its plan does not catch up."""
 
     catching_up: ClassVar[float] = 0.0
 
 
 @dataclass(frozen=True)
 class StraightLane(AtWill):
-    """Straight on at a constant speed; its conditions make the test: hands off, crosswind, torque steps.
+    """Straight road at constant speed; its conditions make the test: hands off, crosswind, torque steps.
 
     Args:
-        speed: all the time
-        time: how long
+        speed: constant speed
+        time: duration
     """
 
     speed: Annotated[float, "m/s", POSITIVE] = 80.0 / 3.6
@@ -50,14 +50,14 @@ class StraightLane(AtWill):
 
 @dataclass(frozen=True)
 class Slalom(AtWill):
-    """Round a row of cones, left and right in turn.
+    """Slalom around a row of cones.
 
     Args:
-        speed: all the time
-        spacing: of the cones
-        cones: how many
-        swing: greatest distance of the line from the row of cones
-        approach: straight before and after
+        speed: constant speed
+        spacing: distance between cones
+        cones: number of cones
+        swing: maximum distance of the line from the row of cones
+        approach: length of the straights before and after the cones
     """
 
     speed: Annotated[float, "m/s", POSITIVE] = 36.0 / 3.6
@@ -71,7 +71,7 @@ class Slalom(AtWill):
 
     @cached_property
     def way(self) -> Way:
-        """A sine between the cones, grown and faded over one spacing."""
+        """Way as a sine between the cones, faded in and out over one spacing."""
         long = self.spacing * (self.cones + 1)
         forward = np.arange(0.0, long + 2.0 * self.approach, _POINT)
         place = (forward - self.approach) / self.spacing
@@ -85,15 +85,15 @@ class DoubleLaneChange(AtWill):
     """Double lane change through lanes of cones.
 
     Args:
-        speed: at the beginning, kept as well as the car can
-        offset: of the neighbouring lane, positive to the left
-        entry: length of the lane at the beginning
-        over: length in which the lane is changed
+        speed: initial speed, kept as far as possible
+        offset: offset of the neighbouring lane, positive to the left
+        entry: length of the first lane
+        over: length of the lane change
         aside: length of the neighbouring lane
-        back: length in which the lane is changed back
-        leaving: length of the lane at the end
-        cut: how far the line reaches into the lanes while it changes; they are wider than a car
-        approach: straight before and after
+        back: length of the lane change back
+        leaving: length of the last lane
+        cut: distance by which the lane change of the line extends into the lanes, which are wider than a car
+        approach: length of the straights before and after the cones
     """
 
     speed: Annotated[float, "m/s", POSITIVE] = 80.0 / 3.6
@@ -108,7 +108,7 @@ class DoubleLaneChange(AtWill):
 
     @cached_property
     def way(self) -> Way:
-        """Way from the middle of one lane to that of the other and back."""
+        """Way from the centre of one lane to that of the other and back."""
         away = self.approach + self.entry
         home = away + self.over + self.aside
         forward = np.arange(0.0, home + self.back + self.leaving + self.approach, _POINT)
@@ -121,15 +121,15 @@ class DoubleLaneChange(AtWill):
 
 @dataclass(frozen=True)
 class SteadyCircle(AtWill):
-    """Round a circle while the speed rises slowly; the constant-radius test of ISO 4138.
+    """Circle with slowly rising speed; the constant-radius test of ISO 4138.
 
     Args:
-        radius: positive turns to the left
-        first_speed, last_speed: at the beginning and at the end
-        rise: of the speed
+        radius: radius, positive to the left
+        first_speed, last_speed: initial and final speed
+        rise: acceleration
         settle: time at the first speed, from the straight into the circle
         hold: time at the last speed
-        entry: straight before the circle, and length over which the curvature then builds up
+        entry: length of the straight before the circle, and length over which the curvature builds up
     """
 
     radius: Annotated[float, "m", ANY] = 100.0
@@ -152,7 +152,7 @@ class SteadyCircle(AtWill):
 
     @cached_property
     def plan(self) -> Plan:
-        """The speed rises steadily."""
+        """Plan with constant acceleration between the first and the last speed."""
         time = np.arange(0.0, self.duration + TICK, TICK)
         until = (self.last_speed - self.first_speed) / self.rise
         rising = np.clip(time - self.settle, 0.0, until)
@@ -163,13 +163,13 @@ class SteadyCircle(AtWill):
 
     @cached_property
     def way(self) -> Way:
-        """Straight, then a circle without end."""
+        """A straight, then an endless circle."""
         distance = np.arange(0.0, self.plan.distance[-1] + 50.0, STEP)
         return _level(_step(distance / self.entry - 1.0) / self.radius, self.last_speed)
 
 
 def _level(curvature: np.ndarray, speed: float) -> Way:
-    """A level road on which no bend slows the driver down."""
+    """A level road without a speed limit in bends."""
     return Way(curvature, np.full(len(curvature), speed), np.full(len(curvature), math.inf))
 
 

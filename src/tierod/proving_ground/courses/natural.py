@@ -1,4 +1,4 @@
-"""Natural drives, random but seeded, over kinds of roads: city, country and motorway."""
+"""Natural drives on random, seeded roads of several kinds: city, country and motorway."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tierod.proving_ground.courses.course import Columns, smooth_noise
 from tierod.proving_ground.courses.way import STEP, Way, bump, reachable
 
 Pair = tuple[float, float]
-"""Lowest and highest value of what chance draws."""
+"""Range of a random value: lower and upper limit."""
 
 
 def _in_order(what: str, pair: Pair) -> None:
@@ -31,10 +31,10 @@ class Bends:
     """One kind of bend, drawn at random within ranges.
 
     Args:
-        radius: smallest radius
+        radius: minimum radius of the bend
         turn: change of heading over the whole bend
-        share: how often this kind is drawn, against the other kinds of the same road
-        returns: whether the bend is followed at once by its mirror image, as in a lane change
+        share: relative frequency among the kinds of the same road
+        returns: whether its mirror image follows immediately, as in a lane change
     """
 
     radius: Annotated[Pair, "m", POSITIVE]
@@ -47,7 +47,7 @@ class Bends:
         _in_order("turn of bends", self.turn)
 
     def draw(self, generator: np.random.Generator, heading: float) -> np.ndarray:
-        """Curvature [1/m] of one bend; the more often to the right the further the heading [rad] is to the left."""
+        """Curvature of one bend [1/m]; the further left the heading [rad], the more likely a bend to the right."""
         radius = math.exp(generator.uniform(*np.log(self.radius)))
         turn = generator.uniform(*self.turn)
         left = generator.random() < 0.5 - 0.25 * math.tanh(heading)
@@ -57,13 +57,13 @@ class Bends:
 
 @dataclass(frozen=True)
 class Roundabouts:
-    """Roundabouts of right-hand traffic: to the right, round the island to the left, and out to the right.
+    """Roundabouts of right-hand traffic: to the right, around the island to the left, and out to the right.
 
     Args:
-        radius: of the way round the island
-        entry_radius: of the way in and out
-        deflection: to the right, on the way in and out
-        share: how often one is drawn, against the bends of the same road
+        radius: radius around the island
+        entry_radius: radius of entry and exit
+        deflection: change of heading to the right at entry and exit
+        share: relative frequency among the bends of the same road
     """
 
     radius: Annotated[Pair, "m", POSITIVE] = (12.0, 20.0)
@@ -77,7 +77,7 @@ class Roundabouts:
         _in_order("deflection of roundabouts", self.deflection)
 
     def draw(self, generator: np.random.Generator, heading: float) -> np.ndarray:
-        """Curvature [1/m] of one roundabout, left straight on or to the left."""
+        """Curvature of one roundabout with exit straight on or to the left [1/m]."""
         radius, entry = generator.uniform(*self.radius), generator.uniform(*self.entry_radius)
         deflection = generator.uniform(*self.deflection)
         onwards = 0.5 * math.pi * (generator.random() < 0.4 - 0.2 * math.tanh(heading))
@@ -88,21 +88,21 @@ class Roundabouts:
 
 @dataclass(frozen=True)
 class RoadKind:
-    """Properties of a stretch of road.
+    """Properties of one kind of road.
 
     Args:
-        speed: where no bend slows the car down, drawn anew for every bend
+        speed: speed limit outside bends, drawn for every bend
         bends: kinds of bends, and roundabouts
-        gap: straight between two bends
+        gap: length of the straight between two bends
         lateral_acceleration: comfort limit in bends
-        share: part of the drive's time
-        halts: part of the bends before which the car halts, at a light or a junction
-        halt: how long
-        crossfall: of the straight road, positive falls to the right
-        superelevation: part of the lateral acceleration in a bend that the bank of the road takes
-        greatest_bank: of the road
-        grade: standard deviation
-        hills: length from valley to hilltop
+        share: share of the drive's time
+        halts: share of the bends before which the car halts, as at a light or a junction
+        halt: duration of a halt
+        crossfall: bank of the straight road, positive falls to the right
+        superelevation: share of the lateral acceleration in a bend that the bank compensates
+        greatest_bank: limit of the bank
+        grade: standard deviation of the grade
+        hills: distance from valley to hilltop
     """
 
     speed: Annotated[Pair, "m/s", POSITIVE]
@@ -184,20 +184,21 @@ AnyRoad = City | Country | Motorway
 
 _BENDS, _HALTS, _HILLS = range(3)
 _MARGIN = 5.0
+"""Time by which the planned road exceeds the drive [s]."""
 
 
 @dataclass(frozen=True)
 class NaturalDrive(WayCourse):
-    """A drive over roads that chance makes, stretch by stretch; the same seed makes the same roads to the bit.
+    """A drive over random roads, stretch by stretch; the same seed gives exactly the same roads.
 
-    Bends, halts and hills draw from streams of their own, so that more halts do not move a bend; they take their time
-    from the drive, which then has fewer bends.
+    Bends, halts and hills use separate random streams, so that more halts do not change the bends. Halts take their
+    time from the drive, which then has fewer bends.
 
     Args:
-        roads: kinds of roads, in order, again and again
-        time: of the drive
-        cycle: time after which the kinds come again, at the most
-        wait: at rest before the start; 0 begins rolling
+        roads: kinds of road, repeated in this order
+        time: duration of the drive
+        cycle: maximum time after which the kinds repeat
+        wait: time at rest before the start; 0 starts rolling
     """
 
     roads: tuple[AnyRoad, ...] = field(default_factory=lambda: (City(), Country(), Motorway()))
@@ -216,12 +217,12 @@ class NaturalDrive(WayCourse):
 
     @cached_property
     def stretches(self) -> tuple[tuple[float, RoadKind], ...]:
-        """(where it begins [m], kind) of every stretch."""
+        """(start [m], kind) of every stretch."""
         return self._built[1]
 
     @cached_property
     def way(self) -> Way:
-        """A road that takes at least the time of the drive."""
+        """A road that takes at least the duration of the drive."""
         return self._built[0]
 
     @cached_property
@@ -263,7 +264,7 @@ class NaturalDrive(WayCourse):
     def _slopes(
         self, curvature: np.ndarray, speed: np.ndarray, lateral: np.ndarray, stretches: list[tuple[float, RoadKind]]
     ) -> Columns:
-        """Crossfall, superelevation and hills."""
+        """Bank and grade from crossfall, superelevation and hills."""
         generator = self.generator(WAY, _HILLS)
         limit = np.minimum(speed, np.sqrt(lateral / np.maximum(np.abs(curvature), 1e-6)))
         pulled = reachable(limit, STEP, self.pace.acceleration, self.pace.braking) ** 2 * curvature / GRAVITY
@@ -278,7 +279,8 @@ class NaturalDrive(WayCourse):
 
 
 def _softened(slope: np.ndarray, length: float = 20.0) -> np.ndarray:
-    """Without kinks where stretches meet: mean over a length [m]."""
+    """Moving average over a length [m], which removes kinks between stretches."""
+    # An odd number of points keeps the average centred.
     count = round(length / STEP) | 1
     longer = np.pad(slope, count // 2, mode="edge")
     return np.convolve(longer, np.full(count, 1.0 / count), mode="valid")

@@ -1,4 +1,4 @@
-"""Open-loop tests: a steering-wheel angle over time at a given speed, no lane."""
+"""Open-loop tests: a steering-wheel angle over time at a given speed, without a lane."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from tierod.proving_ground.courses.course import Columns, band_limited, combine
 
 @dataclass(frozen=True)
 class AtSpeed(TimeCourse):
-    """Base of the tests at one speed.
+    """Base class of the tests at one speed.
 
     Args:
-        speed: all the time
-        settle: straight on before the test
-        rest: time after it
+        speed: constant speed
+        settle: time straight ahead before the test
+        rest: time after the test
     """
 
     speed: Annotated[float, "m/s", NOT_NEGATIVE] = 100.0 / 3.6
@@ -31,7 +31,7 @@ class AtSpeed(TimeCourse):
 
     @property
     def test_time(self) -> float:
-        """Between settling and rest [s]."""
+        """Duration between settling and rest [s]."""
         raise NotImplementedError
 
     @property
@@ -40,18 +40,18 @@ class AtSpeed(TimeCourse):
         return self.settle + self.test_time + self.rest
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Constant."""
+        """Constant speed, and zero acceleration."""
         return np.full(len(time), self.speed), np.zeros(len(time))
 
 
 @dataclass(frozen=True)
 class StepSteer(AtSpeed):
-    """The wheel is turned at once and held; ISO 7401.
+    """Step of the steering-wheel angle, which is then held; ISO 7401.
 
     Args:
-        angle: of the steering wheel, positive to the left
-        rate: at which it is turned
-        hold: how long it is held
+        angle: steering-wheel angle, positive to the left
+        rate: rate of the step
+        hold: duration at the final angle
     """
 
     angle: Annotated[float, "rad", ANY] = math.radians(40.0)
@@ -60,27 +60,27 @@ class StepSteer(AtSpeed):
 
     @property
     def test_time(self) -> float:
-        """Turning and holding [s]."""
+        """Duration of turning and holding [s]."""
         return abs(self.angle) / self.rate + self.hold
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """A ramp, then constant."""
+        """A ramp, then a constant angle [rad]."""
         return _turned(time - self.settle, self.angle, self.rate)
 
 
 def _turned(since: np.ndarray, angle: float, rate: float) -> np.ndarray:
-    """Angle [rad] on its way from zero to an end at a rate [rad/s]."""
+    """Angle that moves from zero to an end at a rate [rad]."""
     return np.asarray(math.copysign(1.0, angle) * np.minimum(np.maximum(since, 0.0) * rate, abs(angle)))
 
 
 @dataclass(frozen=True)
 class SineSteer(AtSpeed):
-    """Sines: one period or many (ISO 7401), the weave on centre (ISO 13674-1), or a sine with dwell.
+    """Sine steering: one or more periods (ISO 7401), the on-centre weave test (ISO 13674-1), or sine with dwell.
 
     Args:
-        amplitude: of the steering-wheel angle, the first swing to the left
-        frequency: of the sine
-        periods: how many
+        amplitude: amplitude of the steering-wheel angle, positive for a first swing to the left
+        frequency: frequency of the sine
+        periods: number of periods
         dwell: pause at the last extreme
     """
 
@@ -94,11 +94,11 @@ class SineSteer(AtSpeed):
 
     @property
     def test_time(self) -> float:
-        """All periods and the dwell [s]."""
+        """Duration of all periods and the dwell [s]."""
         return self.periods / self.frequency + self.dwell
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """The sine, stopped at its last extreme."""
+        """The sine, held at its last extreme for the dwell [rad]."""
         phase = (time - self.settle) * self.frequency
         extreme = self.periods - 0.25
         phase = np.where(phase > extreme, np.maximum(phase - self.dwell * self.frequency, extreme), phase)
@@ -107,12 +107,12 @@ class SineSteer(AtSpeed):
 
 @dataclass(frozen=True)
 class RandomSteer(AtSpeed):
-    """Random steering within a band of frequencies; ISO 7401.
+    """Random steering within a frequency band; ISO 7401.
 
     Args:
         deviation: standard deviation of the steering-wheel angle
-        lowest, highest: frequencies
-        time: how long
+        lowest, highest: limits of the band
+        time: duration
     """
 
     deviation: Annotated[float, "rad", NOT_NEGATIVE] = math.radians(10.0)
@@ -129,7 +129,7 @@ class RandomSteer(AtSpeed):
 
     @property
     def test_time(self) -> float:
-        """Test time as given [s]."""
+        """Duration of the random steering [s]."""
         return self.time
 
     @cached_property
@@ -141,17 +141,17 @@ class RandomSteer(AtSpeed):
         return self.settle + time, self.deviation * fade * curve
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """The curve that chance made, faded in and out over a second."""
+        """The random curve, faded in and out over a second [rad]."""
         return np.asarray(np.interp(time, *self._curve, left=0.0, right=0.0))
 
 
 @dataclass(frozen=True)
 class AngleRamp(AtSpeed):
-    """Ever more steering at one speed; the constant-speed test of ISO 4138.
+    """Slow ramp of the steering-wheel angle at one speed; the constant-speed test of ISO 4138.
 
     Args:
-        angle: of the steering wheel at the end
-        rate: at which it grows
+        angle: final steering-wheel angle
+        rate: rate of the ramp
     """
 
     angle: Annotated[float, "rad", ANY] = math.radians(100.0)
@@ -159,23 +159,23 @@ class AngleRamp(AtSpeed):
 
     @property
     def test_time(self) -> float:
-        """Until the angle is reached [s]."""
+        """Duration until the angle is reached [s]."""
         return abs(self.angle) / self.rate
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """A slow ramp."""
+        """A slow ramp [rad]."""
         return _turned(time - self.settle, self.angle, self.rate)
 
 
 @dataclass(frozen=True)
 class SteadyAngle(TimeCourse):
-    """The wheel held while the speed rises slowly; the constant-angle test of ISO 4138.
+    """Constant steering-wheel angle with slowly rising speed; the constant-angle test of ISO 4138.
 
     Args:
-        angle: of the steering wheel
-        turning: time in which it is turned
-        first_speed, last_speed: at the beginning and at the end
-        rise: of the speed
+        angle: steering-wheel angle
+        turning: time in which the wheel is turned
+        first_speed, last_speed: initial and final speed
+        rise: acceleration
         settle: time at the first speed
     """
 
@@ -195,28 +195,28 @@ class SteadyAngle(TimeCourse):
         return self.settle + (self.last_speed - self.first_speed) / self.rise
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Constant, then rising."""
+        """Constant, then rising speed, and its acceleration."""
         rising = (time > self.settle) & (time < self.duration)
         passed = np.minimum(np.maximum(time, self.settle), self.duration) - self.settle
         return self.first_speed + self.rise * passed, self.rise * rising
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """Turned smoothly, then held."""
+        """Angle that is turned smoothly, then held [rad]."""
         share = np.minimum(time / self.turning, 1.0)
         return self.angle * (0.5 - 0.5 * np.cos(math.pi * share))
 
 
 @dataclass(frozen=True)
 class LockToLock(TimeCourse):
-    """The slow turn of the standing car from the middle to the right lock, to the left one, and back.
+    """Slow turn of the standing car from the middle to the right lock, to the left one, and back.
 
-    A rest before every stroke; each stroke is half a cosine.
+    Each stroke is half a cosine, preceded by a rest.
     Source: Mohtat et al., Appendix A: 0, -570, +570, 0 degrees.
 
     Args:
-        lock_angle: of the steering wheel at the locks
-        rate: greatest, of the steering wheel
-        rest: before every stroke, and at the end
+        lock_angle: steering-wheel angle at the locks
+        rate: maximum rate of the steering wheel
+        rest: time at rest before every stroke, and at the end
         load: share of the car's weight on its wheels: 1 on the ground, 0 on a hoist
     """
 
@@ -227,7 +227,7 @@ class LockToLock(TimeCourse):
 
     @cached_property
     def _strokes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Angles [rad] between the strokes; start and end [s] of every stroke."""
+        """Angles between the strokes [rad], and start and end of every stroke [s]."""
         targets = self.lock_angle * np.array([0.0, -1.0, 1.0, 0.0])
         turning = 0.5 * math.pi * np.abs(np.diff(targets)) / self.rate
         ends = np.cumsum(turning + self.rest)
@@ -239,11 +239,11 @@ class LockToLock(TimeCourse):
         return float(self._strokes[2][-1] + self.rest)
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """At rest."""
+        """Zero speed and acceleration."""
         return np.zeros(len(time)), np.zeros(len(time))
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """Strokes and rests."""
+        """Strokes and rests [rad]."""
         targets, starts, ends = self._strokes
         stroke = np.minimum(np.searchsorted(ends, time), len(ends) - 1)
         share = np.clip((time - starts[stroke]) / (ends - starts)[stroke], 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Courses as tables in CSV files: columns by name and unit, one row per instant or one per place."""
+"""Courses from CSV tables: columns by name and unit, one row per instant or per place."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _HEADING = re.compile(r"\s*(\w+)\s*(?:\[(.*)\])?\s*")
 
 @cache
 def known_columns() -> dict[str, tuple[str, str]]:
-    """(dotted name, unit) by the short name that a file writes."""
+    """(dotted name, unit) by the short name in files."""
     return {
         name: (f"{part}.{name}", unit)
         for part, kind in (("road", Road), ("wind", Wind), ("demand", Demand))
@@ -38,15 +38,15 @@ def known_columns() -> dict[str, tuple[str, str]]:
 
 
 def read_table(path: str | Path) -> tuple[str, dict[str, np.ndarray]]:
-    """Description (from lines that begin with #) and columns in SI units by short name.
+    """Description (from lines that start with #) and columns in SI units by short name.
 
-    The first line that is not a remark names the columns, with a unit where it is not the SI one: `speed [km/h]`.
+    The first line that is not a comment names the columns, with a unit if it is not the SI unit: `speed [km/h]`.
 
     Args:
-        path: of the file
+        path: path of the file
 
     Raises:
-        ParameterError: it cannot be read; an unknown column or unit, a value that is no number; with the line
+        ParameterError: an unreadable file, an unknown column or unit, or a value that is not a number; with the line
     """
     path = Path(path)
     text = read_text(path, "the course file", ParameterError, "give a CSV file", MOST_DATA_BYTES)
@@ -105,16 +105,16 @@ Curve = Callable[[np.ndarray], np.ndarray]
 """Curvature [1/m] as a function of distance [m]."""
 
 SHORTEST = 1.0
-"""Way that can be planned [m]."""
+"""Minimum length of a way [m]."""
 _SLOPES = ("bank_angle", "grade_angle")
 
 
 @dataclass(frozen=True)
 class TimeTable(TimeCourse):
-    """Speed, steering-wheel angle and whatever else over time, straight between the rows.
+    """Speed, steering-wheel angle and other inputs over time, linear between the rows.
 
     Args:
-        file: CSV with the column `time`; without `attention` no lane is followed
+        file: CSV file with a column `time`; without a column `attention` the driver follows no lane
     """
 
     file: str = ""
@@ -125,18 +125,18 @@ class TimeTable(TimeCourse):
 
     @property
     def duration(self) -> float:
-        """Until the last row [s]."""
+        """Time of the last row [s]."""
         return float(self._table["time"][-1])
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Speed and its rate by the rows; at rest outside of them."""
+        """Speed and its rate from the rows; outside of them, the speed of the first or last row."""
         instants = self._table["time"]
         speed = self._table.get("speed", np.zeros(len(instants)))
         rise = np.concatenate([[0.0], np.diff(speed) / np.diff(instants), [0.0]])
         return np.interp(time, instants, speed), rise[np.searchsorted(instants, time, side="right")]
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """Angle and its rate by the rows; straight on outside of them."""
+        """Angle from the rows; outside of them, that of the first or last row [rad]."""
         table = self._table
         return np.asarray(
             np.interp(time, table["time"], table.get("steering_wheel_angle", np.zeros(len(table["time"]))))
@@ -155,14 +155,14 @@ class TimeTable(TimeCourse):
 
 @dataclass(frozen=True)
 class WayTable(WayCourse):
-    """A road as rows of `distance` and `curvature`, or of points `x` and `y`, straight or smooth between them.
+    """A road as rows of `distance` and `curvature`, linear between them, or of points `x` and `y` joined by a spline.
 
     Args:
-        file: CSV; `speed` limits the speed, `bank_angle` and `grade_angle` tilt the road
-        speed: limit where no row sets a lower one
+        file: CSV file; columns `speed`, `bank_angle` and `grade_angle` limit the speed and tilt the road
+        speed: speed limit where no row has a lower one
         lateral_acceleration: limit in bends
-        wait: at rest before the start; 0 begins rolling
-        laps: how often the way is driven, one after the other
+        wait: time at rest before the start; 0 starts rolling
+        laps: number of times that the way is driven
     """
 
     file: str = ""
@@ -204,7 +204,7 @@ def _read(file: str, wanted: str) -> dict[str, np.ndarray]:
 
 
 def _line(table: dict[str, np.ndarray], file: str) -> tuple[np.ndarray, Curve]:
-    """Distance [m] of every row, and curvature [1/m] as a function of distance."""
+    """Distance of every row [m], and curvature as a function of distance [1/m]."""
     if "distance" in table:
         if "curvature" not in table:
             raise ParameterError(f"{file}: there is no column curvature beside distance; add it")
@@ -218,7 +218,7 @@ def _line(table: dict[str, np.ndarray], file: str) -> tuple[np.ndarray, Curve]:
 
 
 def _through(forward: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, Curve]:
-    """The smooth line through points; closed where the last point is the first."""
+    """Cubic spline through points; closed if the last point equals the first."""
     from scipy.interpolate import CubicSpline
 
     points = np.column_stack([forward, left])
@@ -227,6 +227,7 @@ def _through(forward: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, Curve]:
     if closed:
         points[-1] = points[0]
     spline = CubicSpline(chord, points, bc_type="periodic" if closed else "natural")
+    # The parameter of the spline is the chord length, so the arc length is integrated on a fine grid.
     fine = np.linspace(0.0, chord[-1], 20 * len(chord) + 1)
     first, second = spline(fine, 1), spline(fine, 2)
     length = np.hypot(*first.T)

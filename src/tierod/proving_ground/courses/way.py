@@ -1,4 +1,4 @@
-"""The way that a course leads, and the speed at which it is driven: as fast as its limits allow."""
+"""The road of a course as numbers, and the speed over time with which it is driven, as fast as its limits allow."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ STEP = 0.5
 
 @dataclass(frozen=True)
 class Way:
-    """A road as numbers on equal steps.
+    """A road on equal steps.
 
     Args:
-        curvature: positive to the left [1/m]
-        speed: limit where no bend or stop requires less [m/s]
+        curvature: curvature, positive to the left [1/m]
+        speed: speed limit where no bend or stop requires less [m/s]
         lateral_acceleration: limit in bends [m/s**2]
         slopes: "road.bank_angle", "road.grade_angle" where the road is not level [rad]
         stops: (distance [m], duration [s]) of every halt, in order
@@ -37,16 +37,16 @@ class Way:
 
     @property
     def distance(self) -> np.ndarray:
-        """Distance of every point from the beginning [m]."""
+        """Distance of every point from the start [m]."""
         return np.arange(len(self.curvature)) * self.step
 
 
 def bump(arc: float, ramps: float, step: float = STEP) -> np.ndarray:
-    """A bend's curvature in shares of its greatest: the ends rise and fall like a cosine; the area is the arc.
+    """Normalised curvature of a bend, with ends that rise and fall like a cosine; its integral is the arc.
 
     Args:
-        arc: length of the circular arc that turns as far [m]
-        ramps: share of the length taken by the two ends [-]
+        arc: length of the circular arc with the same change of heading [m]
+        ramps: share of the length of the two ends [-]
         step: spacing [m]
     """
     length = arc / (1.0 - 0.5 * ramps)
@@ -56,10 +56,10 @@ def bump(arc: float, ramps: float, step: float = STEP) -> np.ndarray:
 
 
 def across(forward: np.ndarray, left: np.ndarray, step: float = STEP) -> np.ndarray:
-    """Curvature [1/m] on equal steps of a line that is given as points.
+    """Curvature of a line of points, on equal steps [1/m].
 
     Args:
-        forward, left: coordinates of many points along the line [m]
+        forward, left: coordinates of closely spaced points along the line [m]
         step: spacing of the result [m]
     """
     heading = np.unwrap(np.arctan2(np.gradient(left), np.gradient(forward)))
@@ -68,7 +68,7 @@ def across(forward: np.ndarray, left: np.ndarray, step: float = STEP) -> np.ndar
 
 
 TICK = 0.02
-"""Spacing of a plan in time [s]."""
+"""Sampling interval of a plan [s]."""
 
 
 class Plan(NamedTuple):
@@ -81,12 +81,12 @@ class Plan(NamedTuple):
 
 @dataclass(frozen=True)
 class Pace:
-    """Pace at which a driver takes a way.
+    """Pace of a driver.
 
     Args:
-        acceleration: out of bends and from rest
-        braking: before bends and stops
-        smoothing: time over which the acceleration builds up
+        acceleration: acceleration out of bends and from rest
+        braking: deceleration before bends and stops
+        smoothing: time in which the acceleration builds up
     """
 
     acceleration: Annotated[float, "m/s**2", POSITIVE] = 1.5
@@ -94,7 +94,7 @@ class Pace:
     smoothing: Annotated[float, "s", NOT_NEGATIVE] = 0.6
 
     def fastest(self, way: Way, stopping: bool) -> np.ndarray:
-        """Speed [m/s] at every point: within all limits, with acceleration and braking, halts left out or not."""
+        """Maximum speed within all limits, acceleration and braking at every point, with or without halts [m/s]."""
         curved = np.sqrt(way.lateral_acceleration / np.maximum(np.abs(way.curvature), 1e-9))
         limit = np.minimum(way.speed, curved)
         if stopping:
@@ -102,8 +102,9 @@ class Pace:
         return reachable(limit, way.step, self.acceleration, self.braking)
 
     def plan(self, way: Way) -> Plan:
-        """Plan of the car's place over time, halts included."""
+        """Planned distance of the car over time, including halts."""
         speed = self.fastest(way, stopping=True)
+        # A lower bound of the mean speed avoids division by zero where two neighbouring points both are stops.
         mean = np.maximum(0.5 * (speed[1:] + speed[:-1]), 1e-3)
         took = np.concatenate([[0.0], way.step / mean])
         waits = np.zeros(len(speed))
@@ -121,16 +122,17 @@ class Pace:
 
 
 def reachable(limit: np.ndarray, step: float, acceleration: float, braking: float) -> np.ndarray:
-    """The greatest speed [m/s] on equal steps below a limit, with bounded acceleration and braking.
+    """Maximum speed below a limit with bounded acceleration and braking, on equal steps [m/s].
 
-    The squared speed is linear over distance where the acceleration is constant.
+    At constant acceleration the squared speed is linear over distance.
 
     Args:
-        limit: of the speed [m/s]
+        limit: speed limit [m/s]
         step: spacing [m]
-        acceleration, braking: both positive [m/s**2]
+        acceleration, braking: limits, both positive [m/s**2]
     """
     distance = np.arange(len(limit)) * step
+    # Adding the permitted change turns the limit of the slope into a running minimum, without a loop.
     squared = np.minimum.accumulate(limit**2 - 2.0 * acceleration * distance) + 2.0 * acceleration * distance
     reach = squared + 2.0 * braking * distance
     squared = np.minimum.accumulate(reach[::-1])[::-1] - 2.0 * braking * distance
@@ -138,7 +140,7 @@ def reachable(limit: np.ndarray, step: float, acceleration: float, braking: floa
 
 
 def _averaged(distance: np.ndarray, count: int) -> np.ndarray:
-    """Moving average, going on straight before the beginning and after the end."""
+    """Moving average of a curve that is extended linearly before its start and after its end."""
     before, after = count // 2, count - 1 - count // 2
     first, last = distance[1] - distance[0], distance[-1] - distance[-2]
     earlier = distance[0] - first * np.arange(before, 0, -1)

@@ -1,4 +1,4 @@
-"""Faults as data: element, behaviour, trigger and duration, apart from vehicle and scenario."""
+"""Faults as data, separate from vehicle and scenario: element, behaviour, trigger and duration."""
 
 from tierod.proving_ground.faults.behaviours import (
     BEHAVIOURS,

@@ -1,4 +1,4 @@
-"""A fault made ready for one run: checked against car and sensors, with its condition, its window and its chance."""
+"""A fault prepared for one run: checked against car and sensors, with its trigger, window and random numbers."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from tierod.proving_ground.faults.fault import Effect, Fault, resolved
 from tierod.proving_ground.faults.triggers import AtDistance, AtTime, Comparison, When, Within
 
 DISTANCE = "truth_distance"
-"""Channel of the distance that the car has gone."""
+"""Channel of the distance that the car has travelled."""
 
 
 class Watch:
-    """Looks at the outputs of a car, piece by piece, until a condition has held for long enough.
+    """Evaluates a condition on the outputs of a car, piece by piece, until it has held for long enough.
 
     Args:
-        trigger: what is waited for
-        reach: of the car
+        trigger: condition of the fault
+        reach: elements of the car
 
     Raises:
-        ParameterError: the car has no such channel, or it is measured in another unit
+        ParameterError: the car has no such channel, or its unit does not match that of the condition
     """
 
     def __init__(self, trigger: AtDistance | When, reach: Reach):
@@ -54,7 +54,7 @@ class Watch:
         """Whether the condition has held for long enough by the end of these samples.
 
         Args:
-            time: of the samples [s], right after those of the call before
+            time: times of the samples [s], which directly follow those of the previous call
             outputs: every channel at these times
         """
         true = np.ones(len(time), dtype=bool)
@@ -62,6 +62,7 @@ class Watch:
             true &= comparison.holds(outputs[comparison.signal], unit)
         begins = np.where(true, time, np.inf)
         for place in np.flatnonzero(true):
+            # The condition may have begun to hold in an earlier piece.
             before = self.since if place == 0 else (begins[place - 1] if true[place - 1] else None)
             begins[place] = time[place] if before is None else before
             if time[place] - begins[place] >= self.hold - 1e-9:
@@ -71,26 +72,26 @@ class Watch:
 
 
 _LOOP_RATE = 1000.0
-"""Steps per second of control loops [Hz]."""
+"""Sampling rate of the control loops [Hz]."""
 _EARLY = 1e-9
-"""Rounding of the clock of a run [s]."""
+"""Tolerance for rounding of the time of a run [s]."""
 
 
 class AimedEffect(NamedTuple):
-    """One effect of a fault: a behaviour, with amounts in the unit of its targets."""
+    """One effect of a fault: a behaviour with amounts in the unit of its targets."""
 
     behaviour: Behaviour
     targets: tuple[Target, ...]
 
 
 class Active:
-    """A fault in a run: when it began, and its chance.
+    """State of a fault during a run: its window and its random numbers.
 
     Args:
-        fault: as given
-        effects: what it does
-        key: single out run and fault, for chance
-        rates: readings per second of what every effect acts on [Hz]
+        fault: definition of the fault
+        effects: effects on the elements of the car
+        key: key of the random streams, unique to run and fault
+        rates: sampling rate of the target of every effect [Hz]
     """
 
     def __init__(self, fault: Fault, effects: tuple[AimedEffect, ...], key: tuple[int, ...], rates: tuple[float, ...]):
@@ -101,11 +102,11 @@ class Active:
         self.chances: tuple[Chance, ...] = ()
 
     def begin(self, start: float, seconds: float) -> None:
-        """The fault begins.
+        """Start the fault.
 
         Args:
-            start: when [s]
-            seconds: when the run ends [s]
+            start: time of the onset [s]
+            seconds: end of the run [s]
         """
         lasts = _lasts(self.fault)
         self.start, self.watch = start, None
@@ -115,23 +116,23 @@ class Active:
         )
 
     def during(self, time: np.ndarray) -> np.ndarray:
-        """Whether it lasts at given times [s]."""
+        """Whether the fault is active at given times [s]."""
         if self.start is None:
             return np.zeros(len(time), dtype=bool)
         return (time >= self.start - _EARLY) & (time < self.end - _EARLY)
 
     def change(self, number: int, time: np.ndarray) -> Change:
-        """Change by the effect of this number at times at which the fault lasts [s]."""
+        """Change by one effect, given by its number, at times at which the fault is active [s]."""
         return self.effects[number].behaviour.change(time - self.start, self.chances[number])
 
 
 def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -> Active:
-    """A fault ready for a run.
+    """Prepare a fault for a run.
 
     Args:
-        fault: as given
-        reach: what faults can change about the car
-        key: for chance
+        fault: definition of the fault
+        reach: elements of the car that faults can change
+        key: key of the random streams
         seconds: duration of the run [s]
 
     Raises:
@@ -178,7 +179,7 @@ def _aimed(fault: Fault, effect: Effect, reach: Reach, seconds: float) -> AimedE
 
 
 def _wrong_reading(behaviour: Behaviour, reach: Reach, target: Target) -> str:
-    """Behaviour that a recorded channel cannot show, such as a bit flip without a last bit; "" where it can."""
+    """Reason why a recorded channel cannot behave so, such as a bit flip without a quantum; "" if it can."""
     nothing = np.empty(0)
     try:
         behaviour.on_channel(nothing, nothing, nothing > 0.0, reach.sensors[target.name], Chance((0,), 0.0, 0.0))
@@ -188,15 +189,16 @@ def _wrong_reading(behaviour: Behaviour, reach: Reach, target: Target) -> str:
 
 
 def _out_of_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: float) -> str:
-    """Fault that takes a parameter or the surroundings out of range, each by itself; "" where none does."""
+    """Message if a fault takes a parameter or the surroundings out of range, considered alone; "" if none does."""
     assert target.limits is not None
     core = behaviour.core
+    # Samples suffice: ramps and drifts are extreme at their ends, a course at its corners.
     since = np.linspace(0.0, _longest(fault, seconds), 101)
     if isinstance(core, Course):
         since = np.union1d(since, [time for time in core.times if 0.0 <= time <= since[-1]])
     change = core.change(since, Chance((0,), 0.0, 0.0))
     gain, offset = np.broadcast_arrays(change.gain, change.offset)
-    # What is around the car is known in the run only: here, values that do not depend on it can be judged.
+    # The usual value of a surrounding is known only during the run: here, only values independent of it are checked.
     values = offset[gain == 0.0] if target.usual is None else np.ravel(gain * target.usual + offset)
     wrong = next((value for value in values if not target.limits.holds(value)), None)
     if wrong is None:
@@ -206,14 +208,14 @@ def _out_of_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: f
 
 
 def _longest(fault: Fault, seconds: float) -> float:
-    """Longest duration of a fault in a run [s]."""
+    """Longest possible duration of a fault in a run [s]."""
     trigger = fault.trigger
     start = trigger.time if isinstance(trigger, AtTime) else trigger.earliest if isinstance(trigger, Within) else 0.0
     return max(min(_lasts(fault) or seconds, seconds - start), 0.0)
 
 
 def _lasts(fault: Fault) -> float | None:
-    """Duration [s]; None until the end."""
+    """Duration of a fault [s]; None until the end of the run."""
     return fault.duration or fault.behaviour.usual_duration
 
 

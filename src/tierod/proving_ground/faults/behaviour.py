@@ -1,4 +1,4 @@
-"""Common part of every behaviour of a fault, and its seeded chance."""
+"""Base class of the behaviours of faults, and their seeded random numbers."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from tierod.core.fields import check_ranges
 from tierod.proving_ground.sensors import Sensor
 
 _BLOCK = 1024
+"""Number of random numbers that are drawn together."""
 
 
 Drawn = TypeVar("Drawn")
 
 
 class Chance:
-    """All chance of one fault in one run.
+    """Random numbers of one fault in one run.
 
-    A loop at 1 kHz and a recorded channel at 100 Hz see the same spikes, the same noise where their instants are the
-    same, and the same lost frames.
+    A loop at 1 kHz and a recorded channel at 100 Hz get the same spikes, the same lost frames, and the same noise where
+    their instants coincide.
 
     Args:
-        key: whole numbers that single out run and fault
-        start: when the fault began [s]
-        horizon: up to when processes are drawn, from the beginning of the fault [s]
-        rate: of the readings of the element [Hz]
+        key: integers unique to run and fault
+        start: onset of the fault [s]
+        horizon: duration from the onset for which random processes are drawn [s]
+        rate: sampling rate of the element [Hz]
     """
 
     def __init__(self, key: tuple[int, ...], start: float, horizon: float, rate: float = 100.0):
@@ -40,18 +41,19 @@ class Chance:
         self._block = lru_cache(maxsize=8)(self._drawn_block)
 
     def generator(self, purpose: str, part: int = 0) -> np.random.Generator:
-        """A source of its own for every purpose."""
+        """Random generator of one purpose, independent of all others."""
         return np.random.default_rng([*self.key, zlib.crc32(purpose.encode()), part])
 
     def normal(self, since: np.ndarray) -> np.ndarray:
-        """White noise of deviation one at times since the beginning [s]."""
+        """White noise of unit standard deviation at times since the onset [s]."""
         return self._at("normal", np.rint(since / self.tick).astype(int))
 
     def uniform(self, index: np.ndarray) -> np.ndarray:
-        """Numbers between 0 and 1, one for every whole number from 0."""
+        """Uniform random numbers between 0 and 1, one for every integer index from 0."""
         return self._at("uniform", index)
 
     def _at(self, kind: str, index: np.ndarray) -> np.ndarray:
+        # Numbers are drawn in blocks by index, so that any order and division of the queries gives the same numbers.
         index = np.maximum(index, 0)
         values = np.empty(len(index))
         for block in np.unique(index // _BLOCK):
@@ -64,7 +66,7 @@ class Chance:
         return generator.standard_normal(_BLOCK) if kind == "normal" else generator.random(_BLOCK)
 
     def events(self, rate: float) -> tuple[np.ndarray, np.ndarray]:
-        """(times since the beginning [s], sign of each) of a Poisson process of so many events per second."""
+        """(times since the onset [s], signs) of the events of a Poisson process with this rate [Hz]."""
         return self._remembered(("events", rate), lambda: self._drawn_events(rate))
 
     def _drawn_events(self, rate: float) -> tuple[np.ndarray, np.ndarray]:
@@ -73,10 +75,10 @@ class Chance:
         return np.sort(generator.uniform(0.0, self.horizon, count)), generator.choice([-1.0, 1.0], count)
 
     def on(self, since: np.ndarray, mean_on: float, mean_off: float) -> np.ndarray:
-        """Whether a contact that comes and goes is on; it begins on, and stays so for times of exponential law.
+        """Whether an intermittent contact is on; it starts on, and the durations are exponentially distributed.
 
         Args:
-            since: the beginning [s]
+            since: times since the onset [s]
             mean_on, mean_off: mean durations [s]
         """
         edges = self._remembered(("on", mean_on, mean_off), lambda: self._drawn_edges(mean_on, mean_off))
@@ -100,18 +102,18 @@ class Chance:
 
 
 Amount = float | str
-"""A number in SI units, or a text with a unit ("0.3 deg/s") that becomes one once the element is known."""
+"""A number in SI units, or a text with a unit ("0.3 deg/s"), which is converted once the element is known."""
 
 SIGNAL, LOOP, ACTUATOR, PARAMETER, SURROUNDING = "signal", "loop", "actuator", "parameter", "surrounding"
-"""What an element can be: a recorded signal, one that the car's own control units read, an actuator, a parameter of the
-car, or something around it."""
+"""Kinds of elements: a recorded signal, a signal that the car's own control units read, an actuator, a parameter of the
+car, or a quantity of its surroundings."""
 
 
 Values = float | np.ndarray
 
 
 class Change(NamedTuple):
-    """Change of a value: held at the one before the fault where `held` is true, then gain * value + offset."""
+    """Change of a value: held at its last value before the fault where `held` is true, then gain * value + offset."""
 
     gain: Values = 1.0
     offset: Values = 0.0
@@ -119,10 +121,10 @@ class Change(NamedTuple):
 
 
 def si(amount: Amount) -> float:
-    """An amount whose unit has been looked after.
+    """An amount as a number in SI units.
 
     Raises:
-        ParameterError: it is still a text
+        ParameterError: the amount is a text whose unit has not been converted
     """
     if isinstance(amount, str):
         raise ParameterError(f"'{amount}' has a unit, but nothing says of what; give the number in SI units")
@@ -131,10 +133,10 @@ def si(amount: Amount) -> float:
 
 @dataclass(frozen=True)
 class Behaviour:
-    """Base of the behaviours: frozen, with units and ranges in the annotations.
+    """Base class of the behaviours: frozen, with units and ranges in the annotations.
 
-    `fits` says what elements can behave so, `main` which field is the size of the fault, `usual_duration` how long it
-    lasts where nothing is said [s], None for until the end.
+    `fits` contains the kinds of elements that can behave so, `main` names the field that is the fault magnitude, and
+    `usual_duration` is the default duration [s], None until the end of the run.
     """
 
     fits: ClassVar[frozenset[str]] = frozenset()
@@ -146,11 +148,11 @@ class Behaviour:
 
     @property
     def core(self) -> Behaviour:
-        """The behaviour itself, without what makes it come and go."""
+        """The behaviour itself; that of an intermittent behaviour is the one it switches."""
         return self
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """Change by the fault at times since its onset [s], while it lasts."""
+        """Change of the value while the fault is active, at times since its onset [s]."""
         raise NotImplementedError
 
     def on_channel(
@@ -159,17 +161,18 @@ class Behaviour:
         """Time stamps and readings of a recorded channel with the fault.
 
         Args:
-            time: stamps [s]
+            time: time stamps [s]
             values: readings
-            active: whether the fault acts on each
-            sensor: that read it
-            chance: of the fault
+            active: whether the fault is active at each reading
+            sensor: sensor of the channel
+            chance: random numbers of the fault
 
         Returns:
-            (time stamps, readings as the bus can hold them)
+            (time stamps, readings with the sensor's resolution and range)
         """
         changed = values.copy()
         change = self.change(time[active] - chance.start, chance)
+        # Held readings repeat the last one before the hold: its index is carried forward.
         source = np.arange(len(values))
         source[active] = np.where(change.held, 0, source[active])
         kept = values[np.maximum.accumulate(source)] if len(values) else values

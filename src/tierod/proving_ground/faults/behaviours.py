@@ -1,4 +1,4 @@
-"""Behaviours of actuators, parameters and surroundings of a car; all behaviours, and the one that comes and goes."""
+"""Behaviours of actuators, parameters and surroundings, the intermittent behaviour, and the list of all behaviours."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ _PARAMETERS = frozenset({PARAMETER, SURROUNDING})
 
 @dataclass(frozen=True)
 class TorqueLoss(Behaviour):
-    """An actuator gives less than it should.
+    """An actuator delivers less torque than requested.
 
     Args:
-        share: of the torque that is lost; 1 is all of it
+        share: share of the torque that is lost; 1 is all of it
     """
 
     share: Annotated[float, "", Range(0.0, 1.0, open_low=True)] = 1.0
@@ -53,43 +53,43 @@ class TorqueLoss(Behaviour):
     main: ClassVar[str | None] = "share"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The rest of the torque."""
+        """Factor of the remaining torque."""
         return Change(gain=1.0 - self.share)
 
 
 @dataclass(frozen=True)
 class Sluggish(Behaviour):
-    """An actuator follows its request with another time constant; it acts on the car's parameter of that lag."""
+    """An actuator follows its request with another time constant, which replaces that parameter of the car."""
 
     time_constant: Annotated[float, "s", POSITIVE]
     fits: ClassVar[frozenset[str]] = frozenset({ACTUATOR})
     main: ClassVar[str | None] = "time_constant"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The time constant, as the lag of the actuator."""
+        """The time constant, in place of the actuator's own."""
         return Change(gain=0.0, offset=self.time_constant)
 
 
 @dataclass(frozen=True)
 class Step(Behaviour):
-    """A parameter takes another value at once."""
+    """A parameter jumps to another value."""
 
     to: Annotated[Amount, SIGNAL_UNIT]
     fits: ClassVar[frozenset[str]] = _PARAMETERS
     main: ClassVar[str | None] = "to"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The value."""
+        """The new value."""
         return Change(gain=0.0, offset=si(self.to))
 
 
 @dataclass(frozen=True)
 class Ramp(Behaviour):
-    """A parameter goes to another value along a straight line, and stays there.
+    """A parameter changes linearly to another value and stays there.
 
     Args:
-        to: value at the end
-        over: duration of the way
+        to: final value
+        over: duration of the change
     """
 
     to: Annotated[Amount, SIGNAL_UNIT]
@@ -98,18 +98,18 @@ class Ramp(Behaviour):
     main: ClassVar[str | None] = "to"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The value on the way."""
+        """The interpolated value."""
         share = np.clip(since / self.over, 0.0, 1.0)
         return Change(gain=1.0 - share, offset=share * si(self.to))
 
 
 @dataclass(frozen=True)
 class Scale(Behaviour):
-    """A parameter becomes a multiple of itself, at once or along a straight line.
+    """A parameter is multiplied by a factor, at once or along a ramp.
 
     Args:
-        factor: multiple at the end
-        over: duration of the way
+        factor: final factor
+        over: duration of the ramp
     """
 
     factor: Annotated[float, ""]
@@ -118,18 +118,18 @@ class Scale(Behaviour):
     main: ClassVar[str | None] = "factor"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The multiple on the way."""
+        """The factor reached on the ramp."""
         share = np.clip(since / self.over, 0.0, 1.0) if self.over > 0.0 else 1.0
         return Change(gain=1.0 + share * (self.factor - 1.0))
 
 
 @dataclass(frozen=True)
 class Course(Behaviour):
-    """A parameter follows given values, with straight lines between them and constant before and after.
+    """A parameter follows given values, linear between them and constant before and after.
 
     Args:
-        times: since the fault began, ascending
-        values: at these times
+        times: times since the onset of the fault, ascending
+        values: values at these times
     """
 
     times: Annotated[tuple[float, ...], "s"]
@@ -145,22 +145,22 @@ class Course(Behaviour):
             )
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The value of the course."""
+        """The interpolated value."""
         return Change(gain=0.0, offset=np.interp(since, self.times, [si(value) for value in self.values]))
 
 
 @dataclass(frozen=True)
 class WithTemperature(Behaviour):
-    """A parameter that goes with a temperature, which approaches its end exponentially.
+    """A parameter depends linearly on a temperature, which approaches its final value exponentially.
 
-    The parameter's own value is that at the reference. The default coefficient is that of the resistance of copper;
-    the flux of neodymium magnets has about -0.0011 1/K.
+    The parameter has its own value at the reference temperature. The default coefficient is that of the resistance of
+    copper; the flux of neodymium magnets has about -0.0011 1/K.
 
     Args:
-        temperature: at the end
-        coefficient: relative growth per kelvin
-        reference: temperature at the beginning
-        time_constant: of the approach
+        temperature: final temperature
+        coefficient: relative change of the parameter per kelvin
+        reference: initial temperature
+        time_constant: time constant of the temperature
     """
 
     temperature: Annotated[float, "K", POSITIVE]
@@ -171,18 +171,18 @@ class WithTemperature(Behaviour):
     main: ClassVar[str | None] = "temperature"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The factor at the temperature reached."""
+        """The factor at the present temperature."""
         warmer = (self.temperature - self.reference) * share_reached(since / self.time_constant)
         return Change(gain=1.0 + self.coefficient * warmer)
 
 
 @dataclass(frozen=True)
 class Intermittent(Behaviour):
-    """Another behaviour that comes and goes at random, as with a loose contact; it begins as being there.
+    """Another behaviour is switched on and off at random, as by a loose contact; it starts switched on.
 
     Args:
-        behaviour: what it is while it is there
-        mean_on, mean_off: mean durations of being there and not, which are of exponential law
+        behaviour: behaviour while switched on
+        mean_on, mean_off: mean durations on and off, which are exponentially distributed
     """
 
     behaviour: AnyBehaviour
@@ -197,11 +197,11 @@ class Intermittent(Behaviour):
 
     @property
     def core(self) -> Behaviour:
-        """Behaviour that comes and goes."""
+        """Behaviour that is switched on and off."""
         return self.behaviour
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """Change of the behaviour, while it is present."""
+        """Change of the behaviour while it is on, else none."""
         there = chance.on(since, self.mean_on, self.mean_off)
         change = self.behaviour.change(since, chance)
         return Change(np.where(there, change.gain, 1.0), np.where(there, change.offset, 0.0), there & change.held)
@@ -209,7 +209,7 @@ class Intermittent(Behaviour):
     def on_channel(
         self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Values under the behaviour, while it is present."""
+        """Readings with the behaviour while it is on."""
         there = active.copy()
         there[active] = chance.on(time[active] - chance.start, self.mean_on, self.mean_off)
         return self.behaviour.on_channel(time, values, there, sensor, chance)
@@ -236,14 +236,14 @@ AnyBehaviour = (
     | WithTemperature
     | Intermittent
 )
-"""Every behaviour of a fault."""
+"""Union of all behaviours of a fault."""
 
 BEHAVIOURS: dict[str, type[Behaviour]] = {kind_name(each): each for each in get_args(AnyBehaviour)}
-"""Every behaviour by the name that files use."""
+"""Every behaviour by its name in files."""
 
 
 def described(behaviour: Behaviour) -> dict[str, Any]:
-    """A behaviour as numbers, texts and tables, for a file."""
+    """A behaviour as a table of numbers, texts and tables."""
     table: dict[str, Any] = {"kind": kind_name(type(behaviour))}
     for field in dataclasses.fields(behaviour):
         value = getattr(behaviour, field.name)

@@ -1,4 +1,4 @@
-"""Elements of a car that a fault can change, and their units."""
+"""Elements of a car that faults can change, and their units."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tierod.proving_ground.recorder import channel_names, declared_units
 from tierod.proving_ground.sensors import SensorSet
 
 NOTHING = "nothing"
-"""Behind "|": an effect that is left out where the car has none of the elements before it."""
+"""Alternative after "|" with which an effect is left out if the car has none of the elements before it."""
 
 LAGS = {
     "motor_torque": ("motor.control.lag", "steering.motor.lag"),
@@ -30,19 +30,19 @@ LAGS = {
     "drive_torque_left": ("powertrain.left_lag",),
     "drive_torque_right": ("powertrain.right_lag",),
 }
-"""The parameter that is the time constant of an actuator; the first that a car has."""
+"""Parameters that are the time constant of an actuator; the first that a car has is taken."""
 
 PREFIXES = {"sensor.": SIGNAL, "loop.": LOOP, "actuator.": ACTUATOR, "car.": PARAMETER}
-"""How a name says which of several things it means."""
+"""Prefix of an element's name -> role, for names with several roles."""
 
 CLOCK = "step_time"
-"""Name of the parameters that say how long a step is: no fault changes them."""
+"""Name of the parameters that hold the sampling interval, which no fault changes."""
 
 _AROUND: Mapping[str, Any] = {"road": Road, "wind": Wind, "demand": Demand}
 
 
 class MisfitError(ParameterError):
-    """An element cannot behave so."""
+    """A behaviour that does not fit an element."""
 
 
 class Target(NamedTuple):
@@ -51,9 +51,9 @@ class Target(NamedTuple):
     Args:
         role: SIGNAL, LOOP, ACTUATOR, PARAMETER or SURROUNDING
         name: channel, port, dotted path of a parameter, or input of the car
-        unit: of its values; None where none is given
-        usual: value without fault, of a parameter; None where it is known in the run only
-        limits: of a parameter, or of what is around the car
+        unit: unit of its values; None if unknown
+        usual: fault-free value of a parameter; None where it is known only during the run
+        limits: range of a parameter or of a quantity of the surroundings
     """
 
     role: str
@@ -70,7 +70,7 @@ def split(element: str) -> tuple[str, str]:
 
 
 def unit_without_car(element: str) -> str | None:
-    """The unit of an element whose name gives it; None where it takes a car."""
+    """The unit of an element if its name alone determines it, else None."""
     _, name = split(element.split("|")[0].strip())
     if name in SIGNALS:
         return SIGNALS[name].unit
@@ -79,7 +79,7 @@ def unit_without_car(element: str) -> str | None:
 
 
 def _around(name: str) -> Meaning | None:
-    """Meaning of something around the car, from its annotation; None for what is not around it."""
+    """Meaning of a quantity of the car's surroundings, from its annotation; None for any other name."""
     head, _, rest = name.partition(".")
     known = hints(_AROUND[head]) if head in _AROUND else {}
     return meaning(known[rest]) if rest in known else None
@@ -91,11 +91,11 @@ def _limits_around(name: str) -> Range | None:
 
 
 class Reach:
-    """All that faults can change about a car with its sensors.
+    """All elements of a car and its sensors that faults can change.
 
     Args:
-        car: a block
-        sensors: that read it
+        car: a plant block
+        sensors: sensors of the car
     """
 
     def __init__(self, car: Plant | None, sensors: SensorSet):
@@ -108,7 +108,7 @@ class Reach:
 
     @cached_property
     def outputs(self) -> dict[str, str | None]:
-        """Unit of every channel of the car, None where none is given."""
+        """Unit of every channel of the car, None if it has none."""
         declared = declared_units(trace(self._plant).output_tree)
         return {
             name: SIGNALS[name].unit if name in SIGNALS else declared.get(name) for name in channel_names(self._plant)
@@ -122,33 +122,33 @@ class Reach:
 
     @cached_property
     def parameters(self) -> dict[str, Number]:
-        """Every float field of the car by dotted path, but for its clocks."""
+        """Every float field of the car by dotted path, except sampling intervals."""
         return {path: each for path, each in numbers(self.car).items() if path.split(".")[-1] != CLOCK}
 
     @property
     def recorded(self) -> set[str]:
-        """Channels that are measured."""
+        """Measured channels."""
         return set(self.sensors.sensors) & set(self.outputs)
 
     @property
     def ports(self) -> set[str]:
-        """Signals and actuators in the car's own loops."""
+        """Signals and actuators inside the car's own control loops."""
         return {name.split(".")[1] for name in self.inputs if name.startswith("ports.")}
 
     @property
     def actuators(self) -> set[str]:
-        """Ports whose torque moves something; the assist motor is one in every car that has its port."""
+        """Ports of actuators; a port `motor_torque` always is one, the assist motor."""
         steering = getattr(self.car, "steering", None)
         own = getattr(self.car, "actuators", getattr(steering, "actuators", ()))
         return {"motor_torque", *own} & self.ports
 
     @property
     def surroundings(self) -> set[str]:
-        """Inputs of the car that are neither ports nor outputs of a unit that computes it."""
+        """Inputs of the car that are neither ports nor outputs of another tool's unit."""
         return {name for name in self.inputs if not name.startswith(("ports.", "unit."))}
 
     def by_role(self) -> dict[str, set[str]]:
-        """Every name that a fault can change, by what it is."""
+        """Names of all elements that faults can change, by role."""
         return {
             SIGNAL: self.recorded,
             LOOP: self.ports - self.actuators,
@@ -158,12 +158,12 @@ class Reach:
         }
 
     def targets(self, element: str, behaviour: Behaviour) -> tuple[Target, ...]:
-        """Targets of a behaviour of an element: a signal that is recorded and read in the loop is two targets.
+        """Targets of a behaviour of an element; a signal that is both recorded and read in the loop gives two targets.
 
         Args:
-            element: name, or several with "|" between them, of which the first that the car has is taken; "nothing" is
-                no target
-            behaviour: what it does
+            element: name, or several separated by "|", of which the first that the car has is taken; "nothing" gives no
+                target
+            behaviour: behaviour of the element
 
         Raises:
             ParameterError: the car has no such element, or it cannot behave so
@@ -180,7 +180,7 @@ class Reach:
         raise ParameterError(self._missing(names[0], known))
 
     def nothing_of(self, elements: Iterable[str]) -> str:
-        """Why a fault whose effects are all left out is none, in a sentence."""
+        """Error message for a fault all of whose effects are left out."""
         names = (name.strip() for element in elements for name in element.split("|"))
         name = next((name for name in names if name != NOTHING), None)
         if name is None:
@@ -209,7 +209,7 @@ class Reach:
         return Target(role, name, SIGNALS[name].unit if name in SIGNALS else self.outputs.get(name))
 
     def _lag_of(self, actuator: str) -> str:
-        """The parameter that is an actuator's time constant."""
+        """Path of the parameter that is the time constant of an actuator."""
         path = next((path for path in LAGS.get(actuator, ()) if path in self.parameters), None)
         if path is None:
             raise ParameterError(
@@ -219,7 +219,7 @@ class Reach:
 
 
 def _chosen(name: str, roles: list[str], behaviour: Behaviour) -> list[str]:
-    """Roles of a name beside a behaviour."""
+    """Roles in which a behaviour acts on a name."""
     fits, kind = behaviour.core.fits, kind_name(type(behaviour.core))
     if SIGNAL in roles and ACTUATOR in roles:
         if {SIGNAL, ACTUATOR} <= fits:

@@ -1,4 +1,4 @@
-"""A fault as data: what fails, how, from when, and for how long; apart from vehicle and scenario."""
+"""A fault as data, separate from vehicle and scenario: what fails, how, when and for how long."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Origin:
     location: tuple[str | int, ...]
 
     def error(self, part: str, message: str) -> ParameterError:
-        """An error that points at the line of a part, or of the short form that gave it."""
+        """An error at the line of one part of the fault, or of the short form that replaces it."""
         table: Any = self.document.content
         for name in self.location:
             table = table[name]
@@ -35,7 +35,7 @@ class Origin:
 
 @dataclass(frozen=True)
 class Effect:
-    """One element and what it does; `origin` is where it stands, for messages."""
+    """Behaviour of one element; `origin` is its place in a file, for error messages."""
 
     element: str
     behaviour: AnyBehaviour
@@ -48,15 +48,15 @@ class Fault:
 
     Args:
         element: a signal ("yaw_rate", both in the recording and where the car's control units read it), a parameter of
-            the car ("steering.friction.level") or something around it ("road.adhesion_left"); "sensor.", "loop.",
-            "actuator." or "car." before the name says which is meant; of names with "|" between them the first that the
-            car has is taken, and "nothing" leaves an effect out
-        behaviour: what it does
-        trigger: when it begins
-        duration: how long it lasts [s]; None until the end, or a second for an outlier
-        name: short; made from element and behaviour if empty
+            the car ("steering.friction.level") or a quantity of its surroundings ("road.adhesion_left"); a prefix
+            "sensor.", "loop.", "actuator." or "car." selects one kind; of names separated by "|" the first that the
+            car has is taken, and "nothing" leaves the effect out
+        behaviour: how the element fails
+        trigger: when the fault starts
+        duration: duration [s]; None until the end, or a second for an outlier
+        name: short name; made from element and behaviour if empty
         also: further effects of the same fault, over the same time
-        origin: where it stands, for messages
+        origin: place in a file, for error messages
     """
 
     element: str
@@ -72,21 +72,21 @@ class Fault:
 
     @property
     def label(self) -> str:
-        """The name, or what stands for it."""
+        """The name, or element and behaviour if it is empty."""
         return self.name or f"{self.element} {kind_name(type(self.behaviour))}"
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        """All that it does."""
+        """All effects, the main one first."""
         return (Effect(self.element, self.behaviour, self.origin), *self.also)
 
     def error(self, part: str, message: str, effect: Effect | None = None) -> ParameterError:
-        """An error that names the fault's line, or the fault.
+        """An error at the line of the fault, or with its label if it comes from no file.
 
         Args:
             part: "element", "behaviour", "size", "trigger" or "duration"
-            message: what is wrong
-            effect: that it is about, if about one
+            message: description of the error
+            effect: effect that is wrong; the fault itself if None
         """
         origin = self.origin if effect is None else effect.origin
         if origin is None:
@@ -95,10 +95,10 @@ class Fault:
 
 
 def resolved(fault: Fault, effect: Effect, unit: str | None) -> AnyBehaviour:
-    """The behaviour of an effect with all amounts in the unit of what it is about.
+    """The behaviour of an effect with all amounts converted to the unit of its element.
 
     Raises:
-        ParameterError: a text whose unit does not fit
+        ParameterError: an amount whose unit does not fit
     """
     behaviour = effect.behaviour
     texts = _texts(behaviour)
@@ -115,7 +115,7 @@ def resolved(fault: Fault, effect: Effect, unit: str | None) -> AnyBehaviour:
 
 
 def _texts(behaviour: Behaviour) -> dict[str, Any]:
-    """Amounts that are texts still, by field."""
+    """Amounts that are still texts, by field."""
     found: dict[str, Any] = {}
     for each in dataclasses.fields(behaviour):
         value = getattr(behaviour, each.name)

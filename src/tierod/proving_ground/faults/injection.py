@@ -1,4 +1,4 @@
-"""Faults put into a recording that is there already, of the virtual vehicle or of a real car."""
+"""Injection of faults into an existing recording, of the virtual vehicle or of a real car."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from tierod.proving_ground.sensors import Sensor, SensorSet
 
 
 class _OfRecording(Reach):
-    """Targets of faults in a recording: its channels, and nothing behind them."""
+    """Elements of a recording that faults can change: its channels only."""
 
     def __init__(self, recording: Recording, sensors: SensorSet):
         given = {name: sensors.sensors.get(name, Sensor()) for name in recording.names if name in SIGNALS}
         super().__init__(None, SensorSet(given))
+        # These values take the place of cached properties of the base class, which need a car.
         self.__dict__["outputs"] = {name: recording[name].unit for name in recording.names}
         self.__dict__["inputs"] = {}
         self.__dict__["parameters"] = {}
@@ -29,19 +30,20 @@ class _OfRecording(Reach):
 def injected(
     recording: Recording, faults: Iterable[Fault], sensors: SensorSet | None = None, seed: int = 0
 ) -> Recording:
-    """A recording with faults of its signals, as if they had been there when it was made.
+    """A recording with faults of its signals, as if they had been present when it was made.
 
-    Only what was recorded changes: control units that would have read a faulty signal did not. A fault-free recording
-    of the virtual vehicle becomes the very one of a run with the same faults of `sensor.` elements and the same seed.
+    Only the recorded signals change, not the reaction of control units that would have read a faulty signal. A
+    fault-free recording of the virtual vehicle becomes identical to that of a run with the same faults of `sensor.`
+    elements and the same seed.
 
     Args:
-        recording: as it was made; a time of a fault is one on its clock
-        faults: of recorded signals, from a time on or always
-        sensors: that made the recording, as far as they are known: a faulty reading is rounded and limited as theirs
-        seed: of the chance of the faults
+        recording: recording without these faults; times of faults refer to its time axis
+        faults: faults of recorded signals, active from a time on or always
+        sensors: sensors that made the recording, as far as known: faulty readings get their resolution and range
+        seed: seed of the faults' random numbers
 
     Raises:
-        ParameterError: a fault of something that is no recorded signal, or one that waits for a condition
+        ParameterError: a fault of an element that is not a recorded signal, or one with a condition as its trigger
     """
     faults = tuple(faults)
     for fault in faults:

@@ -1,4 +1,4 @@
-"""Fault files and fault tables, shipped ones and a user's own."""
+"""Reading of faults from files and tables, both shipped with tierod and a user's own."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tierod.proving_ground.faults.fault import Effect, Fault, Origin
 from tierod.proving_ground.faults.triggers import Always, AnyTrigger, AtTime, trigger_of
 
 FAULTS = FileRegistry("tierod.faults", "fault", Path(__file__).parent / "shipped")
-"""The fault files that tierod ships, and those of installed packages."""
+"""Registry of the fault files of tierod and of installed packages."""
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,11 @@ class FaultFile:
     """A file with one fault.
 
     Args:
-        name: of the file
+        name: name of the file
         description: one sentence
-        source: where its size comes from, or what it stands for
-        fault: as it is used
-        path: of the file
+        source: origin of the fault magnitude, or what the fault represents
+        fault: the fault
+        path: path of the file
     """
 
     name: str
@@ -50,10 +50,10 @@ def load(name_or_path: str | Path, within: Document | None = None) -> FaultFile:
 
     Args:
         name_or_path: a name in `FAULTS`, or the path of a fault file (.toml)
-        within: document that names it, from whose folder a relative path counts; the working directory where None
+        within: document that refers to the fault; relative paths start at its folder, at the working directory if None
 
     Raises:
-        ParameterError: no such fault, or a file with a slip in it; the message names the line and the nearest names
+        ParameterError: no such fault, or an invalid file; the message contains the line and the nearest names
     """
     path = FAULTS.find(str(name_or_path), None if within is None else within.path.parent)
     document = Document.read(path, "fault") if within is None else within.beside(path.absolute(), "fault")
@@ -68,23 +68,23 @@ def load(name_or_path: str | Path, within: Document | None = None) -> FaultFile:
 
 
 def fault_of(table: Mapping[str, Any], document: Document, location: Location = (), base: Fault | None = None) -> Fault:
-    """The fault that a table describes.
+    """The fault of a table.
 
     Args:
         table: `element`; `behaviour` as a table with `kind`, or its name beside `size`; `trigger` as a table with
-            `kind` or a text as of `trigger_of`, or `start`; `duration` or `end`; `name`; `also`. With `use`, the
-            name of a shipped fault or a file beside the document, the rest changes that one.
-        document, location: where the table stands
-        base: values where the table has none
+            `kind` or a text for `trigger_of`, or `start`; `duration` or `end`; `name`; `also`. With `use`, the name of
+            a shipped fault or a file beside the document, the other keys change that fault.
+        document, location: place of the table
+        base: fault whose values are kept where the table has none
 
     Raises:
-        ParameterError: a slip, with file and line
+        ParameterError: an invalid entry, with file and line
     """
     return _Reader(document, tuple(location), table, base).fault()
 
 
 class _Reader:
-    """One table on its way to a fault, see `fault_of`."""
+    """Reader of one table, see `fault_of`."""
 
     KEYS = ("use", "element", "behaviour", "size", "trigger", "start", "end", "duration", "name", "also")
 
@@ -97,10 +97,10 @@ class _Reader:
         return self.document.error((*self.location, key), message)
 
     def fault(self) -> Fault:
-        """The fault.
+        """The fault of the table.
 
         Raises:
-            ParameterError: a slip, with file and line
+            ParameterError: an invalid entry, with file and line
         """
         for key in self.table:
             if key not in self.KEYS:
@@ -225,7 +225,7 @@ class _Reader:
 
 
 def _as_table(behaviour: Any) -> Any:
-    """A behaviour by its name alone as a table, also within one that comes and goes."""
+    """A behaviour given by its name as a table, also inside an intermittent one."""
     if isinstance(behaviour, str):
         return {"kind": behaviour}
     if isinstance(behaviour, dict) and "behaviour" in behaviour:

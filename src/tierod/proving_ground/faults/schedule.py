@@ -1,4 +1,4 @@
-"""All faults of one run: what they do to the car while it drives, and to the channels afterwards."""
+"""All faults of one run: their effect on the car during the run, and on the channels afterwards."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class Levels(NamedTuple):
 
 
 class PortCourse:
-    """A port over the steps of a piece: held where `held` is one, then gain * value + offset.
+    """Gain, offset and hold of a port over the steps of a piece: held where `held` is one, then gain * value + offset.
 
     Args:
-        time: of the steps [s]
+        time: times of the steps [s]
     """
 
     def __init__(self, time: np.ndarray):
@@ -45,19 +45,20 @@ class PortCourse:
         return Levels(float(self.gain[-1]), float(self.offset[-1]))
 
     def add(self, during: np.ndarray, change: Change, before: Levels) -> Levels:
-        """One more fault.
+        """Apply one more fault.
 
         Args:
-            during: whether it lasts at each step
-            change: what it does at those steps
-            before: what `add` gave for the piece before, or `last` where the fault did not act
+            during: whether the fault is active at each step
+            change: change at the active steps
+            before: return value of `add` for the previous piece, or `last` if the fault was not active there
 
         Returns:
-            gain and offset that go into the fault at the end of the piece, or have gone in when it began to hold
+            gain and offset ahead of this fault at the end of the piece, or at the step at which it began to hold
         """
         holds = np.zeros(len(self.time), dtype=bool)
-        # There is nothing yet to hold at the first step of a run.
+        # At the first step of a run there is no previous value to hold.
         holds[during] = change.held & (self.time[during] > 0.0)
+        # Index of the last step before the hold; -1 if the hold began in an earlier piece.
         source = np.maximum.accumulate(np.where(holds, -1, np.arange(len(self.time))))
         for values, old in ((self.gain, before.gain), (self.offset, before.offset)):
             values[:] = np.where(source < 0, old, values[source])
@@ -73,7 +74,7 @@ class PortCourse:
 
 
 _STREAM = 4
-"""The stream of chance of faults, apart from those of road, driver, sensors and scatter."""
+"""Number of the faults' random stream, separate from those of road, driver, sensors and scatter."""
 
 Usual = Callable[[str], np.ndarray]
 
@@ -82,21 +83,21 @@ class Schedule:
     """The faults of one run.
 
     A signal that is recorded and also read by a control unit of the car gets the fault in both places: at the same
-    times, and with the same random numbers where the instants are the same. In a loop a lost frame means the value
-    before; a delay and a bit flip are refused there, since neither is a factor, an offset or a held value. Faults of
-    recorded signals come after the sensor, and what they give is rounded and limited as the sensor's own readings.
-    A fault that waits for a condition begins with the piece of the run after the one in which the condition came true.
+    times, and with the same random numbers where the instants coincide. In a loop, a lost frame repeats the previous
+    value; a delay and a bit flip are refused there, since neither is a gain, an offset or a held value. Faults of
+    recorded signals act after the sensor, and their values get the sensor's resolution and range. A fault with a
+    condition starts with the piece of the run that follows the one in which the condition became true.
 
     Args:
-        faults: several at once are applied in order
-        car: that is driven, as it was drawn if there is scatter
-        sensors: that read it
-        seed: of the run
+        faults: faults of the run; several at once are applied in order
+        car: car of the run, after scatter
+        sensors: sensors of the car
+        seed: seed of the run
         seconds: duration of the run [s]
-        reach: what faults can change, where that is not what car and sensors say
+        reach: elements that faults can change, if they differ from those of car and sensors
 
     Raises:
-        ParameterError: a fault that does not fit the car, its sensors or the run; with file and line if it has them
+        ParameterError: a fault that does not fit the car, its sensors or the run; with file and line if known
     """
 
     def __init__(
@@ -121,16 +122,16 @@ class Schedule:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Dotted paths of the fields of the car that faults change."""
+        """Dotted paths of the car's fields that faults change."""
         return tuple(sorted({target.name for _, target in self._targets(PARAMETER)}))
 
     @property
     def pending(self) -> bool:
-        """Whether a fault still waits for its condition."""
+        """Whether a fault is still waiting for its condition."""
         return any(active.watch is not None for active in self._faults)
 
     def _targets(self, *roles: str) -> list[tuple[tuple[Active, int], Target]]:
-        """((fault, number of its effect), target) of everything of these roles, in order."""
+        """((fault, number of its effect), target) of all targets with one of these roles, in order."""
         return [
             ((active, number), target)
             for active in self._faults
@@ -140,10 +141,10 @@ class Schedule:
         ]
 
     def observe(self, time: np.ndarray, outputs: Mapping[str, np.ndarray]) -> None:
-        """Look at a piece of the run for what begins faults; they act from the next step on.
+        """Evaluate the conditions of pending faults on a piece of the run; faults start at the next step.
 
         Args:
-            time: of the piece [s]
+            time: times of the piece [s]
             outputs: every channel of the car at these times
         """
         for active in self._faults:
@@ -152,18 +153,18 @@ class Schedule:
                 active.begin(float(time[-1]) + step, self.seconds)
 
     def inputs(self, time: np.ndarray, usual: Usual | None = None) -> dict[str, np.ndarray]:
-        """Inputs of the car by faults at the steps of the next piece; only those that differ from a fault-free car.
+        """Inputs of the car that faults change at the steps of the next piece.
 
-        To be asked for one piece after the other, since what is held goes over from one to the next.
+        Call it for the pieces in order, since held values carry over from one piece to the next.
 
         Args:
-            time: of the steps [s]
-            usual: gives the course's value of an input of the car, shape of `time`; needed where a fault changes
-                what is around the car
+            time: times of the steps [s]
+            usual: function that returns the course's value of an input of the car, in the shape of `time`; needed if a
+                fault changes the surroundings of the car
 
         Returns:
             "ports.NAME.gain", ".offset", ".held", "parameters.PATH", and inputs of the car such as
-            "road.adhesion_left"; shape of `time` each
+            "road.adhesion_left"; each in the shape of `time`
         """
         given = self._through_ports(time)
         for (active, number), target in self._targets(PARAMETER, SURROUNDING):
@@ -187,15 +188,15 @@ class Schedule:
         return {name: values for port, course in courses.items() for name, values in course.inputs(port).items()}
 
     def on_channel(self, name: str, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A recorded channel with its faults.
+        """Time stamps and readings of a recorded channel with its faults.
 
         Args:
-            name: canonical
-            time: stamps [s]
+            name: canonical name
+            time: time stamps [s]
             values: readings of its sensor
 
         Returns:
-            (stamps, readings)
+            (time stamps, readings)
         """
         for (active, number), target in self._targets(SIGNAL):
             during = active.during(time)
@@ -206,7 +207,7 @@ class Schedule:
 
     @property
     def windows(self) -> tuple[dict[str, Any], ...]:
-        """Every effect as it came: name of the fault, element, behaviour, start and end [s], None if it did not."""
+        """Fault name, element, behaviour, start and end [s] of every effect; None if the fault did not start."""
         return tuple(
             {
                 "name": active.fault.label,
@@ -221,7 +222,7 @@ class Schedule:
 
     @property
     def provenance(self) -> tuple[dict[str, Any], ...]:
-        """Every effect whole: its window, its behaviour with all numbers in SI units, its trigger."""
+        """Complete description of every effect: window, behaviour with all numbers in SI units, and trigger."""
         effects = [(active, effect) for active in self._faults for effect in active.effects]
         return tuple(
             window
@@ -239,7 +240,7 @@ def _input(target: Target) -> str:
 
 
 def _without_fault(target: Target, time: np.ndarray, usual: Usual | None) -> np.ndarray:
-    """Values of a parameter or an input without the fault."""
+    """Fault-free values of a parameter or an input."""
     if target.role == PARAMETER:
         return np.full(len(time), target.usual)
     if usual is None:

@@ -1,4 +1,4 @@
-"""Failures of signals: in a recording, in a control loop of the car, and on the bus."""
+"""Faults of signals: in a recording, in a control loop of the car, and on the bus."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ class TotalLoss(Behaviour):
 
 @dataclass(frozen=True)
 class Stuck(Behaviour):
-    """The signal stays where it is, or at a value.
+    """The signal keeps its last value or a given value.
 
     Args:
-        value: where it stays; where it was when the fault began, if None
+        value: constant value; the last one before the fault if None
     """
 
     value: Annotated[Amount, SIGNAL_UNIT] | None = None
@@ -52,13 +52,13 @@ class Stuck(Behaviour):
     main: ClassVar[str | None] = "value"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """Held, or the value."""
+        """Held, or the constant value."""
         return Change(held=True) if self.value is None else Change(gain=0.0, offset=si(self.value))
 
 
 @dataclass(frozen=True)
 class Offset(Behaviour):
-    """A constant is added, of either sign."""
+    """A constant of either sign is added."""
 
     size: Annotated[Amount, SIGNAL_UNIT]
     fits: ClassVar[frozenset[str]] = _ALL
@@ -71,7 +71,7 @@ class Offset(Behaviour):
 
 @dataclass(frozen=True)
 class Gain(Behaviour):
-    """The signal is multiplied: 1 is right, -1 has the wrong sign."""
+    """The signal is multiplied by a factor: 1 is fault-free, -1 inverts the sign."""
 
     gain: Annotated[float, ""]
     fits: ClassVar[frozenset[str]] = _ALL
@@ -84,11 +84,11 @@ class Gain(Behaviour):
 
 @dataclass(frozen=True)
 class Drift(Behaviour):
-    """What is added grows from zero.
+    """An offset that grows from zero is added.
 
     Args:
         rate: growth per second
-        limit: magnitude at which it stops; never if None
+        limit: magnitude at which the growth stops; never if None
     """
 
     rate: Annotated[Amount, "{signal}/s"]
@@ -107,14 +107,14 @@ class Drift(Behaviour):
 
 @dataclass(frozen=True)
 class Outlier(Behaviour):
-    """For a second the signal is far off: a multiple of itself, or a value.
+    """The signal is far off for one second: a multiple of itself, or a given value.
 
     Source: Li, Frey, Gauterin, Sensors 23 (2023) 887, section 5: "a large outlier in the sensor data over a very short
     time such as one second".
 
     Args:
-        factor: of the signal
-        value: in its place, if not None
+        factor: multiple of the signal
+        value: value that replaces the signal, if not None
     """
 
     factor: Annotated[float, ""] = 3.0
@@ -124,18 +124,18 @@ class Outlier(Behaviour):
     usual_duration: ClassVar[float | None] = 1.0
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The multiple or the value."""
+        """The multiple or the given value."""
         return Change(gain=self.factor) if self.value is None else Change(gain=0.0, offset=si(self.value))
 
 
 @dataclass(frozen=True)
 class Spikes(Behaviour):
-    """Short pulses of either sign are added, at random instants.
+    """Short pulses of either sign are added at random instants.
 
     Args:
-        size: height
-        rate: how many per second on average
-        width: duration of each; a channel whose readings lie further apart misses some
+        size: height of the pulses
+        rate: average number of pulses per second
+        width: duration of each pulse; a channel with longer sampling intervals misses some
     """
 
     size: Annotated[Amount, SIGNAL_UNIT]
@@ -156,7 +156,7 @@ class Spikes(Behaviour):
 
 @dataclass(frozen=True)
 class Noise(Behaviour):
-    """White noise is added: anew every millisecond, or with every reading where there are more."""
+    """White noise is added: a new value every millisecond, or with every reading of a faster channel."""
 
     deviation: Annotated[Amount, SIGNAL_UNIT, NOT_NEGATIVE]
     fits: ClassVar[frozenset[str]] = _VALUES
@@ -169,7 +169,7 @@ class Noise(Behaviour):
 
 @dataclass(frozen=True)
 class Delay(Behaviour):
-    """Readings come late, while their stamps do not show it. For recorded signals only: a loop has no memory."""
+    """Readings arrive late with unchanged time stamps. Recorded signals only: a control loop has no buffer."""
 
     time: Annotated[float, "s", POSITIVE]
     fits: ClassVar[frozenset[str]] = frozenset({SIGNAL})
@@ -178,19 +178,19 @@ class Delay(Behaviour):
     def on_channel(
         self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The latest reading that is old enough; the first one where none is."""
+        """The latest reading that is old enough; the first one if none is."""
         old = np.searchsorted(time, time - self.time + 1e-9, side="right") - 1
         return time, np.where(active, values[np.maximum(old, 0)], values)
 
 
 @dataclass(frozen=True)
 class BitFlip(Behaviour):
-    """One bit of the raw number on the bus is the wrong one. Recorded signals only: what it adds depends on the value.
+    """One bit of the raw number on the bus is inverted. Recorded signals only: the error depends on the value.
 
     Args:
-        bit: which, from 0 for the least significant
-        bits: of the number, which is signed (two's complement)
-        quantum: value of the last bit; that of the sensor if None
+        bit: number of the bit, 0 for the least significant
+        bits: length of the number, which is signed (two's complement)
+        quantum: value of the least significant bit; that of the sensor if None
     """
 
     bit: Annotated[int, "", Range(0, 62)]
@@ -207,7 +207,7 @@ class BitFlip(Behaviour):
     def on_channel(
         self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The readings with the bit turned over."""
+        """The readings with the bit inverted."""
         quantum = sensor.quantum if self.quantum is None else si(self.quantum)
         if quantum == 0.0:
             raise ParameterError("a bit flip needs the value of the last bit: the sensor has no quantum, so give one")
@@ -221,11 +221,11 @@ class BitFlip(Behaviour):
 
 @dataclass(frozen=True)
 class DropOut(Behaviour):
-    """Frames do not come. A loop goes on with what came last; so does a recording if `repeat` is set.
+    """Frames are lost. A control loop continues with the last value; so does a recording if `repeat` is set.
 
     Args:
-        share: of the frames that do not come, at random
-        repeat: whether the bus repeats the last value instead
+        share: share of the frames that are lost, at random
+        repeat: whether the recording repeats the last value instead of leaving out the frame
     """
 
     share: Annotated[float, "", Range(0.0, 1.0, open_low=True)] = 1.0
@@ -235,14 +235,14 @@ class DropOut(Behaviour):
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
         """Held while frames are lost."""
-        # A step between two frames goes by the one before it.
+        # A control step between two frames uses the earlier one.
         frame = np.floor((since + chance.start) * chance.rate + 1e-6) / chance.rate
         return Change(held=self._lost(frame, chance))
 
     def on_channel(
         self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The frames that come."""
+        """The frames that arrive."""
         if self.repeat:
             return super().on_channel(time, values, active, sensor, chance)
         lost = active.copy()
@@ -250,5 +250,5 @@ class DropOut(Behaviour):
         return time[~lost], values[~lost]
 
     def _lost(self, time: np.ndarray, chance: Chance) -> np.ndarray:
-        """Whether the latest frame was lost; stamps may jitter by nearly half of the time between two."""
+        """Whether the latest frame was lost; time stamps may jitter by nearly half a sampling interval."""
         return chance.uniform(np.floor(time * chance.rate + 0.5).astype(int)) < self.share

@@ -1,4 +1,4 @@
-"""Triggers at which faults begin."""
+"""Triggers that start faults."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from tierod.core.units import scale
 
 @dataclass(frozen=True)
 class Always:
-    """Trigger that holds from the beginning of the run."""
+    """Trigger at the start of the run."""
 
 
 @dataclass(frozen=True)
 class AtTime:
-    """At a time of the run."""
+    """Trigger at a time of the run."""
 
     time: Annotated[float, "s", NOT_NEGATIVE]
 
@@ -32,7 +32,7 @@ class AtTime:
 
 @dataclass(frozen=True)
 class AtDistance:
-    """Trigger once the car has gone so far along its path."""
+    """Trigger once the car has travelled a distance along its path."""
 
     distance: Annotated[float, "m", NOT_NEGATIVE]
 
@@ -42,7 +42,7 @@ class AtDistance:
 
 @dataclass(frozen=True)
 class Within:
-    """At a random time between two, drawn anew for every seed."""
+    """Trigger at a random time between two, drawn for every seed."""
 
     earliest: Annotated[float, "s", NOT_NEGATIVE]
     latest: Annotated[float, "s", NOT_NEGATIVE]
@@ -54,14 +54,14 @@ class Within:
 
 
 class Comparison(NamedTuple):
-    """A signal held against a value.
+    """Comparison of a signal with a value.
 
     Args:
         signal: channel of the car
-        magnitude: whether its sign does not matter
+        magnitude: whether the magnitude of the signal is compared
         relation: ">", ">=", "<" or "<="
-        value: as written
-        unit: as written, "" for none
+        value: value, in the unit given
+        unit: unit, "" for none
     """
 
     signal: str
@@ -71,7 +71,7 @@ class Comparison(NamedTuple):
     unit: str
 
     def holds(self, values: np.ndarray, unit: str) -> np.ndarray:
-        """Whether it holds for values in a unit."""
+        """Whether the comparison holds for values in a unit."""
         limit = self.value if not self.unit else scale(self.unit, unit)(self.value)
         seen = np.abs(values) if self.magnitude else values
         return {">": seen > limit, ">=": seen >= limit, "<": seen < limit, "<=": seen <= limit}[self.relation]
@@ -84,11 +84,11 @@ _EXAMPLE = "write it like 'vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s'"
 
 @dataclass(frozen=True)
 class When:
-    """Trigger once a condition on signals of the car has held for a while, as they are, before sensors.
+    """Trigger once a condition on true signals of the car has held for a time.
 
     Args:
         condition: comparisons joined by "and": "vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s"
-        hold: how long it has to hold without a break
+        hold: time for which it has to hold without interruption
     """
 
     condition: str
@@ -102,7 +102,7 @@ class When:
 
     @cached_property
     def comparisons(self) -> tuple[Comparison, ...]:
-        """Conditions that have to hold at once."""
+        """Comparisons that have to hold simultaneously."""
         return tuple(_comparison(part) for part in re.split(r"\s+and\s+", self.condition.strip()))
 
 
@@ -114,19 +114,19 @@ def _comparison(text: str) -> Comparison:
 
 
 AnyTrigger = Always | AtTime | AtDistance | Within | When
-"""Every trigger of a fault."""
+"""Union of all triggers."""
 
 _QUANTITY = rf"({_NUMBER})\s*([^\s\d][^\s]*)"
 
 
 def trigger_of(text: str) -> AnyTrigger:
-    """The trigger that a text names.
+    """The trigger of a text.
 
     Args:
         text: "always", "at 30 s", "at 500 m", "between 10 s and 60 s", or a condition with or without "for 0.5 s"
 
     Raises:
-        ParameterError: none of these
+        ParameterError: the text is none of these
     """
     plain = text.strip()
     if plain == "always":
@@ -152,5 +152,5 @@ def _seconds(number: str, unit: str) -> float:
 
 
 def described(trigger: AnyTrigger) -> dict[str, Any]:
-    """A trigger as numbers and texts, for a file."""
+    """A trigger as a table of numbers and texts."""
     return {"kind": kind_name(type(trigger))} | {name: getattr(trigger, name) for name in trigger.__match_args__}

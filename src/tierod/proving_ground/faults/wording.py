@@ -1,4 +1,4 @@
-"""Faults in words, for people."""
+"""Descriptions of faults in words."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tierod.proving_ground.faults.triggers import Always, AnyTrigger, AtDistance
 
 
 def of_effect(effect: Effect) -> str:
-    """Effect on an element, in words: "step: to 12.5 N*m"."""
+    """Behaviour of an effect, in words: "step: to 12.5 N*m"."""
     return _of_behaviour(effect.behaviour, unit_without_car(effect.element))
 
 
@@ -41,7 +41,7 @@ def _of_behaviour(behaviour: Behaviour, unit: str | None) -> str:
 
 
 def _unit(annotation: object, signal: str | None) -> str:
-    """The unit of a field; "" where it depends on a signal that is not known."""
+    """Unit of a field; "" if it depends on an unknown signal."""
     unit = next((means.unit for means in members(meaning(annotation)) if means.unit), "")
     if unit == SIGNAL_UNIT or signal is None:
         return (signal or "") if "{signal}" in unit else unit
@@ -95,7 +95,7 @@ def fault_in_words(fault: Fault) -> str:
 
 
 def _main(fault: Fault) -> str:
-    """The magnitude of a fault with its unit, as far as its name gives one."""
+    """Magnitude of a fault with its unit; without the unit if the element's name does not determine it."""
     behaviour: Any = fault.behaviour.core
     if behaviour.main is None:
         return ""

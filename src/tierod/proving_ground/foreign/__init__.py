@@ -1,4 +1,4 @@
-"""Vehicles that another tool has computed: functional mock-up units in the place of our plant."""
+"""Vehicles that another tool computes: functional mock-up units (FMU) in place of a virtual car."""
 
 from __future__ import annotations
 

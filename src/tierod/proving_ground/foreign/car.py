@@ -1,4 +1,4 @@
-"""A vehicle that a unit computes, with our driver and, where it takes a motor's torque, our assist unit."""
+"""A vehicle that a unit computes, with the driver and, if it has an input for the motor torque, the assist unit."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from tierod.proving_ground.parts import Demand, Driver, Memory, Plant, Road, Win
 from tierod.proving_ground.recorder import TRUTH
 
 UNIT = "unit"
-"""Branch of the inputs that a unit fills."""
+"""Branch of the inputs that holds the outputs of a unit."""
 
 
 class Steered(NamedTuple):
-    """Outputs of our driver, and the vehicle's place on its path."""
+    """Outputs of the driver, and position of the vehicle relative to its path."""
 
     truth_hand_torque: Annotated[Scalar, "N*m"]
     truth_drive_force: Annotated[Scalar, "N"]
@@ -40,13 +40,13 @@ class Steered(NamedTuple):
 
 
 class State(NamedTuple):
-    """Our side between two steps.
+    """State of driver and assist unit between two steps.
 
     Args:
-        driving: driver and path; () where the unit brings its own
-        assist: memory of the assist unit; () where there is none
-        ports: what is held
-        angle: of the steering wheel at the last step
+        driving: driver and path; () if the unit has its own
+        assist: memory of the assist unit; () if there is none
+        ports: held values of the ports
+        angle: steering-wheel angle at the last step
     """
 
     driving: Tree
@@ -56,7 +56,7 @@ class State(NamedTuple):
 
 
 class Output(NamedTuple):
-    """Channels of unit, driver and assist unit, and what the unit is given."""
+    """Channels of unit, driver and assist unit, and inputs of the unit."""
 
     unit: Tree
     driving: Tree
@@ -66,17 +66,17 @@ class Output(NamedTuple):
 
 @dataclass(frozen=True)
 class ForeignCar:
-    """Our side of a vehicle that a unit computes.
+    """Driver and assist unit of a vehicle that a unit computes.
 
-    A class of its own for every set of tunable parameters, which are its further fields: `car_of` makes them.
+    Every set of tunable parameters has its own class, with these parameters as further fields, made by `car_of`.
 
     Args:
-        path: of the unit
-        wiring: how it is connected, as text
-        driver: whose hands and feet
-        assist: unit that commands the motor's torque; None where the vehicle brings its own
-        start: how a run begins
-        step_time: between two exchanges
+        path: path of the unit
+        wiring: connection of the unit, as text
+        driver: driver who steers and requests drive and brake forces
+        assist: unit that requests the motor torque; None if the vehicle has its own
+        start: initial state of a run
+        step_time: communication step
     """
 
     path: Path
@@ -87,7 +87,7 @@ class ForeignCar:
     step_time: Annotated[float, "s", Range(1e-5, 2e-2)] = 1e-3
 
     def __reduce__(self) -> Any:
-        """Classes made at run time are made again where this is read."""
+        """Pickle the fields only: classes made at run time are made again when the car is read."""
         own = (self.path, self.wiring, self.driver, self.assist, self.start, self.step_time)
         known = dict(tuning(self))
         return _restored, (own, tuple(known[each.path] for each in self.wires.tunable))
@@ -99,44 +99,44 @@ class ForeignCar:
 
     @property
     def gives(self) -> tuple[str, ...]:
-        """Channels that the unit gives, in order."""
+        """Signals of the unit's outputs, in order."""
         return tuple(each.signal for each in self.wires.outputs)
 
     @property
     def takes(self) -> tuple[str, ...]:
-        """Inputs of the unit, in order."""
+        """Signals of the unit's inputs, in order."""
         return tuple(each.signal for each in self.wires.inputs)
 
     @property
     def drives(self) -> bool:
-        """Whether our driver sits in it, or at least keeps its place on the path."""
+        """Whether the driver model is needed, to drive or to track the position on the path."""
         return bool(set(DRIVER) & set(self.takes)) or "truth_distance" not in self.gives
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Actuators of the unit that our side moves, where faults can act."""
+        """Inputs of the unit that driver and assist unit set, where faults can act."""
         return tuple(dict.fromkeys(name for name in self.takes if name in DRIVER or name == ASSIST))
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Ports of the unit, then of our own loops."""
+        """Ports of the unit, then those of the loops of driver and assist unit."""
         unit = [port_of(name) for name in self.takes if port_of(name)]
         own = [*(ASSIST_READS if self.assist is not None else ()), *self.actuators]
         return tuple(dict.fromkeys([*unit, *own]))
 
     @property
     def Sample(self) -> type:
-        """Type of the external inputs, and of the outputs of the unit."""
+        """Class of the external inputs, including the outputs of the unit."""
         units = tuple((each.signal, each.unit) for each in self.wires.outputs)
         return _sample(self.ports, units)
 
     def init(self) -> State:
-        """On the path, muscles relaxed."""
+        """State on the path with relaxed muscles."""
         driving = self._driving.init() if self.drives else ()
         return State(driving, self.assist.remembered() if self.assist else (), (0.0,) * len(self.ports), 0.0)
 
     def step(self, state: State, sample: Tree) -> tuple[State, Output]:
-        """One decision, from the outputs of the unit at this instant."""
+        """One decision, based on the outputs of the unit at this instant."""
         road, wind, demand, ports, unit = sample
         held = dict(zip(self.ports, state.ports, strict=True))
 
@@ -166,7 +166,7 @@ class ForeignCar:
         return State(driving, assist, kept, angle), Output(unit, steered, control, commands)
 
     def coupled(self, block: Plant, usual: Mapping[str, float], seconds: float, shape: tuple[int, int, int]) -> Coupled:
-        """The unit itself, begun; to be closed. Arguments as of `Coupled`."""
+        """The running unit, to be closed after use; arguments as in `Coupled`."""
         return Coupled(self, self.path, block, usual, seconds, shape)
 
     @property
@@ -174,7 +174,7 @@ class ForeignCar:
         return Driving(self.driver, self.step_time)
 
     def _sensed(self, state: State, unit: Any, road: Road, demand: Demand) -> Sensed:
-        """Inputs of a driver from the unit; the rate of the steering wheel by a difference where it gives none."""
+        """Inputs of a driver from the unit; without a steering-wheel rate, from the difference of the angle."""
         speed = next((getattr(unit, name) for name in SPEED if hasattr(unit, name)), 0.0)
         angle = getattr(unit, "steering_wheel_angle", state.angle)
         difference = (angle - state.angle) / self.step_time
@@ -186,7 +186,7 @@ class ForeignCar:
         return Sensed(speed, lateral, getattr(unit, "yaw_rate", 0.0), angle, rate, road, demand)
 
     def _shown(self, done: Any, given: Mapping[str, Scalar]) -> Tree:
-        """Signals that the unit does not give itself; the steering wheel's motion where it is an input of the unit."""
+        """Signals that are not outputs of the unit; the steering wheel's motion only if it is an input of the unit."""
         moved = given["steering_wheel_angle"], given["steering_wheel_rate"]
         place = done.distance, done.lateral_offset, done.heading_error
         whole = Steered(given["hand_torque"], given["drive_force"], *place, *moved)
@@ -248,7 +248,7 @@ def _some_steered(names: tuple[str, ...]) -> Any:
 
 @cache
 def class_of(tunable: tuple[Tunable, ...]) -> Any:
-    """A `ForeignCar` with a field for every parameter."""
+    """A class `ForeignCar` with a field for every tunable parameter."""
     branches: dict[str, Any] = {}
     for each in tunable:
         below = branches
@@ -272,7 +272,7 @@ def _made(name: str, branches: Mapping[str, Any], bases: tuple[type, ...] = ()) 
 
 
 def _restored(own: tuple[Any, ...], values: tuple[float, ...]) -> ForeignCar:
-    """The car that was written."""
+    """The car from its pickled fields."""
     tunable = Wiring.from_text(own[1]).tunable
     car = class_of(tunable)(*own)
     given = {each.path: value for each, value in zip(tunable, values, strict=True) if value != each.value}

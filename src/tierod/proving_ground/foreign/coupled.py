@@ -1,4 +1,4 @@
-"""A unit beside our driver, in a process of its own: where it crashes or hangs, the drive up to there stays."""
+"""A unit in its own process: if it crashes or hangs, the recording up to this instant is kept."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ from tierod.proving_ground.foreign.host import JOB, OUTPUTS, PROGRESS, SAMPLES, 
 from tierod.proving_ground.parts import Plant
 
 PATIENCE = 120.0
-"""How long a unit may take to begin, or for one step [s]."""
+"""Maximum time for the initialisation of a unit, or for one step [s]."""
 
 
 class Coupled:
     """The unit of a car for one run.
 
     Args:
-        car: whose unit runs
-        path: of the unit
+        car: car with the unit
+        path: path of the unit
         block: the car, or the car with some of its parameters as inputs
-        usual: of what the unit is given before the first step, by signal
+        usual: values of the unit's inputs before the first step, by signal
         seconds: duration of the run [s]
         shape: (rows of the longest piece, inputs, outputs)
 
     Attributes:
-        failure: why it could not go on; "" while it can
+        failure: reason of the unit's failure; "" if there is none
 
     Raises:
-        InputError: the unit cannot be loaded, or refuses to begin
+        InputError: the unit cannot be loaded or does not initialise
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class Coupled:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            # An interrupt ends the run here, and the unit with it.
+            # An interrupt is handled by this process, which then ends the unit.
             start_new_session=True,
         )
         answer = self._answer()
@@ -85,13 +85,13 @@ class Coupled:
         """Run over samples into outputs, as a kernel does.
 
         Args:
-            memory: not used: that of our side lives beside the unit
-            samples: (n, inputs)
-            outputs: (n, outputs)
-            count: steps that came before
+            memory: not used: the state of driver and assist unit is in the unit's process
+            samples: inputs, (n, inputs)
+            outputs: outputs, (n, outputs)
+            count: number of earlier steps
 
         Returns:
-            rows that are good; fewer than n where the unit failed, see `failure`
+            number of valid rows; fewer than n if the unit failed, see `failure`
         """
         rows = len(samples)
         self.samples[:rows] = samples
@@ -116,11 +116,12 @@ class Coupled:
         return self._answer()
 
     def _answer(self) -> dict[str, Any]:
-        """The next answer; a failure where the process is gone, or makes no step for long."""
+        """The next answer; a failure if the process has ended, or has completed no step for `PATIENCE`."""
         assert self._process is not None
         assert self._process.stdout is not None
         since, seen = time.monotonic(), -1
         while not select.select([self._process.stdout], [], [], 1.0)[0]:
+            # Progress restarts the timeout, since a piece of many steps may take longer.
             if int(self.progress[0]) != seen:
                 since, seen = time.monotonic(), int(self.progress[0])
             if time.monotonic() - since > PATIENCE:
@@ -139,7 +140,7 @@ class Coupled:
         return {"failure": f"has crashed ({how})", "gone": True}
 
     def close(self) -> None:
-        """End the unit, and remove what it was unpacked to."""
+        """End the unit, and remove the folder with its files."""
         if self._process is not None:
             assert self._process.stdin is not None
             assert self._process.stdout is not None

@@ -1,4 +1,4 @@
-"""Description of a functional mock-up unit, and whether it can run here at all."""
+"""Description of a functional mock-up unit, and checks that it can run on this machine."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from tierod.core.fields import ANY, Range
 from tierod.core.files import expanded
 
 LARGEST = 2_000_000_000
-"""Bytes that a unit may unpack to."""
+"""Maximum unpacked size of a unit [bytes]."""
 
 DESCRIPTION = "modelDescription.xml"
 
 NUMBERS = ("Real", "Float64")
-"""Types of variables that are exchanged."""
+"""Types of the variables that can be exchanged."""
 
 
 @dataclass(frozen=True)
@@ -30,15 +30,15 @@ class Variable:
     """A variable of a unit.
 
     Args:
-        name: as the unit has it
+        name: name in the unit
         reference: value reference
         causality: "input", "output", "parameter", "local", "independent"
         variability: "continuous", "discrete", "tunable", "fixed", "constant"
         is_number: whether it is a scalar of 64 bits, which can be exchanged
-        unit: as the unit writes it; "" where it states none
-        meaning: as described
-        start: value before the first step; NaN where none is stated
-        limits: stated range
+        unit: unit of measurement as written in the description; "" if there is none
+        meaning: description
+        start: value before the first step; NaN if there is none
+        limits: range according to the description
     """
 
     name: str
@@ -54,20 +54,20 @@ class Variable:
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit, as its description states it.
+    """A unit according to its description.
 
     Args:
-        path: of the file
+        path: path of the file
         digest: SHA-256 of the file
-        name: of the model
-        version: of the standard, 2 or 3
-        identifier: of the binary
-        token: that an instance has to name
-        step: communication step that it states [s]; NaN where none
-        fixed: whether it takes no other one
-        variables: by name
-        depends: names of the inputs on which an output depends at the same instant, by output; without those of which
-            nothing is stated
+        name: name of the model
+        version: version of the standard, 2 or 3
+        identifier: model identifier of the binary
+        token: GUID or instantiation token
+        step: recommended communication step [s]; NaN if there is none
+        fixed: whether it accepts no other step
+        variables: variables by name
+        depends: names of the inputs on which an output depends directly, by output; without outputs whose dependencies
+            are unknown
     """
 
     path: Path
@@ -87,13 +87,13 @@ class Unit:
 
 
 def read_unit(path: str | Path) -> Unit:
-    """The description of a unit.
+    """Description of a unit.
 
     Args:
-        path: of the file (.fmu)
+        path: path of the file (.fmu)
 
     Raises:
-        InputError: no unit, one for another platform, one that is not for co-simulation, or of FMI 1
+        InputError: not a unit, a unit for another platform, without co-simulation, or of FMI 1
         MissingExtra: fmpy is not installed
     """
     file = expanded(path)
@@ -105,7 +105,7 @@ def read_unit(path: str | Path) -> Unit:
     try:
         described: Any = fmpy.read_model_description(str(file), validate=False)
         platforms = list(fmpy.supported_platforms(str(file)))
-    except Exception as error:  # fmpy and lxml fail in many ways at a damaged description
+    except Exception as error:  # fmpy and lxml raise many kinds of errors for a damaged description
         raise InputError(f"{file} has no description that can be read ({_first_line(error)}); export it anew") from None
     version, own = str(described.fmiVersion), described.coSimulation
     if own is None:
@@ -118,7 +118,7 @@ _VERSION = re.compile(rb"""<fmiModelDescription[^>]*?\sfmiVersion\s*=\s*["']([^"
 
 
 def _require_version(file: Path, description: bytes) -> None:
-    """Before it is read by rules that another version does not follow."""
+    """Reject other versions of FMI before the description is read by the rules of version 2 or 3."""
     found = _VERSION.search(description)
     version = found[1].decode(errors="replace") if found else ""
     if found and version[:1] not in ("2", "3"):
@@ -126,7 +126,7 @@ def _require_version(file: Path, description: bytes) -> None:
 
 
 def _require_archive(file: Path) -> bytes:
-    """The description in an archive that is whole."""
+    """Model description in an archive that has been checked for integrity and size."""
     if not file.is_file():
         raise InputError(f"there is no file {file}; name a functional mock-up unit (.fmu)")
     try:

@@ -1,7 +1,8 @@
-"""The process in which a unit runs: native code of others, whose crash must not take a drive with it.
+"""Process in which a unit runs: a crash of its native code must not end the simulation.
 
-Started by `Coupled` as `python -m tierod.proving_ground.foreign.host FOLDER`. The folder holds the job and the arrays
-that both processes share; lines on standard input ask for pieces, each is answered by a line on standard output.
+Started by `Coupled` as `python -m tierod.proving_ground.foreign.host FOLDER`. The folder contains the job and the
+arrays that both processes share; each line on standard input requests one piece and is answered by one line on standard
+output.
 """
 
 from __future__ import annotations
@@ -26,28 +27,28 @@ from tierod.proving_ground.foreign.wiring import refuse_changed
 from tierod.proving_ground.recorder import COMMANDS
 
 JOB, SAMPLES, OUTPUTS, PROGRESS, UNPACKED = "job", "samples", "outputs", "progress", "unit"
-"""Names in the folder."""
+"""Names of the files in the folder."""
 
 
 def shared(folder: Path, name: str, shape: tuple[int, ...], mode: str, kind: str = "<f8") -> np.ndarray:
-    """An array that both processes see.
+    """An array in memory that both processes share.
 
     Args:
-        folder: of the job
-        name: of the file
-        shape: of the array
-        mode: "w+" to make it, "r+" to open it
-        kind: of its numbers
+        folder: folder of the job
+        name: name of the file
+        shape: shape of the array
+        mode: "w+" to create it, "r+" to open it
+        kind: type of its numbers
     """
     opened: Any = mode
     return np.memmap(folder / name, dtype=kind, mode=opened, shape=tuple(max(size, 1) for size in shape))
 
 
 class Host:
-    """A unit with the kernel of our side.
+    """A unit with the kernel of driver and assist unit.
 
     Args:
-        folder: of the job
+        folder: folder of the job
     """
 
     def __init__(self, folder: Path):
@@ -80,14 +81,14 @@ class Host:
         self.of_inputs = np.array([[each.gain, each.offset] for each in wires.inputs]).reshape(-1, 2).T
 
     def piece(self, rows: int, count: int) -> str:
-        """Some steps; `progress` counts those that are good.
+        """Simulate some steps; `progress` counts the successful ones.
 
         Args:
-            rows: how many
-            count: steps that came before
+            rows: number of steps
+            count: number of earlier steps
 
         Returns:
-            why the unit cannot go on; "" where it can
+            reason of the unit's failure; "" if there is none
         """
         step = self.car.step_time
         self.progress[0] = 0
@@ -101,7 +102,7 @@ class Host:
         return ""
 
     def _row(self, row: int, count: int) -> None:
-        """Read the unit, decide, give it what was decided."""
+        """Read the unit's outputs, decide, and write its inputs."""
         samples, outputs = self.samples[row : row + 1], self.outputs[row : row + 1]
         gain, offset = self.of_outputs
         samples[0, self.given] = gain * self.reader.read() + offset
@@ -111,6 +112,7 @@ class Host:
         if not np.array_equal(values, self.values):
             self.values = values.copy()
             self.tuner.write(values)
+        # An output that depends directly on inputs has changed by writing them: it is read once more for the recording.
         if self.car.wires.present:
             outputs[0, self.shown] = gain * self.reader.read() + offset
 
@@ -121,9 +123,9 @@ def _columns(names: tuple[str, ...], prefix: str) -> slice:
 
 
 def main(folder: Path) -> None:
-    """Answer until nothing more is asked for; then remove the folder, which its maker may not live to do."""
+    """Answer requests until the input ends; then the folder is removed, since its maker may have been killed."""
     with os.fdopen(os.dup(1), "w") as answers:
-        # What a unit prints is no answer.
+        # Output of a unit must not mix with the answers.
         nothing = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nothing, 1)
         os.dup2(nothing, 2)

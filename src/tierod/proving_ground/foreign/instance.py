@@ -1,4 +1,4 @@
-"""A functional mock-up unit that runs in this process, of either version of the standard."""
+"""A functional mock-up unit that runs in this process, of FMI version 2 or 3."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from tierod.proving_ground.foreign.description import Unit
 
 
 class UnitFailure(Exception):
-    """A unit that cannot go on; the message is for people."""
+    """Failure of a unit during a run; its message is for users."""
 
 
 class Instance:
-    """A unit that runs, of either version of the standard.
+    """A running unit of FMI version 2 or 3.
 
     Args:
-        unit: as it describes itself
-        folder: that it is unpacked to
+        unit: description of the unit
+        folder: folder for the unpacked unit
 
     Raises:
-        InputError: it cannot be loaded, or refuses to begin
+        InputError: the unit cannot be loaded or does not initialise
     """
 
     def __init__(self, unit: Unit, folder: Path):
@@ -58,7 +58,7 @@ class Instance:
         kept.logger = fmi2.fmi2CallbackLoggerTYPE(self._log_2)
         kept.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         kept.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
-        # Messages are formats with arguments, which a callback of Python cannot take.
+        # Log messages are format strings with variable arguments, which a Python callback cannot process.
         with contextlib.suppress(Exception):
             from fmpy.logging import addLoggerProxy
 
@@ -77,15 +77,15 @@ class Instance:
         return f"{what}: {reason}"
 
     def begin(self, settings: dict[int, float], inputs: dict[int, float], stop: float) -> None:
-        """Parameters and inputs before the first step.
+        """Set parameters and inputs, and initialise the unit.
 
         Args:
-            settings: of parameters by value reference
-            inputs: by value reference
-            stop: when the run ends [s]
+            settings: parameters by value reference
+            inputs: inputs by value reference
+            stop: end of the run [s]
 
         Raises:
-            InputError: the unit refuses
+            InputError: the unit does not initialise
         """
         try:
             if self.unit.version == 3:
@@ -108,8 +108,8 @@ class Instance:
         """Variables that are read or set together.
 
         Args:
-            way: which of the two
-            references: of the variables
+            way: "get" to read, "set" to write
+            references: value references of the variables
         """
         return Exchange(self, self._get if way == "get" else self._set, references)
 
@@ -117,11 +117,11 @@ class Instance:
         """One communication step.
 
         Args:
-            time: its start [s]
-            size: its length [s]
+            time: start of the step [s]
+            size: length of the step [s]
 
         Raises:
-            UnitFailure: the unit cannot go on
+            UnitFailure: the step fails, or the unit requests termination
         """
         self.message = ""
         try:
@@ -132,7 +132,7 @@ class Instance:
             raise UnitFailure(self._words("asks for the end of the run", Exception("without a reason")))
 
     def end(self) -> None:
-        """Let it go; its messages about that no longer matter."""
+        """Terminate and free the unit; errors no longer matter then."""
         with contextlib.suppress(Exception):
             self.fmu.terminate()
         with contextlib.suppress(Exception):
@@ -140,7 +140,7 @@ class Instance:
 
 
 class Exchange:
-    """Variables that are set or read together, over a buffer of their own."""
+    """Variables that are set or read together, over one preallocated buffer."""
 
     def __init__(self, instance: Instance, call: Any, references: list[int]):
         self.values = np.zeros(len(references))
@@ -151,12 +151,12 @@ class Exchange:
         self._call, self._instance = call, instance
 
     def read(self) -> np.ndarray:
-        """The values now."""
+        """Read the present values."""
         self._go()
         return self.values
 
     def write(self, values: np.ndarray) -> None:
-        """Set them."""
+        """Set the values."""
         self.values[:] = values
         self._go()
 

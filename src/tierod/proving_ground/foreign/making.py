@@ -1,4 +1,4 @@
-"""Puts a unit in the place of a scenario's car, and states what a user should know of that."""
+"""Replacement of a scenario's car by a unit, with remarks for the user."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from tierod.proving_ground.parts import Plant
 
 
 def car_of(unit: Unit, wiring: Wiring, own: Plant) -> ForeignCar:
-    """A unit in the place of a car, with the driver and the assist unit of that.
+    """A unit in place of a car, with the driver and the assist unit of this car.
 
     Args:
-        unit: as it describes itself
-        wiring: how it is connected
+        unit: description of the unit
+        wiring: connection of the unit
         own: car of a scenario
 
     Raises:
-        ParameterError: the unit lacks what driver or assist unit read, or the scenario's car has none of these
+        ParameterError: the unit lacks inputs of driver or assist unit, or the scenario's car has none of these
     """
     driver: Any = getattr(own, "driver", None)
     if driver is None:
@@ -50,7 +50,7 @@ def car_of(unit: Unit, wiring: Wiring, own: Plant) -> ForeignCar:
 
 
 def _stepped(part: Any, step: float) -> Any:
-    """A part with all its clocks at a step [s]."""
+    """A part with all its sampling intervals set to a step [s]."""
     clocks = {path: step for path, _ in tuning(part) if path.rpartition(".")[2] == "step_time"}
     return replaced(part, clocks) if clocks else part
 
@@ -75,11 +75,11 @@ def _require_outputs(car: ForeignCar, unit: Unit) -> None:
 
 
 def remarks(car: ForeignCar, unit: Unit, acting: Iterable[str]) -> list[str]:
-    """Remarks for a user on the connection, in sentences.
+    """Remarks for the user on the connection, in sentences.
 
     Args:
-        car: with its unit
-        unit: as it describes itself
+        car: car with its unit
+        unit: description of the unit
         acting: inputs that the course sets
     """
     found = []
@@ -104,7 +104,7 @@ def remarks(car: ForeignCar, unit: Unit, acting: Iterable[str]) -> list[str]:
 
 
 def _without_unit(car: ForeignCar, unit: Unit) -> list[str]:
-    """Connected variables as the unit has them, with the unit of measurement in which their numbers are taken."""
+    """Connected variables without a unit of measurement, each with the unit that is assumed for it."""
     wires = [*car.wires.inputs, *car.wires.outputs]
     plain = [each for each in wires if (each.gain, each.offset) == (1.0, 0.0) and each.unit not in ("", "1")]
     return [f"{each.variable} [{each.unit}]" for each in plain if not unit.variables[each.variable].unit]

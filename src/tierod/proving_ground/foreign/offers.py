@@ -1,4 +1,4 @@
-"""Signals that we can give a unit that computes a vehicle, and signals that we read of it."""
+"""Signals that can be inputs of a unit that computes a vehicle, and signals that can be its outputs."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ DRIVER: Mapping[str, str] = {
     "traction_force": "N",
     "braking_force": "N",
 }
-"""What the driver does: torque on the steering wheel, or the angle and rate that the arms have reached; force asked for
-along the road, or its two parts, both not negative."""
+"""Outputs of the driver: torque on the steering wheel, or angle and rate of the arms; requested force along the road,
+or its drive and brake parts, both not negative."""
 
 ASSIST = "motor_torque"
-"""What the assist unit asks of its motor [N*m]."""
+"""Torque request of the assist unit to its motor [N*m]."""
 
 ASSIST_READS = ("driver_torque", "vehicle_speed", "steering_wheel_angle", "steering_wheel_rate")
 """Signals that the assist unit reads, each through a port."""
 
 SPEED = ("truth_speed", "vehicle_speed")
-"""Channels that state the speed, the better first."""
+"""Channels of the speed, in order of preference."""
 
 _GROUPS: Mapping[str, Any] = {"road": Road, "wind": Wind, "demand": Demand}
 
 
 @cache
 def offered() -> dict[str, str]:
-    """Unit of everything that can be given, by name; "ports.NAME.gain" and the like aside."""
+    """Unit of every signal that can be an input of a unit, by name, without "ports.NAME.gain" and the like."""
     found: dict[str, str] = {}
     for group, kind in _GROUPS.items():
         names = [f"{group}.{name}" for name, _ in leaves(skeleton(kind))]
@@ -52,7 +52,7 @@ def port_of(name: str) -> str:
 
 @cache
 def channels() -> dict[str, str | None]:
-    """Unit of every channel that a unit can give, by name; of the truth of a signal too."""
+    """Unit of every channel that can be an output of a unit, by name, including the true values of signals."""
     known: dict[str, str | None] = {name: each.unit for name, each in SIGNALS.items()}
     known |= {f"truth_{name}": each.unit for name, each in SIGNALS.items()}
     return known | dict(zip(Body._fields, units(Body), strict=True))

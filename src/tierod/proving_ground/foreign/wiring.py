@@ -1,4 +1,4 @@
-"""Assignment of a unit's variables to our signals, as a file states it: names, units, signs."""
+"""Assignment of a unit's variables to the signals of tierod by a file: names, units, signs."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class Entry:
     """Relation of a variable to a signal: the signal in `unit` is sign * factor * variable + offset.
 
     Args:
-        variable: name within the unit; that of the entry where empty
-        signal: ours; that of the entry where empty
-        unit: of the number made of the variable; what the unit states where None, SI where it states none
+        variable: name in the unit; that of the entry where empty
+        signal: name in tierod; that of the entry where empty
+        unit: unit of the result; if None that of the unit's description, or SI if it has none
         sign: 1 or -1
-        factor: multiplies the variable
-        offset: added after sign and factor
+        factor: factor of the variable
+        offset: offset that is added after sign and factor
     """
 
     variable: str = ""
@@ -40,17 +40,17 @@ class Entry:
 
 @dataclass(frozen=True)
 class PlantFile:
-    """The file of a unit that takes the place of a plant.
+    """Content of the file of a unit that replaces a plant.
 
     Args:
-        fmu: the unit, beside this file
-        inputs: signal of ours, or an entry, by variable of the unit
-        outputs: variable of the unit, or an entry, by signal of ours
-        values: of its parameters before the first step, in its own units, by variable
-        start_speed: parameter that is the speed at the start, or an entry; the unit begins at its own where None
-        step: between two exchanges [s]; what the unit states where None
-        break_loops: whether the driver may work with outputs one step old where they depend on its own doing
-        title: for people
+        fmu: path of the unit, relative to this file
+        inputs: signal of tierod, or an entry, by variable of the unit
+        outputs: variable of the unit, or an entry, by signal of tierod
+        values: values of parameters before the first step, in the unit's own units, by variable
+        start_speed: parameter that is the initial speed, or an entry; None keeps the unit's own initial speed
+        step: communication step [s]; that of the unit's description if None
+        break_loops: whether the driver may use outputs one step old where they depend directly on its own outputs
+        title: title for readers
     """
 
     fmu: str
@@ -75,7 +75,7 @@ class Wire(NamedTuple):
 
 
 class Tunable(NamedTuple):
-    """A parameter of a unit that may change while it runs, by a dotted path."""
+    """A parameter of a unit that may change during the run, with a dotted path."""
 
     path: str
     reference: int
@@ -97,14 +97,14 @@ class Wiring(NamedTuple):
 
     Args:
         digest: SHA-256 of the unit
-        inputs: what it is given, in order
-        outputs: what is read of it, in order
+        inputs: inputs of the unit, in order
+        outputs: outputs of the unit, in order
         tunable: parameters that faults and scatter can change
         settings: parameters that are set once
-        start: the parameter that is the speed at the start, if there is one
-        step: between two exchanges [s]
+        start: the parameter that is the initial speed, if there is one
+        step: communication step [s]
         present: whether an output may depend on an input at the same instant
-        loops: (output, input) that driver or assist unit would close
+        loops: (output, input) of the algebraic loops that driver or assist unit would close
     """
 
     digest: str
@@ -123,7 +123,7 @@ class Wiring(NamedTuple):
 
     @classmethod
     def from_text(cls, text: str) -> Wiring:
-        """The wiring that `text` gave."""
+        """The wiring from the text of `text`."""
         digest, inputs, outputs, tunable, settings, start, step, present, loops = json.loads(text)
         given, shown, speed = (tuple(Wire(*each) for each in rows) for rows in (inputs, outputs, start))
         parameters = tuple(Tunable(*each) for each in tunable)
@@ -132,26 +132,26 @@ class Wiring(NamedTuple):
 
 
 USUAL_STEP, LONGEST_STEP = 1e-3, 2e-2
-"""Between two exchanges [s]: where a unit states none; the most that a driver's hands bear."""
+"""Communication step if a unit recommends none, and the longest one that the driver model tolerates [s]."""
 
 START_SPEED = "start.speed"
-"""What the speed is called at which a course begins."""
+"""Name of the initial speed of a course."""
 
 CLOSED = ("hand_torque", "steering_wheel_angle", "steering_wheel_rate", "motor_torque")
-"""What driver and assist unit work out from outputs of the same instant."""
+"""Signals that driver and assist unit compute from outputs of the same instant."""
 
 STEERED_BY = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque")
-"""Outputs from which they work it out."""
+"""Outputs from which these signals are computed."""
 
 
 def wiring_of(document: Document) -> tuple[Unit, Wiring]:
-    """The unit that a file names, and how it is connected.
+    """The unit to which a file refers, and its connection.
 
     Args:
         document: a plant file
 
     Raises:
-        ParameterError: a slip in the file, a variable that the unit does not have, a unit of another kind
+        ParameterError: an invalid file, a variable that the unit does not have, or one of another kind
         InputError: the unit cannot be used
     """
     file: PlantFile = build(PlantFile, document.content, document)
@@ -161,15 +161,15 @@ def wiring_of(document: Document) -> tuple[Unit, Wiring]:
 
 
 def connected(unit: Unit, file: PlantFile, document: Document) -> Wiring:
-    """Connection of a unit.
+    """Connect a unit.
 
     Args:
-        unit: as it describes itself
-        file: what belongs to what
-        document: where that stands
+        unit: description of the unit
+        file: assignment of its variables
+        document: document of the file
 
     Raises:
-        ParameterError: a variable or signal that is not there, or that does not fit
+        ParameterError: a variable or signal that does not exist or does not fit
     """
     inputs = tuple(_input(unit, name, given, document) for name, given in file.inputs.items())
     outputs = tuple(_output(unit, name, given, document) for name, given in file.outputs.items())
@@ -267,7 +267,7 @@ def _wire(
 
 
 def _step(unit: Unit, file: PlantFile, document: Document) -> float:
-    """Between two exchanges [s]."""
+    """Communication step [s]."""
     stated = unit.step if math.isfinite(unit.step) and unit.step > 0.0 else USUAL_STEP
     if file.step is None:
         step = stated if stated <= LONGEST_STEP or unit.fixed else LONGEST_STEP
@@ -296,7 +296,7 @@ def _settings(unit: Unit, file: PlantFile, document: Document) -> Iterable[Setti
 
 
 def _tunable(unit: Unit, values: Mapping[str, float], without: set[str]) -> Iterable[Tunable]:
-    """Parameters that may change while the unit runs, where their names are paths that do not contradict each other."""
+    """Tunable parameters whose names are valid paths, where no path is a prefix of another one."""
     taken: set[str] = set()
     for name, each in unit.of("parameter").items():
         if name in without:
@@ -315,7 +315,7 @@ def _tunable(unit: Unit, values: Mapping[str, float], without: set[str]) -> Iter
 
 
 OWN = ("path", "wiring", "driver", "assist", "start", "step_time")
-"""Fields of our side, whose names no parameter of a unit can have as its first part."""
+"""Fields of `ForeignCar`, which no parameter of a unit can have as the first part of its name."""
 
 
 def _known_unit(text: str) -> str:
@@ -326,10 +326,10 @@ def _known_unit(text: str) -> str:
 
 
 def refuse_changed(path: Path, digest: str) -> Unit:
-    """The unit of a file, which has to be the one that was connected.
+    """The unit of a file, which must not have changed since it was connected.
 
     Raises:
-        ParameterError: it is another one
+        ParameterError: the file has changed
     """
     unit = read_unit(path)
     if unit.digest != digest:

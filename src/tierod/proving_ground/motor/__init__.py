@@ -1,4 +1,4 @@
-"""A permanent-magnet motor with its inverter, current control and winding temperature, at a rate of its own."""
+"""Permanent-magnet motor with inverter, current control and winding temperature, at its own sampling rate."""
 
 from tierod.proving_ground.motor.current_control import CurrentControl
 from tierod.proving_ground.motor.machine import Inverter, Machine, Rotor, Warming

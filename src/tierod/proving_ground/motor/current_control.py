@@ -1,4 +1,4 @@
-"""Field-oriented control of the current in a permanent-magnet motor, by its control unit's model of the motor."""
+"""Field-oriented current control of a permanent-magnet motor, based on the control unit's model of the motor."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class ControlMemory(NamedTuple):
     """State of the control unit.
 
     Args:
-        integral: of the current error, as voltage [V]
-        angle: mechanical, as sensed at the sample before [rad]
-        speed: mechanical, from the sensed angle [rad/s]
-        command: voltage that the inverter makes in the period to come [V]
+        integral: integral of the current error, as voltage [V]
+        angle: mechanical angle sensed at the previous sample [rad]
+        speed: mechanical speed, from the sensed angle [rad/s]
+        command: voltage command of the inverter for the next period [V]
     """
 
     integral: RotorVector
@@ -32,18 +32,19 @@ class ControlMemory(NamedTuple):
 
 @dataclass(frozen=True)
 class CurrentControl:
-    """Proportional-integral control in the rotor's axes with feed-forward of the voltages that the turning induces.
+    """Proportional-integral control in the rotor's axes with feed-forward of the induced voltages.
 
-    The command of a sample is made in the next period, as in every digital drive; it is turned ahead by the angle that
-    the rotor turns until then. The motor's parameters that the unit assumes are numbers of its own.
+    The inverter applies the command of a sample in the next period, as in every digital drive; the command is rotated
+    by the angle through which the rotor turns until then. The motor parameters of the control unit are its own and may
+    differ from the true ones.
 
     Args:
-        resistance, inductance_d, inductance_q, flux: assumed
-        lag: time constant of the closed current loop; 1/3 ms leaves room for one and a half periods of delay at 10 kHz
-        current_limit: longest current vector
-        speed_time: of the low-pass on the sensed speed; 0 is none
-        weakening: share of the longest voltage up to which `SetPoints` choose the current along the flux; None asks
-            for none along it
+        resistance, inductance_d, inductance_q, flux: motor parameters of the control unit
+        lag: time constant of the closed current loop; 1/3 ms tolerates a delay of one and a half periods at 10 kHz
+        current_limit: maximum length of the current vector
+        speed_time: time constant of the low-pass on the sensed speed; 0 is none
+        weakening: share of the maximum voltage that `SetPoints` may use when they choose the d-axis current; None sets
+            no d-axis current
     """
 
     resistance: Annotated[float, "ohm", POSITIVE] = 0.05
@@ -56,11 +57,11 @@ class CurrentControl:
     weakening: Annotated[float, "", SHARE] | None = None
 
     def remembered(self) -> ControlMemory:
-        """At rest, no voltage."""
+        """State at rest, without voltage."""
         return ControlMemory(RotorVector(0.0, 0.0), 0.0, 0.0, StatorVector(0.0, 0.0))
 
     def wanted_current(self, torque: Scalar, pole_pairs: int) -> Scalar:
-        """Current across the flux [A] for a torque at the shaft [N*m], within the limit; none along the flux."""
+        """Current across the flux [A] for a shaft torque [N*m], within the limit; none flows along the flux."""
         return limit(torque / torque_constant(pole_pairs, self.flux), -self.current_limit, self.current_limit)
 
     def step(
@@ -74,17 +75,17 @@ class CurrentControl:
         period: Scalar,
         pole_pairs: int,
     ) -> ControlMemory:
-        """One sample; the new command is in the memory.
+        """Process one sample; the new command is part of the returned state.
 
         Args:
-            memory: of the sample before
-            wanted: current across the flux [A]
-            current: measured [A]
-            angle: sensed, mechanical [rad]
-            rotor: direction of the sensed angle, electrical
-            longest: voltage that can be made [V]
-            period: between two samples [s]
-            pole_pairs: of the motor
+            memory: state after the previous sample
+            wanted: target current across the flux [A]
+            current: measured current [A]
+            angle: sensed mechanical angle [rad]
+            rotor: direction of the sensed electrical angle
+            longest: maximum voltage of the inverter [V]
+            period: sampling interval [s]
+            pole_pairs: pole pairs of the motor
         """
         speed = self._speed(memory, angle, period)
         electrical_speed = pole_pairs * speed
@@ -100,14 +101,17 @@ class CurrentControl:
             memory.integral.q + gain_q * error.q + electrical_speed * (self.inductance_d * own.d + self.flux),
         )
         made = limited_voltage(asked, longest)
+        # Back-calculation: the voltage that the inverter cannot make is subtracted at the input of the integral.
         growth = period / self.lag * self.resistance
         integral = RotorVector(
             memory.integral.d + growth * (error.d + (made.d - asked.d) / gain_d),
             memory.integral.q + growth * (error.q + (made.q - asked.q) / gain_q),
         )
+        # The voltage acts during the next period, whose middle is one and a half periods after the sample.
         ahead = turned(rotor, 1.5 * period * electrical_speed)
         return ControlMemory(integral, angle, speed, inverse_park(made, ahead))
 
     def _speed(self, memory: ControlMemory, angle: Scalar, period: Scalar) -> Scalar:
+        # The small second term permits a time constant of zero.
         keep = exp(-period / (self.speed_time + 1e-9 * period))
         return keep * memory.speed + (1.0 - keep) / period * (angle - memory.angle)

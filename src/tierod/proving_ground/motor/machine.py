@@ -1,4 +1,4 @@
-"""A permanent-magnet motor and its inverter, and one modulation period of it: the truth, which no monitor may read."""
+"""True behaviour of a permanent-magnet motor and its inverter over one modulation period; monitors never read it."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ class Machine:
     The defaults are those of a 12 V motor of 450 W in an active front steering; no paper prints such a set.
 
     Args:
-        resistance: of a phase
-        inductance_d, inductance_q: along and across the rotor flux
-        flux: linkage of the magnets
-        inertia: of the rotor
-        damping: viscous, of the rotor
+        resistance: resistance of a phase
+        inductance_d, inductance_q: inductances along and across the rotor flux
+        flux: flux linkage of the magnets
+        inertia: inertia of the rotor
+        damping: viscous damping of the rotor
         friction: level of dry friction at the shaft: bearings, seals, worm
-        dahl_angle: of that friction, at the shaft
-        cogging: amplitude of the slots' torque
-        pole_pairs: electrical turns per turn of the shaft
+        dahl_angle: build-up angle of this friction, at the shaft
+        cogging: amplitude of the cogging torque
+        pole_pairs: electrical revolutions per revolution of the shaft
     """
 
     resistance: Annotated[float, "ohm", POSITIVE] = 0.05
@@ -56,11 +56,11 @@ class Inverter:
     """Six switches on a battery; the modulation period is that of the current control.
 
     Args:
-        supply_voltage: at the inverter
-        dead_time: between the switches of a leg; 1 us is usual for MOSFETs
-        forward_drop: of switch and diode, mean
-        knee_current: below it the loss of a phase falls in proportion to its current
-        modulation: share of the longest possible voltage that is used
+        supply_voltage: voltage at the inverter
+        dead_time: dead time between the switches of a leg; 1 us is usual for MOSFETs
+        forward_drop: mean forward voltage of switch and diode
+        knee_current: phase current below which the voltage loss is proportional to the current
+        modulation: share of the maximum voltage that is used
     """
 
     supply_voltage: Annotated[float, "V", POSITIVE] = 13.0
@@ -71,12 +71,12 @@ class Inverter:
 
     @property
     def longest_voltage(self) -> Scalar:
-        """Longest of the voltage vectors in use [V]."""
+        """Maximum length of the voltage vector in use [V]."""
         return self.modulation * longest_voltage(self.supply_voltage)
 
 
 class Warmth(NamedTuple):
-    """Temperatures of winding and housing [K]; the magnets are as warm as the housing."""
+    """Temperatures of winding and housing [K]; the magnets have the temperature of the housing."""
 
     winding: Scalar
     housing: Scalar
@@ -84,14 +84,14 @@ class Warmth(NamedTuple):
 
 @dataclass(frozen=True)
 class Warming:
-    """Two bodies that store heat: the winding on the housing, the housing in the air.
+    """Thermal model of two bodies: the winding on the housing, and the housing in the air.
 
     Args:
-        winding_capacity: of some 0.25 kg of copper
-        housing_capacity: of some 1 kg of iron and aluminium
-        winding_conductance: from winding to housing; with the capacity a time constant of about 80 s
-        housing_conductance: from housing to air; about 20 minutes
-        ambient_temperature: of the air; a run begins with everything as warm as this
+        winding_capacity: heat capacity, of about 0.25 kg of copper
+        housing_capacity: heat capacity, of about 1 kg of iron and aluminium
+        winding_conductance: thermal conductance from winding to housing; the time constant is about 80 s
+        housing_conductance: thermal conductance from housing to air; the time constant is about 20 minutes
+        ambient_temperature: temperature of the air, and of all parts at the start of a run
     """
 
     winding_capacity: Annotated[float, "J/K", POSITIVE] = 100.0
@@ -101,16 +101,16 @@ class Warming:
     ambient_temperature: Annotated[float, "K", POSITIVE] = 298.15
 
     def init(self) -> Warmth:
-        """Warmth of a machine as warm as the air."""
+        """Temperatures of a machine in equilibrium with the air."""
         return Warmth(self.ambient_temperature, self.ambient_temperature)
 
     def after(self, warmth: Warmth, heat: Scalar, step: Scalar) -> Warmth:
-        """Temperatures after a step.
+        """Temperatures after a step, by the explicit Euler method.
 
         Args:
-            warmth: before
-            heat: in the winding [W]
-            step: [s], short against the time constants
+            warmth: temperatures before the step
+            heat: heat in the winding [W]
+            step: sampling interval, short compared with the time constants [s]
         """
         inward = self.winding_conductance * (warmth.winding - warmth.housing)
         outward = self.housing_conductance * (warmth.housing - self.ambient_temperature)
@@ -121,31 +121,31 @@ class Warming:
 
 
 Load = Callable[[Scalar, Scalar, Scalar], Scalar]
-"""(angle [rad], speed [rad/s], time since the start of the step [s]) -> torque that opposes the rotor [N*m]."""
+"""(angle [rad], speed [rad/s], time since the start of the step [s]) -> load torque on the rotor [N*m]."""
 
 
 class Rotor(NamedTuple):
-    """The shaft: mechanical angle [rad] and speed [rad/s]."""
+    """Mechanical angle [rad] and speed [rad/s] of the shaft."""
 
     angle: Scalar
     speed: Scalar
 
 
 class Winding(NamedTuple):
-    """Resistance of a phase [ohm] and flux linkage of the magnets [V*s], as warm as they are."""
+    """Resistance of a phase [ohm] and flux linkage of the magnets [V*s], at their present temperatures."""
 
     resistance: Scalar
     flux: Scalar
 
 
 class Instant(NamedTuple):
-    """A machine between two periods.
+    """State of a machine between two periods.
 
     Args:
-        rotor: of the shaft
-        linkage: flux of the stator [V*s]
-        dry: dry friction over its level [-]
-        current: that goes with flux and angle [A]
+        rotor: motion of the shaft
+        linkage: stator flux linkage [V*s]
+        dry: dry friction divided by its level [-]
+        current: current that follows from flux linkage and angle [A]
         at: direction of the electrical angle
     """
 
@@ -157,14 +157,14 @@ class Instant(NamedTuple):
 
 
 class Mean(NamedTuple):
-    """Means over a period: torque on the shaft without dry friction [N*m], heat in the winding [W]."""
+    """Means over a period: shaft torque without dry friction [N*m], and heat in the winding [W]."""
 
     torque: Scalar
     heat: Scalar
 
 
 def begin(machine: Machine, rotor: Rotor, linkage: StatorVector, dry: Scalar, winding: Winding) -> Instant:
-    """The machine at the start of a step, its direction from sine and cosine of the library."""
+    """State at the start of a step; the direction is computed anew, since `turned` accumulates small errors."""
     at = direction(electrical_angle(rotor.angle, machine.pole_pairs))
     return Instant(rotor, linkage, dry, _current(machine, linkage, at, winding), at)
 
@@ -179,17 +179,17 @@ def advance(
     load: Load | None,
     free: Scalar,
 ) -> tuple[Instant, Mean]:
-    """One period on, by the explicit midpoint rule.
+    """State after one period, by the explicit midpoint rule, and the means over the period.
 
     Args:
         machine: windings, magnets and rotor
-        now: before
-        voltage: mean over the period, in the stator's axes [V]
+        now: state before the period
+        voltage: mean voltage over the period, in the stator's axes [V]
         winding: resistance and flux
-        period: [s]
-        elapsed: since the start of the step [s]
-        load: what opposes the rotor; None for a rotor that is carried at its speed
-        free: 1, or 0 for a rotor that is held
+        period: modulation period [s]
+        elapsed: time since the start of the step [s]
+        load: load torque on the rotor; None for a rotor whose speed is imposed
+        free: 1, or 0 for a locked rotor
     """
     half, rotor = 0.5 * period, now.rotor
     slope = _acceleration(machine, now, rotor, load, elapsed)
@@ -208,7 +208,7 @@ def advance(
 
 
 def shaft_torque(machine: Machine, now: Instant) -> Scalar:
-    """Torque of current and slots on the shaft [N*m]."""
+    """Electromagnetic and cogging torque on the shaft [N*m]."""
     torque = torque_of_flux(now.linkage, now.current, machine.pole_pairs)
     return torque + cogging_torque(now.at, machine.cogging)
 

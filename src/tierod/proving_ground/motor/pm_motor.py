@@ -1,4 +1,4 @@
-"""A permanent-magnet motor with inverter and current control, integrated at its own rate inside a step of the car."""
+"""Permanent-magnet motor with inverter and current control, integrated with its own step within a step of the car."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def _true(value: Scalar) -> Scalar:
 
 
 class Senses(NamedTuple):
-    """Sensed values of the current control for a true value: the ports of a car's control unit.
+    """Functions from the true values to those that the current control reads, through the ports of a control unit.
 
     Args:
-        angle: of the shaft, mechanical [rad]
+        angle: mechanical angle of the shaft [rad]
         alpha, beta: currents in the stator's axes [A]
     """
 
@@ -45,28 +45,28 @@ class Senses(NamedTuple):
 
     @classmethod
     def through(cls, read: Callable[[str, Scalar], Scalar]) -> Senses:
-        """Sensors of a car that passes the named signal through its port."""
+        """Sensors that pass every signal through the port of its name."""
         return cls(*(partial(read, name) for name in IN_LOOP))
 
 
 IN_LOOP = ("motor_angle_mechanical", "motor_current_alpha", "motor_current_beta")
-"""What the current control reads, by canonical name."""
+"""Canonical names of the signals that the current control reads."""
 
 TRUE_VALUES = Senses()
-"""Sensors that read what is there."""
+"""Sensors without errors."""
 
 
 class DriveState(NamedTuple):
-    """A motor between two steps.
+    """State of a motor between two steps.
 
     Args:
-        rotor: of the shaft
-        linkage: flux of the stator [V*s]
-        dry: dry friction of the rotor over its level [-]
-        control: of the current
-        voltage: mean over the period that has just ended [V]
-        command: what the inverter was commanded to make in that period [V]
-        warmth: of winding and housing
+        rotor: motion of the shaft
+        linkage: stator flux linkage [V*s]
+        dry: dry friction of the rotor divided by its level [-]
+        control: state of the current control
+        voltage: mean voltage over the last period [V]
+        command: voltage command of the inverter in the last period [V]
+        warmth: temperatures of winding and housing
     """
 
     rotor: Rotor
@@ -79,13 +79,13 @@ class DriveState(NamedTuple):
 
 
 Fine: TypeAlias = Tree
-"""A tuple of one number per sub-sample."""
+"""Tuple with one number per sub-sample."""
 
 
 class FineSignals(NamedTuple):
-    """Signals at the motor's own rate: a tuple of sub-samples per step each, the first at the step's instant.
+    """Signals at the motor's own rate: per step a tuple of sub-samples each, the first at the instant of the step.
 
-    Voltages are means over the period that ends at the instant; the target is the inverter's command.
+    Voltages are means over the period that ends at the instant; the target is the command of the inverter.
     """
 
     motor_current_alpha: Annotated[Fine, "A"]
@@ -101,7 +101,7 @@ class FineSignals(NamedTuple):
 
 
 class DriveSignals(NamedTuple):
-    """Signals of a motor at the instant of a step, and its fine signals over the step that follows."""
+    """Signals of a motor at the instant of a step, and its fine signals over the step after it."""
 
     fine: FineSignals
     motor_torque: Annotated[Scalar, "N*m"]
@@ -116,18 +116,18 @@ class DriveSignals(NamedTuple):
 
 @dataclass(frozen=True)
 class PmMotor:
-    """Motor, inverter, current control and heat as one part; `substeps` periods in every step of the car.
+    """Motor, inverter, current control and heating as one part, with `substeps` periods in every step of the car.
 
-    The machine is integrated in the stator's axes, where the inverter's mean voltage stands still over a period.
-    `turn` moves a rotor of its own against a load; `torque` is for a rotor that a steering carries with it.
+    The machine is integrated in the stator's axes, in which the mean voltage of the inverter is constant over a period.
+    `turn` integrates the rotor against a load; `torque` is for a rotor whose motion a steering imposes.
 
     Args:
         machine: windings, magnets, rotor
-        inverter: with its battery
-        control: of the current
-        warming: of winding and housing
-        resolver_amplitude: of the angle sensor's sine and cosine, which turn with the electrical angle
-        substeps: periods of modulation and control in a step
+        inverter: inverter and its battery
+        control: current control
+        warming: thermal model of winding and housing
+        resolver_amplitude: amplitude of the angle sensor's sine and cosine of the electrical angle
+        substeps: periods of modulation and control per step
     """
 
     machine: Machine = field(default_factory=Machine)
@@ -138,7 +138,7 @@ class PmMotor:
     substeps: Annotated[int, "", COUNT] = 10
 
     def init(self) -> DriveState:
-        """At rest, no current, as warm as the air."""
+        """State at rest, without current, at the temperature of the air."""
         warmth, none = self.warming.init(), StatorVector(0.0, 0.0)
         linkage = StatorVector(flux_at(warmth.housing, self.machine.flux), 0.0)
         return DriveState(Rotor(0.0, 0.0), linkage, 0.0, self.control.remembered(), none, none, warmth)
@@ -152,15 +152,15 @@ class PmMotor:
         senses: Senses = TRUE_VALUES,
         locked: Scalar = 0.0,
     ) -> tuple[DriveState, DriveSignals]:
-        """One step of the car with a rotor that turns by itself.
+        """Advance a motor with its own rotor by one step of the car.
 
         Args:
-            state: before
-            request: torque at the shaft that is asked for [N*m]
-            step: of the car [s]
-            load: what opposes the rotor besides its own friction
-            senses: what the current control reads
-            locked: 1 holds the rotor still, 0 lets it turn
+            state: state before the step
+            request: requested shaft torque [N*m]
+            step: step of the car [s]
+            load: load torque on the rotor, in addition to its own friction
+            senses: sensors of the current control
+            locked: 1 locks the rotor, 0 releases it
         """
         after, signals, _ = self._run(state, request, step, senses, load, 1.0 - locked)
         return after, signals
@@ -168,17 +168,17 @@ class PmMotor:
     def torque(
         self, state: DriveState, rotor: Rotor, request: Scalar, step: Scalar, senses: Senses = TRUE_VALUES
     ) -> tuple[DriveState, DriveSignals, Scalar]:
-        """One step of the car with a rotor that is carried by a steering, at the same speed over the step.
+        """Advance a motor by one step of the car, with the rotor moved by a steering at constant speed.
 
         Args:
-            state: before; its rotor is replaced
-            rotor: as the steering moves it
-            request: torque at the shaft that is asked for [N*m]
-            step: of the car [s]
-            senses: what the current control reads
+            state: state before the step; its rotor is replaced
+            rotor: motion imposed by the steering
+            request: requested shaft torque [N*m]
+            step: step of the car [s]
+            senses: sensors of the current control
 
         Returns:
-            state, signals, and the mean torque on the shaft over the step, without the rotor's own friction [N*m]
+            state, signals, and the mean shaft torque over the step, without the rotor's own friction [N*m]
         """
         return self._run(state._replace(rotor=rotor), request, step, senses, None, 1.0)
 
@@ -197,6 +197,7 @@ class PmMotor:
         for count in range(self.substeps):
             resolver = (self.resolver_amplitude * now.at.cosine, self.resolver_amplitude * now.at.sine)
             seen.append((*now.current, *voltage, *command, *now.rotor, *resolver))
+            # The inverter applies the command of the previous sample during this period.
             command, current = control.command, StatorVector(senses.alpha(now.current[0]), senses.beta(now.current[1]))
             control = self.control.step(control, wanted, current, angle, sensed_at, longest, period, pole_pairs)
             voltage = self._made(command, now.current, period)
@@ -243,7 +244,7 @@ class PmMotor:
 
 
 AFS_MOTOR = PmMotor(machine=Machine(friction=0.3))
-"""Of an active front steering, as those of Reinelt et al. in kind; most of the dry friction is that of its worm."""
+"""Motor of an active front steering, of the same kind as in Reinelt et al.; the friction is mainly that of the worm."""
 
 EPS_MOTOR = PmMotor(
     machine=Machine(
@@ -260,4 +261,4 @@ EPS_MOTOR = PmMotor(
         resistance=0.016, inductance_d=7e-5, inductance_q=9e-5, flux=0.0083, lag=4e-4, current_limit=80.0
     ),
 )
-"""Of an electric power steering: 4 N*m, slightly salient; 0.05 N*m/A as in Mohtat et al."""
+"""Motor of an electric power steering: 4 N*m, slightly salient; 0.05 N*m/A as in Mohtat et al."""

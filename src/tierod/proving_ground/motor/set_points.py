@@ -1,4 +1,4 @@
-"""Current set points of a salient motor: least current for a torque, and less flux where the voltage ends."""
+"""Current set points of a salient motor: minimum current for a torque, and field weakening at the voltage limit."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from tierod.core.graph.maths import absolute, limit, maximum, minimum, sqrt
 from tierod.physics.clarke_park import RotorVector
 
 _ROUNDS = 6
-"""Of the search for the current that makes a torque."""
+"""Number of iterations in the search for the current that makes a torque."""
 
 
 @dataclass(frozen=True)
 class SetPoints:
-    """Current along and across the flux for a torque, by the motor parameters that the control unit assumes.
+    """Currents along and across the flux for a torque, from the motor parameters of the control unit.
 
     Args:
-        inductance_d, inductance_q: along and across the flux [H]
-        flux: linkage of the magnets [V*s]
-        current_limit: longest current vector [A]
+        inductance_d, inductance_q: inductances along and across the flux [H]
+        flux: flux linkage of the magnets [V*s]
+        current_limit: maximum length of the current vector [A]
 
-    Source: Morimoto et al., IEEE Trans. Industry Applications 26 (1990) 866: maximum torque per ampere, and beyond the
-    speed at which the voltage ends the current along the flux that holds the voltage, the resistance left out.
+    Source: Morimoto et al., IEEE Trans. Industry Applications 26 (1990) 866: maximum torque per ampere, and above the
+    speed of the voltage limit the current along the flux that keeps the voltage at its limit; resistance neglected.
     """
 
     inductance_d: float
@@ -31,14 +31,15 @@ class SetPoints:
     current_limit: float
 
     def of(self, wanted: Any, electrical_speed: Any, longest: Any) -> RotorVector:
-        """Set points [A].
+        """Current set points in the rotor's axes [A].
 
         Args:
             wanted: current across the flux that would make the torque with the magnets alone [A]
-            electrical_speed: [rad/s]
-            longest: voltage that these currents may take [V]
+            electrical_speed: electrical speed [rad/s]
+            longest: maximum voltage for these currents [V]
         """
         along: Any = 0.0
+        # Under-relaxed fixed-point iteration, with a fixed number of rounds so that it can be traced into a program.
         for _ in range(_ROUNDS):
             along = 0.5 * (along + self._least(self._across(wanted, along)))
         linkage = longest / maximum(absolute(electrical_speed), 1.0)
@@ -52,6 +53,6 @@ class SetPoints:
         return self.flux * wanted / (self.flux - (self.inductance_q - self.inductance_d) * along)
 
     def _least(self, across: Any) -> Any:
-        """Current along the flux with which the current across makes the most torque per ampere [A]."""
+        """Current along the flux that gives, with a current across it, maximum torque per ampere [A]."""
         apart = (self.inductance_q - self.inductance_d) * across
         return -2.0 * apart * across / (self.flux + sqrt(self.flux * self.flux + 4.0 * apart * apart))

@@ -1,4 +1,4 @@
-"""Scenarios: which car drives which course for how long, with what sensors and faults, as files.
+"""Scenarios: files that define car, course, duration, sensors and faults of a run.
 
 outcome = load("country-friction-step").run()
 """

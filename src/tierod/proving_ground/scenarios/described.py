@@ -1,4 +1,4 @@
-"""Scenarios, virtual cars and courses in words and plain data, for lists and reports."""
+"""Descriptions of scenarios, virtual cars and courses in words and as plain data, for lists and reports."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tierod.proving_ground.scenarios.scenario import Scenario
 
 
 def facts(scenario: Scenario) -> list[tuple[str, str]]:
-    """Facts about a scenario, in lines of label and text."""
+    """Facts about a scenario, as pairs of label and text."""
     parts = ", ".join(part for place, part in parts_of(scenario.car).items() if "." not in place)
     sensors = scenario.sensors
     found = [
@@ -34,7 +34,7 @@ def facts(scenario: Scenario) -> list[tuple[str, str]]:
 
 
 def _changes(scenario: Scenario) -> list[tuple[str, Any]]:
-    """Facts about the scenario's car beside its name."""
+    """Changes of the scenario's car compared with its file."""
     table = scenario.document.content["car"]
     if not isinstance(table, Mapping):
         return []

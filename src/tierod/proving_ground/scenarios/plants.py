@@ -1,4 +1,4 @@
-"""A scenario whose vehicle is computed by a unit of another tool."""
+"""Scenarios whose vehicle is computed by a unit of another tool."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from tierod.proving_ground.scenarios.scenario import Scenario, require_fault_fre
 
 
 def plant_car(document: Document, own: Plant) -> Plant:
-    """The unit that a plant file describes, with driver and assist unit of a car.
+    """The unit of a plant file, with driver and assist unit of a car.
 
     Args:
         document: the plant file
         own: car of a scenario
 
     Raises:
-        ParameterError: a slip in the file, or a unit that lacks what is needed
+        ParameterError: an invalid file, or a unit that lacks a required signal
         InputError: the unit cannot be used
     """
     unit, wiring = wiring_of(document)
@@ -32,14 +32,14 @@ def plant_car(document: Document, own: Plant) -> Plant:
 
 
 def with_plant(scenario: Scenario, document: Document) -> tuple[Scenario, list[str]]:
-    """A scenario with a unit in the place of its car, and what a user should know of that, in sentences.
+    """A scenario with a unit in place of its car, and remarks for the user, in sentences.
 
     Args:
-        scenario: with its own car
+        scenario: scenario with its own car
         document: the plant file
 
     Raises:
-        ParameterError: a slip in the file, a unit that lacks what is needed, or a scenario that the unit cannot drive
+        ParameterError: an invalid file, a unit that lacks a required signal, or a scenario that the unit cannot drive
         InputError: the unit cannot be used
     """
     unit, wiring = wiring_of(document)

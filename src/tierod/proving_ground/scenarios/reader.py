@@ -1,4 +1,4 @@
-"""Reads a scenario file and refuses every slip and contradiction before anything is driven."""
+"""Reading of scenario files, which rejects every error and contradiction before the simulation."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tierod.proving_ground.sensors import SensorSet
 
 
 def named_files(document: Document) -> dict[str, str]:
-    """SHA-256 of every file that a document names, and of those that these name; by the name as written."""
+    """SHA-256 of all files to which a document refers, also indirectly, by their names as written."""
     found: dict[str, str] = {}
     _collect(document.content, document.path.parent, found)
     return found
@@ -43,7 +43,7 @@ def _collect(content: object, folder: Path, found: dict[str, str]) -> None:
 
 
 def _digest(path: Path) -> str:
-    """SHA-256 of a file; a unit of another tool may have any size."""
+    """SHA-256 of a file, read in blocks if it is a unit of another tool, which may be large."""
     if path.suffix.lower() == ".fmu":
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
@@ -59,33 +59,33 @@ def _texts(content: object) -> Iterator[str]:
 
 
 SCENARIOS = FileRegistry("tierod.scenarios", "scenario", Path(__file__).parent)
-"""The scenario files that tierod ships, and those of installed packages."""
+"""Registry of the scenario files of tierod and of installed packages."""
 
 
 @dataclass(frozen=True)
 class CarTable(catalogue.Choice):
-    """The table `car`: which one, and how it differs from its file."""
+    """Table `car` of a scenario: name of the car and changes compared with its file."""
 
     name: str = ""
 
 
 @dataclass(frozen=True)
 class ScenarioFile:
-    """A scenario file as a whole.
+    """Content of a scenario file.
 
     Args:
-        name, description: as lists show them
+        name, description: texts for lists
         car: a name, or a table
-        course: a name, or a table of `name` (or `kind`) and what differs
-        seconds: duration; the course's own where absent
-        seed: of all chance; that of the course too, where the course has none
-        sensors: those of a production car where absent
-        scatter: none where absent
-        faults: a table each; none where absent
-        next_command: what the run is for ("diagnose --monitor sideslip"), shown after the run; the diagnosis that
-            the vehicle file names where absent
-        plant: file of a unit of another tool that computes the vehicle, beside this file; the car's driver and assist
-            unit stay
+        course: a name, or a table of `name` (or `kind`) and changes
+        seconds: duration; that of the course if absent
+        seed: seed of all random numbers, also those of a course without its own seed
+        sensors: sensors of the car; those of a production car if absent
+        scatter: none if absent
+        faults: one table each; none if absent
+        next_command: command that evaluates the run ("diagnose --monitor sideslip"), printed after the run; the
+            diagnosis that the vehicle file names if absent
+        plant: file beside this one, of a unit of another tool that computes the vehicle; driver and assist unit remain
+            those of the car
     """
 
     name: str
@@ -113,7 +113,7 @@ def load(name_or_path: str | Path) -> Scenario:
         name_or_path: a name in `SCENARIOS`, or the path of a scenario file (.toml)
 
     Raises:
-        ParameterError: no such scenario, or one with a slip or a contradiction; with file, line and nearest name
+        ParameterError: no such scenario, or an invalid or contradictory one; with file, line and nearest name
     """
     return from_document(Document.read(SCENARIOS.find(str(name_or_path)), "scenario"))
 
@@ -124,26 +124,26 @@ def simulate(
     seed: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Outcome:
-    """Drive a scenario once: what the sensors recorded, beside the truth (channels named truth_...).
+    """Simulate a scenario: the sensors' readings and the true values (channels named truth_...).
 
     Args:
         scenario: a name that `tierod scenarios` lists, the path of a scenario file, or a loaded scenario
-        seconds: duration [s]; the scenario's own where not given
-        seed: of all chance; the scenario's own where not given
-        progress: called with the share done, 0 to 1
+        seconds: duration [s]; that of the scenario if not given
+        seed: seed of all random numbers; that of the scenario if not given
+        progress: called with the completed share, 0 to 1
 
     Raises:
-        ParameterError: no such scenario, or one with a slip
+        ParameterError: no such scenario, or an invalid one
     """
     whole = scenario if isinstance(scenario, Scenario) else load(scenario)
     return whole.with_run(seconds, seed).run(progress)
 
 
 def from_document(document: Document) -> Scenario:
-    """The scenario that a document describes; files that it names are looked for beside it.
+    """The scenario of a document; relative paths in it start at its folder.
 
     Raises:
-        ParameterError: a slip or a contradiction, with file and line
+        ParameterError: an error or a contradiction, with file and line
     """
     file = build(ScenarioFile, document.content, document)
     car, vehicle = _car(file.car, document)
@@ -172,7 +172,7 @@ def from_document(document: Document) -> Scenario:
 
 
 def _lasting(course: AnyCourse, seconds: float | None, step_time: float, document: Document) -> tuple[AnyCourse, float]:
-    """The course, made longer where it has to be and can be, and the duration of the run [s]."""
+    """The course, lengthened if necessary and possible, and the duration of the run [s]."""
     try:
         if seconds is not None:
             require_duration(seconds, step_time)
@@ -185,7 +185,7 @@ def _lasting(course: AnyCourse, seconds: float | None, step_time: float, documen
 
 
 def _car(given: CarTable | str, document: Document) -> tuple[Plant, str]:
-    """The car as the scenario has it, and the vehicle file with which it is judged."""
+    """The car with the scenario's changes, and the vehicle file with which monitors judge it."""
     table = CarTable(name=given) if isinstance(given, str) else given
     if not table.name:
         raise document.error(("car",), f"'car.name' is missing; choose one of: {', '.join(catalogue.shipped())}")
@@ -198,7 +198,7 @@ def _car(given: CarTable | str, document: Document) -> tuple[Plant, str]:
 
 
 def _plant(name: str, own: Plant, document: Document) -> Plant:
-    """The unit of a plant file in the place of the car."""
+    """The unit of a plant file, which replaces the car."""
     if name.lower().endswith(".fmu"):
         raise document.error(
             ("plant",),
@@ -212,7 +212,7 @@ def _plant(name: str, own: Plant, document: Document) -> Plant:
 
 
 def _course(given: object, document: Document) -> tuple[AnyCourse, int | None]:
-    """The course, and its own seed where the table has one."""
+    """The course, and its own seed if the table has one."""
     table = {"name": given} if isinstance(given, str) else given
     if not isinstance(table, Mapping):
         raise document.error(("course",), "'course' has to be the name of a course, or a table")

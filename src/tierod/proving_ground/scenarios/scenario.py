@@ -1,4 +1,4 @@
-"""A scenario: which car drives which course for how long, with what sensors and faults; and whether these fit."""
+"""A scenario, which defines car, course, duration, sensors and faults of a run, and the checks of its consistency."""
 
 from __future__ import annotations
 
@@ -25,29 +25,29 @@ from tierod.proving_ground.scatter import Scatter
 from tierod.proving_ground.sensors import SensorSet
 
 LONGEST = 14_400.0
-"""Longest run [s]: all that is recorded stays in memory, 0.25 megabytes a second, ten times that with currents."""
+"""Longest run [s]; the recording stays in memory, with 0.25 MB per second, ten times that with motor currents."""
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """One run, described whole.
+    """Complete description of one run.
 
     Args:
-        name: short
+        name: short name
         description: one sentence
         car: the plant, as a block
-        car_name: of the virtual car that it was made from
-        course: what is asked of car and driver
-        duration: [s]
-        seed: of all chance
-        sensors: of the car
-        faults: changes from outside
-        scatter: how car and sensors are drawn around the given ones; None where they are not
-        route_seed: of the course, where it keeps its own; None where it follows that of the run
-        document: the file
-        files: SHA-256 of the files that it names, by name
-        vehicle: name of the vehicle file with which monitors judge the car; "" where tierod ships none
-        next_command: what the run is for, as words of the command line; "" where the vehicle's usual monitor judges it
+        car_name: name of the virtual car on which the plant is based
+        course: inputs of car and driver over time or distance
+        duration: duration [s]
+        seed: seed of all random numbers
+        sensors: sensors of the car
+        faults: faults that are injected
+        scatter: distribution of car and sensors around their nominal values; None for no scatter
+        route_seed: seed of the course, if it has its own; None if it uses that of the run
+        document: the scenario file
+        files: SHA-256 of the files to which it refers, by name
+        vehicle: name of the vehicle file with which monitors judge the car; "" if tierod ships none
+        next_command: command line that evaluates the run; "" for the usual monitor of the vehicle
     """
 
     name: str
@@ -67,14 +67,14 @@ class Scenario:
     next_command: str = ""
 
     def with_run(self, seconds: float | None = None, seed: int | None = None) -> Scenario:
-        """The same scenario for another time or with other chance.
+        """The same scenario with another duration or seed.
 
         Args:
-            seconds: duration [s]; as before where None; faults that would begin later are left out
-            seed: as before where None
+            seconds: duration [s], unchanged if None; faults that would start later are left out
+            seed: seed, unchanged if None
 
         Raises:
-            ParameterError: a duration that cannot be, or longer than a course that ends
+            ParameterError: an impossible duration, or one longer than a course of fixed length
         """
         seconds = self.duration if seconds is None else seconds
         seed = self.seed if seed is None else seed
@@ -86,13 +86,13 @@ class Scenario:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the scenario, comments and layout aside, and of the files that it names; hexadecimal."""
+        """SHA-256 of the scenario, without comments and layout, and of the files to which it refers; hexadecimal."""
         whole = json.dumps([self.document.content, dict(self.files)], sort_keys=True, default=str)
         return hashlib.sha256(whole.encode()).hexdigest()
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """All that it takes to drive it again, as plain data."""
+        """All data that reproduce the run, as plain data."""
         return {
             "scenario": self.name,
             "scenario_text": self.document.text,
@@ -109,10 +109,10 @@ class Scenario:
         }
 
     def run(self, progress: Callable[[float], None] = lambda share: None) -> Outcome:
-        """Drive it.
+        """Simulate the scenario.
 
         Args:
-            progress: called with the share that is done
+            progress: called with the completed share of the run
         """
         return run(
             self.car,
@@ -128,7 +128,7 @@ class Scenario:
 
 
 def _begins_before(fault: Fault, seconds: float) -> bool:
-    """Whether a fault can begin within a run; one that waits for a condition may."""
+    """Whether a fault can start within a run; one with a condition always can."""
     trigger = fault.trigger
     if isinstance(trigger, AtTime):
         return trigger.time < seconds
@@ -136,14 +136,14 @@ def _begins_before(fault: Fault, seconds: float) -> bool:
 
 
 def require_duration(seconds: float, step_time: float) -> None:
-    """Refuse a run that is shorter than a step of the car or longer than the memory holds.
+    """Reject a run that is shorter than a step of the car or too long for the memory.
 
     Args:
         seconds: duration [s]
-        step_time: of the car [s]
+        step_time: step of the car [s]
 
     Raises:
-        ParameterError: a duration that cannot be
+        ParameterError: an impossible duration
     """
     if not step_time <= seconds <= LONGEST:
         raise ParameterError(
@@ -153,10 +153,10 @@ def require_duration(seconds: float, step_time: float) -> None:
 
 
 def lengthened(course: AnyCourse, seconds: float) -> AnyCourse:
-    """A course that lasts at least so long [s].
+    """A course that lasts at least a given time [s].
 
     Raises:
-        ParameterError: it ends before; only those of any length can be lengthened
+        ParameterError: the course has a fixed length and ends before
     """
     if seconds <= course.duration * (1.0 + 1e-9):
         return course
@@ -170,12 +170,12 @@ def lengthened(course: AnyCourse, seconds: float) -> AnyCourse:
 
 
 def require_fault_free(scenario: Scenario) -> None:
-    """Refuse a scenario whose parts contradict each other.
+    """Reject a scenario whose parts contradict each other.
 
     Raises:
-        ParameterError: parts of the car that keep different steps, a course that the car cannot follow, a sensor of a
-            channel that it does not have or faster than the car itself, scatter or a fault of what it lacks, a fault
-            that begins after the end
+        ParameterError: parts of the car with different steps, a course that the car cannot follow, a sensor of a
+            missing channel or faster than the car's step, scatter or a fault of a missing element, a fault that starts
+            after the end
     """
     _steps_fit(scenario)
     _course_fits(scenario)

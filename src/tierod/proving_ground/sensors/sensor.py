@@ -1,4 +1,4 @@
-"""One sensor of a virtual car: from the truth to the values and time stamps on the bus."""
+"""One sensor of a virtual car, from the true signal to the values and time stamps on the bus."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from tierod.core.toml_builder import SIGNAL_UNIT
 
 
 def gauss_markov(count: int, correlation: float, generator: np.random.Generator) -> np.ndarray:
-    """A stationary first-order Gauss-Markov series of standard deviation one, shape (count,).
+    """A stationary first-order Gauss-Markov series of unit standard deviation, shape (count,).
 
     Args:
-        count: how many samples
-        correlation: after how many samples the autocorrelation has fallen to 1/e
-        generator: source of chance
+        count: number of samples
+        correlation: number of samples after which the autocorrelation has fallen to 1/e
+        generator: random generator
 
     Source: A. Gelb (ed.), Applied Optimal Estimation, MIT Press (1974), section 3.8.
     """
@@ -27,17 +27,18 @@ def gauss_markov(count: int, correlation: float, generator: np.random.Generator)
 
     kept = math.exp(-1.0 / correlation)
     driving = generator.standard_normal(count)
+    # The first value keeps unit variance, so that the series is stationary from its start.
     driving[1:] *= math.sqrt(1.0 - kept * kept)
     return np.asarray(lfilter([1.0], [1.0, -kept], driving))
 
 
 def random_walk(count: int, step_time: float, generator: np.random.Generator) -> np.ndarray:
-    """A random walk that begins at zero, of standard deviation sqrt(time), shape (count,).
+    """A random walk that starts at zero, with standard deviation sqrt(time), shape (count,).
 
     Args:
-        count: how many samples
-        step_time: between two samples [s]
-        generator: source of chance
+        count: number of samples
+        step_time: sampling interval [s]
+        generator: random generator
     """
     steps = math.sqrt(step_time) * generator.standard_normal(count)
     steps[:1] = 0.0
@@ -45,13 +46,13 @@ def random_walk(count: int, step_time: float, generator: np.random.Generator) ->
 
 
 def lost_frames(count: int, share: float, mean_run: float, generator: np.random.Generator) -> np.ndarray:
-    """Mask of lost frames among many, shape (count,).
+    """Mask of the lost ones among a number of frames, shape (count,).
 
     Args:
-        count: how many frames
-        share: of frames that get lost in the long run, below 1
-        mean_run: mean number of frames lost in a row, at least `share / (1 - share)`
-        generator: source of chance
+        count: number of frames
+        share: long-term share of lost frames, below 1
+        mean_run: mean number of consecutive lost frames, at least `share / (1 - share)`
+        generator: random generator
 
     Source: E. N. Gilbert, Capacity of a burst-noise channel, Bell System Technical Journal 39 (1960): a chain of two
     states, here with no loss in the good one and no frame in the bad one.
@@ -72,7 +73,7 @@ def lost_frames(count: int, share: float, mean_run: float, generator: np.random.
 
 
 AT_MOST = 0.45
-"""Greatest jitter over the time between two readings, so that they keep their order."""
+"""Maximum jitter as a share of the sampling interval, so that readings keep their order."""
 
 
 @dataclass(frozen=True)
@@ -82,20 +83,20 @@ class Sensor:
     Args:
         noise: standard deviation of white noise of every reading
         bias: constant offset
-        gain: scale; 1 is right
-        quantum: step of the reading; 0 is continuous
-        delay: age of the value that is read
+        gain: scale factor; 1 is exact
+        quantum: resolution of the reading; 0 is continuous
+        delay: age of the value at its reading
         rate: readings per second
-        jitter: standard deviation of the instant of a reading, at most 45 % of the time between two
+        jitter: standard deviation of the instant of a reading, limited to 45 % of the sampling interval
         stamp_jitter: standard deviation of the time stamp, limited likewise
-        loss: share of frames that get lost
-        loss_run: mean number of frames lost in a row
-        repeats: share of frames that carry the reading of the frame before
-        instability: standard deviation of a slowly wandering bias (first-order Gauss-Markov)
+        loss: share of frames that are lost
+        loss_run: mean number of consecutive lost frames
+        repeats: share of frames that repeat the reading of the previous frame
+        instability: standard deviation of a slowly varying bias (first-order Gauss-Markov)
         instability_time: correlation time of that bias
-        random_walk: growth of a drifting bias, its standard deviation after one second
-        wrap: range over which the reading runs over and begins anew, a whole number of steps; (low, high)
-        saturation: range beyond which the transducer stays at its limit; (low, high)
+        random_walk: standard deviation after one second of a bias that drifts as a random walk
+        wrap: range beyond which the reading overflows, a whole number of quanta; (low, high)
+        saturation: range beyond which the transducer saturates; (low, high)
 
     Raises:
         ParameterError: a value out of its range, or limits the wrong way round
@@ -131,15 +132,15 @@ class Sensor:
             )
 
     def instants(self, seconds: float, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        """Times at which the sensor reads, and the time stamps that it writes; lost frames are left out.
+        """Times at which the sensor reads, and its time stamps, without lost frames.
 
         Args:
             seconds: duration of the run [s]
-            generator: source of chance; its own stream stays where it is for `read`
+            generator: random generator; it is spawned, so that its own stream remains unused for `read`
 
         Returns:
-            (instants at which the truth is taken [s], time stamps [s]), both ascending; a reading of the beginning,
-            older than the run, is taken at its start
+            (instants at which the true value is taken [s], time stamps [s]), both ascending; a reading that is older
+            than the start of the run takes the value at the start
         """
         reading, writing, losing = generator.spawn(3)
         stamps = np.arange(math.floor(seconds * self.rate + 1e-9)) / self.rate
@@ -157,9 +158,9 @@ class Sensor:
         return np.clip(deviation * generator.standard_normal(count), -limit, limit)
 
     def read(self, truth: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-        """Readings of a true signal at the sensor's instants, in the signal's unit, shape (n,).
+        """Readings of a true signal at the sensor's instants, in the unit of the signal, shape (n,).
 
-        Drift goes by the count of readings: it stands still over lost frames.
+        A drift advances with the number of readings: it stands still over lost frames.
         """
         slow, walking, repeating = generator.spawn(3)
         reading = self.gain * truth + self.bias + self.noise * generator.standard_normal(len(truth))
@@ -175,12 +176,12 @@ class Sensor:
         return reading
 
     def represented(self, values: np.ndarray) -> np.ndarray:
-        """Values as the bus can hold them: run over, limited, rounded."""
+        """Values as the bus represents them: wrapped, saturated and rounded."""
         values = self._run_over(values)
         if self.saturation is not None:
             values = np.clip(values, *self.saturation)
         if self.quantum > 0.0:
-            # What is rounded up to the end of the range begins anew.
+            # A value rounded up to the upper limit wraps to the lower one.
             values = self._run_over(np.round(values / self.quantum) * self.quantum)
         return values
 

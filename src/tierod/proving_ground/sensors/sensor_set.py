@@ -1,4 +1,4 @@
-"""Measured channels of a car, and their sensors."""
+"""Sets of sensors: the measured channels of a car."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from tierod.core.toml import Document, Location, build
 from tierod.proving_ground.sensors.sensor import Sensor
 
 PRESETS = ("production", "ideal", "bench", "worn")
-"""Sets of sensors that are shipped."""
+"""Names of the shipped sets of sensors."""
 
 
 @dataclass(frozen=True)
 class SensorSet:
-    """The sensors of a car by the canonical signals that they measure; a car ignores those of signals it lacks.
+    """The sensors of a car by canonical signal; sensors of signals that a car lacks have no effect.
 
     Args:
         sensors: sensor by canonical name
         description: one sentence
 
     Raises:
-        ParameterError: a name that is no canonical signal
+        ParameterError: a name that is not a canonical signal
     """
 
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
@@ -50,16 +50,16 @@ class SensorSet:
         return self.sensors[name]
 
     def with_sensors(self, sensors: Mapping[str, Sensor]) -> SensorSet:
-        """The set with some sensors added or exchanged."""
+        """The set with sensors added or replaced."""
         return replace(self, sensors={**self.sensors, **sensors})
 
     def without(self, names: Iterable[str]) -> SensorSet:
-        """The set without some channels."""
+        """The set without these channels."""
         left_out = {name: self[name] for name in names}
         return replace(self, sensors={name: each for name, each in self.items() if name not in left_out})
 
     def only(self, names: Iterable[str]) -> SensorSet:
-        """The set with these channels alone."""
+        """The set with these channels only."""
         return replace(self, sensors={name: self[name] for name in names})
 
     def at_rate(self, rate: float) -> SensorSet:
@@ -68,7 +68,7 @@ class SensorSet:
 
     @classmethod
     def production(cls) -> SensorSet:
-        """Sensors of a production car, as they are seen on its bus."""
+        """Sensors of a production car, as on its bus."""
         return _shipped("production")
 
     @classmethod
@@ -83,12 +83,12 @@ class SensorSet:
 
     @classmethod
     def ideal(cls, rate: float = 100.0) -> SensorSet:
-        """Every canonical signal, read as it is, at this rate [Hz]."""
+        """Sensors without errors of all canonical signals, at this rate [Hz]."""
         return cls(dict.fromkeys(SIGNALS, Sensor(rate=rate)), "Every signal as it is.")
 
     @classmethod
     def preset(cls, name: str) -> SensorSet:
-        """The set of this name.
+        """The shipped set of this name.
 
         Raises:
             ParameterError: no set has this name
@@ -101,16 +101,16 @@ class SensorSet:
     def from_table(
         cls, table: Mapping[str, Any], document: Document, location: Location = (), base: SensorSet | None = None
     ) -> SensorSet:
-        """The set that a table describes.
+        """The set of a table.
 
         Args:
             table: `preset` (a shipped name, or a file beside the document), `rate` of all, `without` (names), and one
-                table per channel with what differs from the preset; a channel that it lacks is added
-            document, location: where the table stands
-            base: in place of the preset "production" where the table names none
+                table per channel with changes of the preset; a channel that the preset lacks is added
+            document, location: place of the table
+            base: set to start from where the table names no preset; "production" if None
 
         Raises:
-            ParameterError: a slip, with file and line
+            ParameterError: an invalid entry, with file and line
         """
         own = ("preset", "rate", "without", "description")
         start = _start(table, document, location, base)

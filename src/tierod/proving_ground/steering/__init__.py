@@ -1,4 +1,4 @@
-"""Steerings of the virtual cars: from the steering wheel to the road wheels."""
+"""Steering systems of the virtual cars, from the steering wheel to the road wheels."""
 
 from tierod.proving_ground.steering.column_eps import ColumnEps, WormGear
 from tierod.proving_ground.steering.friction import DryFriction, Wave

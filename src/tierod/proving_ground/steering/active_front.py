@@ -1,4 +1,4 @@
-"""Active front steering: a motor that adds its turn to that of the steering wheel."""
+"""Active front steering: a motor superposes its angle on that of the steering wheel."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tierod.proving_ground.steering.shaft import Motor, Wheel
 
 
 class ActiveFrontMotion(NamedTuple):
-    """The column below the gear with the steering wheel above, and the angle of the motor that turns by itself."""
+    """Column below the gear, steering wheel above it, and the angle of the superposition motor."""
 
     column: ColumnMotion
     motor_angle: Scalar
@@ -25,8 +25,8 @@ class ActiveFrontMotion(NamedTuple):
 class ActiveFrontSignals(NamedTuple):
     """Signals of the steering before sensors; those of the motor come from its drive.
 
-    `truth_gear_input_angle` is the turn of the shaft that enters the gear, below the torsion bar; the friction is that
-    of `SteeringSignals`.
+    `truth_gear_input_angle` is the angle of the shaft that enters the gear, below the torsion bar; the friction is
+    defined as in `SteeringSignals`.
     """
 
     steering_wheel_angle: Annotated[Scalar, "rad"]
@@ -50,12 +50,12 @@ class ActiveFrontSignals(NamedTuple):
 class ActiveFront:
     """Steering wheel, torsion bar, superposition gear with its motor, and below it a column with assist.
 
-    Pinion = motor / i_M + shaft from the steering wheel / i_D; the gear is rigid, so that the torsion bar is what gives
-    way between the hands and the motor. The motor's rotor is not part of the column: its drive integrates it at a rate
-    of its own, hands in the speed, and takes the load back by `motor_load`.
+    Pinion = motor / i_M + shaft from the steering wheel / i_D; the gear is rigid, so that only the torsion bar is
+    elastic between hands and motor. The rotor is not part of the column: its drive integrates it at its own, higher
+    rate, supplies its speed, and obtains the load torque from `motor_load`.
 
     Args:
-        column: below the gear; its torsion bar and assist motor are stated at the pinion
+        column: column below the gear; its torsion bar and assist motor are referred to the pinion
         motor_ratio: turns of the motor per turn of the pinion, i_M
         input_ratio: turns of the shaft from the steering wheel per turn of the pinion, i_D
 
@@ -77,19 +77,19 @@ class ActiveFront:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """The assist motor's torque and the superposing motor's speed."""
+        """Torque of the assist motor and speed of the superposition motor."""
         return ("column_assist_torque", "motor_speed")
 
     def init(self) -> ActiveFrontMotion:
-        """Straight ahead, at rest."""
+        """State of motion straight ahead, at rest."""
         return ActiveFrontMotion(self.column.init(), 0.0)
 
     def remembered(self) -> ColumnMemory:
-        """Friction relaxed."""
+        """Memory of relaxed friction."""
         return self.column.remembered()
 
     def stiff(self) -> ActiveFrontMotion:
-        """At rest."""
+        """Linearisation point at rest."""
         return ActiveFrontMotion(self.column.stiff(), 0.0)
 
     def sticking(self, motion: ActiveFrontMotion, memory: ColumnMemory) -> dict[tuple[str, str], Scalar]:
@@ -106,12 +106,12 @@ class ActiveFront:
         return Hand(*motion.column.wheel)
 
     def motor_load(self, signals: ActiveFrontSignals, angle: Scalar, speed: Scalar, elapsed: Scalar) -> Scalar:
-        """Torque that the gear opposes to the motor [N*m]; wheel and pinion turn on as they did at the instant.
+        """Load torque of the gear on the motor [N*m]; steering wheel and pinion are extrapolated at constant rate.
 
         Args:
-            signals: at the start of a step
-            angle, speed: of the motor [rad], [rad/s]
-            elapsed: since then [s]
+            signals: signals at the start of the step
+            angle, speed: angle [rad] and speed [rad/s] of the motor
+            elapsed: time since the start of the step [s]
         """
         bar = self.column.torsion_bar
         assert bar is not None
@@ -130,12 +130,13 @@ class ActiveFront:
         assert column.torsion_bar is not None
         shaft = column.torsion_bar.torque(seen.wheel, seen.angle, seen.rate) / self.input_ratio
         turning = loads.hand_torque - viscous(wheel.rate, column.wheel_damping) - shaft
+        # The steering wheel's own balance replaces that of the column, whose wheel is the upper end of the torsion bar.
         return ActiveFrontMotion(rates._replace(wheel=Wheel(wheel.rate, turning / column.wheel_inertia)), speed)
 
     def advance(
         self, motion: ActiveFrontMotion, start: ActiveFrontMotion, memory: ColumnMemory, loads: Loads
     ) -> ColumnMemory:
-        """Friction after a step."""
+        """Memory of the friction after a step."""
         return self.column.advance(motion.column, start.column, memory, self._below(loads))
 
     def signals(self, motion: ActiveFrontMotion, memory: ColumnMemory, loads: Loads) -> ActiveFrontSignals:
@@ -161,16 +162,16 @@ class ActiveFront:
         )
 
     def _superposed(self, motor_angle: Scalar, motor_speed: Scalar, hand: Hand) -> Wheel:
-        """Motion of the pinion without twist of the torsion bar."""
+        """Motion of the pinion if the torsion bar had no twist."""
         return Wheel(
             superposed_angle(motor_angle, hand.angle, self.motor_ratio, self.input_ratio),
             superposed_angle(motor_speed, hand.rate, self.motor_ratio, self.input_ratio),
         )
 
     def _seen(self, motion: ActiveFrontMotion, motor_speed: Scalar) -> ColumnMotion:
-        """The column as if its steering wheel were where gear and hands put the upper end of the torsion bar."""
+        """Column whose steering wheel stands for the upper end of the torsion bar, as set by gear and hands."""
         return motion.column._replace(wheel=self._superposed(motion.motor_angle, motor_speed, self.hand(motion)))
 
     def _below(self, loads: Loads) -> Loads:
-        """On the column below the gear, whose wheel is where the gear puts it."""
+        """Loads of the column below the gear, without the superposition motor."""
         return loads._replace(actuator_torques=loads.actuator_torques[:1])

@@ -26,11 +26,12 @@ from tierod.proving_ground.steering.shaft import Motor, TorsionBar, Wheel, assis
 
 @dataclass(frozen=True)
 class WormGear:
-    """An elastic gear between motor and column, seen at the column; stiffness as identified by Raffone (7.26 N*m/rad
-    at the motor, 18 to 1), damping of 10 % of the critical one.
+    """Elastic gear between motor and column, referred to the column.
+
+    The stiffness is that identified by Raffone (7.26 N*m/rad at the motor, 18 to 1), the damping 10 % of critical.
 
     Args:
-        play: whole free way of the column against the held motor; a sprung worm has none
+        play: total free travel of the column against the held motor; a sprung worm has none
     """
 
     stiffness: Annotated[float, "N*m/rad", POSITIVE] = 2350.0
@@ -39,14 +40,14 @@ class WormGear:
 
 
 class Rotor(NamedTuple):
-    """Motion of the motor's rotor, where an elastic gear parts it from the column."""
+    """Motion of a rotor that an elastic gear separates from the column."""
 
     angle: Scalar
     rate: Scalar
 
 
 class ColumnMotion(NamedTuple):
-    """State of the differential equations of a column; wheel and rotor are () where they move with the column."""
+    """State of motion of a column; wheel and rotor are () if they move with the column."""
 
     angle: Scalar
     rate: Scalar
@@ -56,7 +57,7 @@ class ColumnMotion(NamedTuple):
 
 
 class ColumnMemory(NamedTuple):
-    """Dry friction of the column and of the kingpins."""
+    """Memory of the dry friction of the column and of the kingpins."""
 
     column: Memory
     kingpins: Memory
@@ -76,15 +77,15 @@ class ColumnEps:
     """Steering wheel, torsion bar, column with motor, and linkage; typical of a mid-size car.
 
     Args:
-        wheel_inertia: of the steering wheel
-        wheel_damping: viscous, of its bearing and clock spring; as identified by Raffone
-        column_inertia: of column, pinion and rack, at the column
-        damping: viscous, at the column
-        friction: dry, at the column, under the load of the gear
-        reference_load: torque of the kingpins at the pinion at which that friction has its level
-        motor: on the column
-        linkage: from the pinion to the road wheels
-        torsion_bar: None for a rigid column, with the hands' torque as the driver's
+        wheel_inertia: inertia of the steering wheel
+        wheel_damping: viscous damping of its bearing and clock spring, as identified by Raffone
+        column_inertia: inertia of column, pinion and rack, at the column
+        damping: viscous damping at the column
+        friction: dry friction at the column, depending on the load of the gear
+        reference_load: kingpin torque at the pinion at which this friction has its level
+        motor: motor on the column
+        linkage: linkage from the pinion to the road wheels
+        torsion_bar: None for a rigid column, whose driver torque is that of the hands
         worm_gear: None for a rigid gear between motor and column
     """
 
@@ -101,20 +102,20 @@ class ColumnEps:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """The assist motor."""
+        """Assist motor."""
         return ("motor_torque",)
 
     def init(self) -> ColumnMotion:
-        """Straight ahead, at rest."""
+        """State of motion straight ahead, at rest."""
         wheel = () if self.torsion_bar is None else Wheel(0.0, 0.0)
         return ColumnMotion(0.0, 0.0, 0.0, wheel, () if self.worm_gear is None else Rotor(0.0, 0.0))
 
     def remembered(self) -> ColumnMemory:
-        """Friction relaxed."""
+        """Memory of relaxed friction."""
         return ColumnMemory(self.friction.remembered(), self.linkage.remembered())
 
     def stiff(self) -> ColumnMotion:
-        """At rest, with the flanks of the worm in contact."""
+        """Linearisation point at rest, with the worm's flanks in contact: within the play there is no stiffness."""
         if self.worm_gear is None:
             return self.init()
         return self.init()._replace(rotor=Rotor(self.motor.ratio * self.worm_gear.play, 0.0))
@@ -145,7 +146,7 @@ class ColumnEps:
         )
 
     def advance(self, motion: ColumnMotion, start: ColumnMotion, memory: ColumnMemory, loads: Loads) -> ColumnMemory:
-        """Friction after a step."""
+        """Memory of the friction after a step."""
         turned = motion.angle - start.angle
         return ColumnMemory(
             self.friction.advance(memory.column, turned, motion.rate, angle=motion.angle),
@@ -191,7 +192,7 @@ class ColumnEps:
         return _Balance(driver, friction, resistance, acceleration, wheel_acceleration, rotor_acceleration)
 
     def _inertia(self) -> Scalar:
-        """Inertia of everything that turns with the column [kg*m**2]."""
+        """Inertia of all parts that move with the column [kg*m**2]."""
         inertia = self.column_inertia + self.linkage.inertia
         if self.worm_gear is None:
             inertia = inertia + self.motor.ratio * self.motor.ratio * self.motor.inertia
@@ -203,7 +204,7 @@ class ColumnEps:
         return Rotor(self.motor.ratio * motion.angle, self.motor.ratio * motion.rate)
 
     def _drive(self, motion: ColumnMotion) -> tuple[Scalar, Scalar]:
-        """Torque of the motor on the column [N*m], without its inertia; and acceleration of a rotor of its own."""
+        """Torque of the motor on the column without its inertia [N*m], acceleration of a separate rotor [rad/s**2]."""
         motor, gear, rotor = self.motor, self.worm_gear, self._rotor(motion)
         torque = motor.shaft_torque(motion.motor_torque, rotor.angle) - viscous(rotor.rate, motor.damping)
         if gear is None:

@@ -1,4 +1,4 @@
-"""Steering of a demonstrator without steering wheel: two motors on the column, a stiff rack of two bodies."""
+"""Steering of a demonstrator without steering wheel: two motors on the column, and a stiff rack and pinion."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from tierod.proving_ground.steering.shaft import Motor
 
 
 def demonstrator_rack() -> RackEps:
-    """Rack and pinion of the demonstrator of Li, Frey and Gauterin, without its motors, which turn the column.
+    """Rack and pinion of the demonstrator of Li, Frey and Gauterin, without the motors on its column.
 
     Source: Table A1 of the paper, without steering wheel and torsion bar. The inertia is printed as 45 kg*m**2 and
-    taken as 0.045, shared between `wheel_inertia` and `pinion_inertia`, of which only the sum counts. The ratio is
-    printed as the reciprocal of what eqs (1) to (5) need. The build-up angle of friction is assumed.
+    taken as 0.045, divided between `wheel_inertia` and `pinion_inertia`, of which only the sum matters. The ratio is
+    printed as the reciprocal of that which eqs (1) to (5) require. The build-up angle of friction is assumed.
     """
     return RackEps(
         wheel_inertia=0.040,
@@ -47,7 +47,7 @@ def demonstrator_rack() -> RackEps:
 
 
 class DemonstratorMotion(NamedTuple):
-    """Column and rack, and the torques of both motors at their shafts [N*m]."""
+    """Motion of column and rack, and the torques of both motors at their shafts [N*m]."""
 
     rack: RackMotion
     torque_1: Scalar
@@ -57,7 +57,7 @@ class DemonstratorMotion(NamedTuple):
 class DemonstratorSignals(NamedTuple):
     """Signals before sensors, and quantities without a sensor; the steering-wheel angle is that of the column.
 
-    The drive torques are those that have acted over the step before. Friction is that of `SteeringSignals`.
+    The drive torques are those of the previous step. Friction is defined as in `SteeringSignals`.
     """
 
     steering_wheel_angle: Annotated[Scalar, "rad"]
@@ -80,7 +80,7 @@ class DemonstratorSignals(NamedTuple):
 
 
 def steering_motor() -> Motor:
-    """One of the demonstrator's, directly on the column; assumed."""
+    """One motor of the demonstrator, directly on the column; assumed values."""
     return Motor(ratio=1.0, inertia=2.5e-3, damping=0.0, lag=3e-3, maximum_torque=15.0)
 
 
@@ -88,13 +88,13 @@ def steering_motor() -> Motor:
 class Demonstrator:
     """Column with two redundant motors, rack and pinion.
 
-    The inertia of the motors is part of the rack's `wheel_inertia`; the sensor of the shaft's torque sits below them.
-    Source: Li, Frey, Gauterin, eq (2), whose connection force is multiplied by the rack ratio in the first row (printed
+    The inertia of the motors is part of the rack's `wheel_inertia`; the shaft torque sensor is below the motors.
+    Source: Li, Frey, Gauterin, eq (2); the connection force is multiplied by the rack ratio in the first row (printed
     without).
 
     Args:
         rack: column, pinion, rack and linkage
-        steering_motor_1, steering_motor_2: on the column
+        steering_motor_1, steering_motor_2: motors on the column
     """
 
     rack: RackEps = field(default_factory=demonstrator_rack)
@@ -103,19 +103,19 @@ class Demonstrator:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Both steering motors, and those of the front wheels, which the car hands to the chassis."""
+        """Both steering motors, and the motors of the front wheels, whose torques the car passes to the chassis."""
         return ("steering_motor_1_torque", "steering_motor_2_torque", "drive_torque_left", "drive_torque_right")
 
     def init(self) -> DemonstratorMotion:
-        """Straight ahead, at rest."""
+        """State of motion straight ahead, at rest."""
         return DemonstratorMotion(self.rack.init(), 0.0, 0.0)
 
     def remembered(self) -> RackMemory:
-        """Friction relaxed."""
+        """Memory of relaxed friction."""
         return self.rack.remembered()
 
     def stiff(self) -> DemonstratorMotion:
-        """At rest, with teeth in contact."""
+        """Linearisation point at rest, with the teeth in contact."""
         return DemonstratorMotion(self.rack.stiff(), 0.0, 0.0)
 
     def sticking(self, motion: DemonstratorMotion, memory: RackMemory) -> dict[tuple[str, str], Scalar]:
@@ -128,7 +128,7 @@ class Demonstrator:
         return self.rack.steer(motion.rack)
 
     def hand(self, motion: DemonstratorMotion) -> Hand:
-        """Angle and rate of the column, which stands for a steering wheel."""
+        """Angle and rate of the column, in place of a steering wheel."""
         return self.rack.hand(motion.rack)
 
     def derivative(
@@ -144,7 +144,7 @@ class Demonstrator:
     def advance(
         self, motion: DemonstratorMotion, start: DemonstratorMotion, memory: RackMemory, loads: Loads
     ) -> RackMemory:
-        """Friction after a step."""
+        """Memory of the friction after a step."""
         return self.rack.advance(motion.rack, start.rack, memory, self._on_rack(motion, loads))
 
     def signals(self, motion: DemonstratorMotion, memory: RackMemory, loads: Loads) -> DemonstratorSignals:
@@ -152,6 +152,7 @@ class Demonstrator:
         seen = self.rack.signals(motion.rack, memory, self._on_rack(motion, loads))
         acceleration = seen.truth_steering_wheel_acceleration
         motors = (self.steering_motor_1, self.steering_motor_2)
+        # The rack computes the torque above the motors, the sensor is below them: their rotors' inertia is subtracted.
         above = sum(motor.ratio * motor.ratio * motor.inertia for motor in motors)
         return DemonstratorSignals(
             seen.steering_wheel_angle,
@@ -174,7 +175,7 @@ class Demonstrator:
         )
 
     def _on_rack(self, motion: DemonstratorMotion, loads: Loads) -> Loads:
-        """Loads of the column: both motors, as hands would, and hands if there are any."""
+        """Loads of the column: the motors' torques act like a hand torque, in addition to that of any hands."""
         first = column_torque_of_motor(motion.torque_1, self.steering_motor_1.ratio)
         second = column_torque_of_motor(motion.torque_2, self.steering_motor_2.ratio)
         return loads._replace(hand_torque=loads.hand_torque + first + second, actuator_torques=())

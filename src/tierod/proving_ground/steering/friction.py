@@ -1,4 +1,4 @@
-"""Dry friction of a steering: its level, the law by which it builds up, and what makes the level vary."""
+"""Dry friction of a steering: its level, the law of its build-up, and dependences of the level."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tierod.proving_ground.steering.friction_laws import Dahl, Law
 
 @dataclass(frozen=True)
 class Wave:
-    """A level that varies once per turn of the shaft, as with a bent one or a bad universal joint.
+    """Variation of the level once per turn of the shaft, as with a bent shaft or a bad universal joint.
 
     Args:
-        torque: amplitude; where it is more than the level, friction is zero
-        angle: of the shaft where friction is highest
+        torque: amplitude; friction is zero where the amplitude exceeds the level
+        angle: shaft angle of the highest friction
     """
 
     torque: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
@@ -30,15 +30,15 @@ class DryFriction:
     """Dry friction at a shaft.
 
     Args:
-        level: torque of sliding in both directions, away from bumps, at the reference load: what faults vary and
+        level: sliding torque in both directions, away from bumps, at the reference load, which faults change and
             monitors estimate; each law of `friction_laws` defines sliding
-        law: how friction builds up after a reversal; angles scale with nothing, so stiffness grows with the level
+        law: law of the build-up after a reversal; its angles are constants, so that stiffness grows with the level
         load_share: share of the friction that is proportional to the load
-        left_excess, right_excess: more torque while turning to one side only
-        bump: more torque about one angle, as of a dented ball or tooth
-        bump_angle: where the bump is highest
-        bump_width: from there to where it ends, on either side
-        wave: None for a level without waves
+        left_excess, right_excess: additional torque while turning to one side only
+        bump: additional torque about one angle, as of a dented ball or tooth
+        bump_angle: angle of the highest point of the bump
+        bump_width: angle from the highest point to either end of the bump
+        wave: None for a level without variation over the turn
     """
 
     level: Annotated[float, "N*m", NOT_NEGATIVE] = 4.0
@@ -52,40 +52,40 @@ class DryFriction:
     wave: Wave | None = None
 
     def remembered(self) -> Memory:
-        """Relaxed, before the first motion."""
+        """Memory of relaxed friction, before the first motion."""
         return self.law.remembered()
 
     def torque(self, memory: Memory, turned: Scalar, rate: Scalar, load: Scalar = 1.0, angle: Scalar = 0.0) -> Scalar:
-        """Torque that opposes motion [N*m], exact over a path without reversal.
+        """Torque that opposes motion, exact over a path without reversal [N*m].
 
         Args:
-            memory: at the start of the step
-            turned: since the start of the step [rad]
-            rate: now [rad/s]
-            load: what presses the surfaces together, over its reference [-]
-            angle: now [rad]
+            memory: memory at the start of the step
+            turned: angle since the start of the step [rad]
+            rate: present rate [rad/s]
+            load: load of the sliding surfaces, divided by its reference [-]
+            angle: present angle [rad]
         """
         share = self.law.share(memory, turned, rate)
         sided = self._level_at(angle) + where(share > 0.0, self.left_excess, self.right_excess)
         return share * sided * (1.0 + self.load_share * (absolute(load) - 1.0))
 
     def stiffness(self, memory: Memory, rate: Scalar, angle: Scalar = 0.0) -> Scalar:
-        """Growth of the torque per angle [N*m/rad] at the start of a step, at the reference load.
+        """Derivative of the torque with respect to the angle [N*m/rad] at the start of a step, at the reference load.
 
         Args:
-            memory: at the start of the step
-            rate: then [rad/s]
-            angle: then [rad]
+            memory: memory at the start of the step
+            rate: rate at the start of the step [rad/s]
+            angle: angle at the start of the step [rad]
         """
         sided = self._level_at(angle) + where(rate > 0.0, self.left_excess, self.right_excess)
         return sided * self.law.slope(memory, rate)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar, load: Scalar = 1.0, angle: Scalar = 0.0) -> Memory:
-        """Memory after a step; arguments as of `torque`."""
+        """Memory after a step; arguments as in `torque`."""
         return self.law.advance(memory, turned, rate)
 
     def sliding_level(self, angle: Scalar) -> Scalar:
-        """Torque of sliding [N*m] at an angle and the reference load, the mean of both directions: the truth."""
+        """Sliding torque at an angle and the reference load, mean of both directions [N*m]; the true level."""
         return self._level_at(angle) + 0.5 * (self.left_excess + self.right_excess)
 
     def _level_at(self, angle: Scalar) -> Scalar:

@@ -1,10 +1,10 @@
-"""Laws of dry friction of level one along the path; each law states the meaning of the level.
+"""Laws of dry friction, normalised to level one, along the path; each law defines what its level means.
 
-The path within a step is taken as one stroke without reversal, over which every law is exact at a constant rate.
-Sticking is a stiff spring, level / angle, which enters the implicit integration of a steering by `slope` (see
-`steering.implicit`). With 12.5 N*m, steps of 1 ms and angles down to 0.1 degrees the path is right within 1 %, even at
-a pinion without motor, which such a spring would let swing with a period of 1.5 ms; still lighter and stiffer things,
-and Stribeck's falling curve on them, stick and slip faster than a step resolves.
+The path within a step is one stroke without reversal, over which every law is exact at a constant rate. Sticking
+friction is a stiff spring, level / angle, which enters the implicit integration of a steering by `slope` (see
+`integration.steering_inverse`). With 12.5 N*m, steps of 1 ms and angles down to 0.1 degrees the path is accurate to 1
+%, even at a pinion without a motor, which would oscillate on such a spring with a period of 1.5 ms; still lighter and
+stiffer parts, and the falling Stribeck curve on them, stick and slip faster than a step resolves.
 """
 
 from __future__ import annotations
@@ -29,36 +29,36 @@ from tierod.proving_ground.parts import Memory
 
 
 class Law(Protocol):
-    """A law of dry friction; it opposes motion with the sign of the rate."""
+    """Law of dry friction; the friction opposes motion and is positive for a positive rate."""
 
     def remembered(self) -> Memory:
-        """Relaxed, before the first motion."""
+        """Memory of relaxed friction, before the first motion."""
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        """Friction over its level [-].
+        """Friction divided by its level [-].
 
         Args:
-            memory: at the start of the step
-            turned: since the start of the step [rad]
-            rate: now [rad/s]
+            memory: memory at the start of the step
+            turned: angle since the start of the step [rad]
+            rate: present rate [rad/s]
         """
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Change of the share per angle [1/rad] at the start of a step, at a rate [rad/s]."""
+        """Derivative of the share with respect to the angle [1/rad] at the start of a step, at a rate [rad/s]."""
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
-        """Memory after a step that turned by an angle."""
+        """Memory after a step over an angle [rad], with a rate [rad/s] at its end."""
 
 
 class Elastic:
-    """Base of the laws whose only memory is their share of the level."""
+    """Base class of the laws whose only memory is their share of the level."""
 
     def remembered(self) -> Memory:
-        """Relaxed."""
+        """Memory of relaxed friction."""
         return 0.0
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        """Friction over its level [-]."""
+        """Friction divided by its level [-]."""
         return self.advance(memory, turned, rate)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
@@ -68,12 +68,12 @@ class Elastic:
 
 @dataclass(frozen=True)
 class FallingLevel(Elastic):
-    """Base of the laws whose level falls as the rate grows.
+    """Base class of the laws whose level falls with the rate (Stribeck effect).
 
     Args:
-        angle: level over stiffness
-        excess: friction at standstill above that of fast sliding, over the latter
-        rate: at which the excess has fallen to 1/e
+        angle: level divided by stiffness
+        excess: friction near standstill minus that of fast sliding, divided by the latter
+        rate: rate at which the excess has fallen to 1/e
     """
 
     angle: Annotated[float, "rad", POSITIVE] = math.radians(1.0)
@@ -86,16 +86,16 @@ class FallingLevel(Elastic):
 
 @dataclass(frozen=True)
 class Dahl(Elastic):
-    """Exponential build-up over an angle; the level is reached in any long stroke.
+    """Exponential build-up over an angle; friction reaches the level in any long stroke.
 
     Args:
-        angle: level over initial stiffness
+        angle: level divided by initial stiffness
     """
 
     angle: Annotated[float, "rad", POSITIVE] = math.radians(1.0)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Change of the share per angle [1/rad]."""
+        """Derivative of the share with respect to the angle [1/rad]."""
         return dahl_slope(memory, sign(rate), self.angle)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
@@ -105,10 +105,10 @@ class Dahl(Elastic):
 
 @dataclass(frozen=True)
 class DahlPower(Elastic):
-    """Dahl's law with another exponent; the level is reached in any long stroke, with exponents above one late.
+    """Dahl's law with another exponent; friction reaches the level in any long stroke, later with exponents above one.
 
     Args:
-        angle: level over initial stiffness
+        angle: level divided by initial stiffness
         exponent: shape of the build-up: below one steeper, above one with a longer tail
     """
 
@@ -116,7 +116,7 @@ class DahlPower(Elastic):
     exponent: Annotated[float, "", Range(0.0, 5.0)] = 2.0
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Change of the share per angle [1/rad]."""
+        """Derivative of the share with respect to the angle [1/rad]."""
         return dahl_slope(memory, sign(rate), self.angle, self.exponent)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
@@ -126,16 +126,16 @@ class DahlPower(Elastic):
 
 @dataclass(frozen=True)
 class Coulomb(Elastic):
-    """Coulomb's law with a stiff, elastic stick: the level is friction while moving and the limit while sticking.
+    """Coulomb's law with stiff, elastic sticking: the level is the sliding friction and the limit of the sticking one.
 
     Args:
-        angle: level over the stiffness of sticking
+        angle: level divided by the stiffness of sticking
     """
 
     angle: Annotated[float, "rad", POSITIVE] = math.radians(0.05)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Change of the share per angle [1/rad]."""
+        """Derivative of the share with respect to the angle [1/rad]."""
         return elastoplastic_slope(memory, sign(rate), self.angle)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
@@ -145,11 +145,11 @@ class Coulomb(Elastic):
 
 @dataclass(frozen=True)
 class MaxwellSlip:
-    """Elastic elements that slip one after the other; the level is that of all slipping together.
+    """Maxwell-slip model of parallel elastic elements that slip one after another; the level is reached when all slip.
 
     Args:
-        angles: level over stiffness of every element
-        shares: of the level, by element; their sum is one
+        angles: level divided by stiffness, of every element
+        shares: share of the level by element; their sum is one
 
     Raises:
         ParameterError: not as many shares as angles, or their sum is not one
@@ -166,16 +166,16 @@ class MaxwellSlip:
             )
 
     def remembered(self) -> Memory:
-        """Relaxed."""
+        """Memory of relaxed friction."""
         return (0.0,) * len(self.angles)
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        """Friction over its level [-]."""
+        """Friction divided by its level [-]."""
         elements = self.advance(memory, turned, rate)
         return sum((share * element for share, element in zip(self.shares, elements, strict=True)), start=0.0)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Change of the share per angle [1/rad]."""
+        """Derivative of the share with respect to the angle [1/rad]."""
         elements = zip(self.shares, memory, self.angles, strict=True)
         slopes = (share * elastoplastic_slope(element, sign(rate), angle) for share, element, angle in elements)
         return sum(slopes, start=0.0)
@@ -189,17 +189,17 @@ class MaxwellSlip:
 
 @dataclass(frozen=True)
 class Stribeck(FallingLevel):
-    """Dahl's build-up to a level that falls as the rate grows; the stated level is that of fast sliding.
+    """Dahl's build-up to a level that falls with the rate; the stated level is that of fast sliding.
 
-    `angle` is level over initial stiffness, `excess` that at standstill.
+    `angle` is the level divided by the initial stiffness, and `excess` the excess at standstill.
     """
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        """Friction over its level [-]."""
+        """Friction divided by its level [-]."""
         return dahl_update(memory, turned, self.angle) * self._steady(rate)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Change of the share per angle [1/rad]."""
+        """Derivative of the share with respect to the angle [1/rad]."""
         return self._steady(rate) * dahl_slope(memory, sign(rate), self.angle)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
@@ -209,24 +209,24 @@ class Stribeck(FallingLevel):
 
 @dataclass(frozen=True)
 class LuGre(FallingLevel):
-    """Bristles with a falling steady curve and damping; the stated level is that of fast sliding, without damping.
+    """Bristle model with a falling steady-state curve and damping; the level is that of fast sliding, without damping.
 
-    `angle` is level over the stiffness of the bristles, `excess` that of steady friction near standstill.
+    `angle` is the level divided by the bristle stiffness, and `excess` that of steady-state friction near standstill.
 
     Args:
-        micro_time: damping over stiffness of the bristles
+        micro_time: damping divided by stiffness of the bristles
     """
 
     micro_time: Annotated[float, "s", NOT_NEGATIVE] = 2e-3
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        """Friction over its level [-]."""
+        """Friction divided by its level [-]."""
         steady = self._steady(rate)
         bristle = lugre_update(memory, turned, self.angle, steady)
         return lugre_share(bristle, rate, self.angle, steady, self.micro_time)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Change of the share per angle [1/rad]."""
+        """Derivative of the share with respect to the angle [1/rad]."""
         return lugre_slope(memory, sign(rate), self.angle, self._steady(rate))
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:

@@ -1,4 +1,4 @@
-"""Rack, tie rods, steering arms and kingpins: from the pinion to the road wheels, their load, and all signals."""
+"""Linkage of rack, tie rods, steering arms and kingpins: kinematics, load at the pinion, and steering signals."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tierod.proving_ground.steering.friction_laws import Dahl
 
 @dataclass(frozen=True)
 class EndStop:
-    """Stops at both ends of the travel, seen at the pinion, beyond the 570 degrees of Mohtat et al., Appendix A."""
+    """End stops of the travel, referred to the pinion, beyond the 570 degrees of Mohtat et al., Appendix A."""
 
     angle: Annotated[float, "rad", POSITIVE] = math.radians(572.0)
     stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 400.0
@@ -34,10 +34,10 @@ class Resistance(NamedTuple):
     """Torques at the pinion that oppose a turn to the left.
 
     Args:
-        left, right: of each kingpin with its friction, by virtual work [N*m]
-        kingpin: of tyres and road, both sides [N*m]
+        left, right: torque of each kingpin with its friction, by virtual work [N*m]
+        kingpin: torque of tyres and road, both sides [N*m]
         friction: dry friction of both kingpins [N*m]
-        stop: of the end stops [N*m]
+        stop: torque of the end stops [N*m]
     """
 
     left: Scalar
@@ -48,25 +48,25 @@ class Resistance(NamedTuple):
 
     @property
     def total(self) -> Scalar:
-        """Sum of all [N*m]."""
+        """Sum of tyre, friction and end-stop torque [N*m]."""
         return self.kingpin + self.friction + self.stop
 
 
 @dataclass(frozen=True)
 class Linkage:
-    """Kinematics and losses of rack, tie rods and arms; typical of a mid-size car.
+    """Kinematics and losses of rack, tie rods and steering arms; typical of a mid-size car.
 
     Args:
-        ratio: mean turn of the road wheels per turn of the pinion, straight ahead
-        ratio_growth: relative growth of the ratio with the squared angle of the pinion
+        ratio: mean angle of the road wheels per angle of the pinion, straight ahead
+        ratio_growth: relative growth of the ratio with the squared pinion angle
         ackermann_gain: see `tierod.physics.steering_ratio`; the default is about 60 % of full Ackermann
-        rack_ratio: travel of the rack per turn of the pinion; the default is 55 mm per revolution
-        road_wheel_inertia: of one road wheel about its kingpin
-        friction: of ball joints and struts, both kingpins together, over the mean steer of the road wheels; under the
-            front axle's load; a level of 5 to 20 N*m is typical (0.3 to 1.3 N*m at the steering wheel), the default is
-            none
-        reference_load: load of the front axle at which that friction has its level
-        end_stop: at both ends of the travel
+        rack_ratio: travel of the rack per angle of the pinion; the default is 55 mm per revolution
+        road_wheel_inertia: inertia of one road wheel about its kingpin
+        friction: dry friction of ball joints and struts, both kingpins together, over the mean steering angle of the
+            road wheels, depending on the front axle load; 5 to 20 N*m is typical (0.3 to 1.3 N*m at the steering
+            wheel), the default is none
+        reference_load: load of the front axle at which this friction has its level
+        end_stop: stops at both ends of the travel
     """
 
     ratio: Annotated[float, "", POSITIVE] = 1.0 / 15.5
@@ -82,15 +82,15 @@ class Linkage:
 
     @property
     def inertia(self) -> float:
-        """Inertia of both road wheels at the pinion [kg*m**2], with the ratio at the centre."""
+        """Inertia of both road wheels at the pinion, with the on-centre ratio [kg*m**2]."""
         return 2.0 * self.road_wheel_inertia * self.ratio * self.ratio
 
     def remembered(self) -> Memory:
-        """Friction relaxed."""
+        """Memory of relaxed friction."""
         return self.friction.remembered()
 
     def steer(self, angle: Scalar, rate: Scalar) -> Steer:
-        """Steering of the road wheels at an angle [rad] and rate [rad/s] of the pinion."""
+        """Steering angles of the road wheels and their rates at an angle [rad] and rate [rad/s] of the pinion."""
         mean, slope, gain = self._mean(angle), self._slope(angle) * rate, self.ackermann_gain
         return Steer(
             ackermann_angle(mean, gain),
@@ -103,10 +103,10 @@ class Linkage:
         """Resistance at the pinion.
 
         Args:
-            angle, rate: of the pinion [rad], [rad/s]
+            angle, rate: angle [rad] and rate [rad/s] of the pinion
             start: angle of the pinion at the start of the step [rad]
-            memory: of the friction
-            loads: from outside
+            memory: memory of the friction
+            loads: external loads
         """
         mean, slope, gain = self._mean(angle), self._slope(angle), self.ackermann_gain
         friction = self.friction.torque(memory, *self._path(angle, rate, start, mean, slope), self._load(loads), mean)
@@ -117,17 +117,17 @@ class Linkage:
         return Resistance(left + 0.5 * friction, right + 0.5 * friction, left + right, friction, stop)
 
     def stiffness(self, angle: Scalar, rate: Scalar, memory: Memory) -> Scalar:
-        """Stiffness of the dry friction at the pinion [N*m/rad] at the start of a step; see `resistance`."""
+        """Stiffness of the dry friction at the pinion at the start of a step, see `resistance` [N*m/rad]."""
         slope = self._slope(angle)
         return slope * slope * self.friction.stiffness(memory, slope * rate, self._mean(angle))
 
     def advance(self, angle: Scalar, rate: Scalar, start: Scalar, memory: Memory, loads: Loads) -> Memory:
-        """Memory of the friction after a step; arguments as of `resistance`."""
+        """Memory of the friction after a step; arguments as in `resistance`."""
         mean, slope = self._mean(angle), self._slope(angle)
         return self.friction.advance(memory, *self._path(angle, rate, start, mean, slope), self._load(loads), mean)
 
     def friction_level(self, angle: Scalar) -> Scalar:
-        """Level of the friction at the pinion [N*m]."""
+        """Friction level at the pinion [N*m]."""
         return torque_at_steering_wheel(self.friction.sliding_level(self._mean(angle)), self._slope(angle))
 
     def _path(self, angle: Scalar, rate: Scalar, start: Scalar, mean: Scalar, slope: Scalar) -> tuple[Scalar, Scalar]:
@@ -146,8 +146,8 @@ class Linkage:
 class SteeringSignals(NamedTuple):
     """Signals before sensors, and quantities without a sensor (`truth_`).
 
-    `truth_friction_torque` is the sliding level of all dry friction at the steering wheel's axis, at the reference
-    loads and the present angle; `truth_friction_resistance` is what all dry friction does right now, with its sign.
+    `truth_friction_torque` is the sliding level of all dry friction about the steering wheel's axis, at the reference
+    loads and the present angle; `truth_friction_resistance` is the present torque of all dry friction, with its sign.
     """
 
     steering_wheel_angle: Annotated[Scalar, "rad"]
@@ -170,7 +170,7 @@ class SteeringSignals(NamedTuple):
 
 
 class Shaft(NamedTuple):
-    """A rotor at one instant: torque of its currents [N*m], angle [rad], rate [rad/s]."""
+    """Motion of a rotor: electromagnetic torque [N*m], angle [rad] and rate [rad/s]."""
 
     torque: Scalar
     angle: Scalar
@@ -178,7 +178,7 @@ class Shaft(NamedTuple):
 
 
 class Rack(NamedTuple):
-    """A rack at one instant, as the turn of the pinion that it stands for: [rad], [rad/s], [rad/s**2]."""
+    """Motion of a rack, referred to the pinion: angle [rad], rate [rad/s] and acceleration [rad/s**2]."""
 
     angle: Scalar
     rate: Scalar
@@ -186,7 +186,7 @@ class Rack(NamedTuple):
 
 
 class Dry(NamedTuple):
-    """Dry friction of a whole steering at the steering wheel's axis: level and signed torque [N*m]."""
+    """Dry friction of a whole steering about the steering wheel's axis: level and signed torque [N*m]."""
 
     level: Scalar
     torque: Scalar
@@ -203,15 +203,15 @@ def steering_signals(
     resistance: Resistance,
     dry: Dry,
 ) -> SteeringSignals:
-    """Signals of a steering, with the tie rods' forces from the balance of their road wheels.
+    """Signals of a steering; the tie-rod forces follow from the balance of moments of their road wheels.
 
     Args:
-        hand, hand_acceleration: steering wheel, [rad/s**2]
-        driver_torque: in the torsion bar [N*m]
-        motor, rack: rotor and travel
-        pinion_angle: [rad]
-        linkage, resistance: behind the rack
-        dry: friction
+        hand, hand_acceleration: motion of the steering wheel, its acceleration in [rad/s**2]
+        driver_torque: torque in the torsion bar [N*m]
+        motor, rack: motion of rotor and rack
+        pinion_angle: angle of the pinion [rad]
+        linkage, resistance: linkage behind the rack and its resistance
+        dry: dry friction of the steering
     """
     steer = linkage.steer(rack.angle, rack.rate)
     swing = 0.5 * linkage.inertia * rack.acceleration

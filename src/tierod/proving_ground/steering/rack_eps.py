@@ -1,4 +1,4 @@
-"""Electric power steering with rack and pinion as two bodies, the motor on either."""
+"""Electric power steering with rack and pinion as two bodies, and the motor on either of them."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from tierod.proving_ground.steering.shaft import Motor, TorsionBar, Wheel, assis
 
 @dataclass(frozen=True)
 class Mesh:
-    """Teeth of pinion and rack, along the rack.
+    """Tooth mesh of pinion and rack, along the rack.
 
     Args:
-        play: whole free way of the rack against the held pinion; a yoke with its spring leaves none
+        play: total free travel of the rack against the held pinion; a spring-loaded yoke leaves none
     """
 
     stiffness: Annotated[float, "N/m", POSITIVE] = 1e8
@@ -38,7 +38,7 @@ class Mesh:
 
 
 class RackMotion(NamedTuple):
-    """State of the differential equations of a rack steering; motor and wheel are () where there is none."""
+    """State of motion of a rack steering; motor torque and wheel are () if the steering has none."""
 
     angle: Scalar
     rate: Scalar
@@ -49,7 +49,7 @@ class RackMotion(NamedTuple):
 
 
 class RackMemory(NamedTuple):
-    """Dry friction of the gear and of the kingpins."""
+    """Memory of the dry friction of the gear and of the kingpins."""
 
     gear: Memory
     kingpins: Memory
@@ -69,22 +69,22 @@ class RackEps:
     """Steering wheel, torsion bar, pinion, rack with motor, and linkage; typical of a mid-size car.
 
     Args:
-        wheel_inertia: of the steering wheel
-        wheel_damping: viscous, of its bearing and clock spring; as identified by Raffone
-        pinion_inertia: of lower column and pinion
-        pinion_damping: viscous, at the pinion
-        rack_mass: of the rack; road wheels and a motor on the rack come on top
-        rack_damping: viscous, of the rack
-        centring: spring that pulls the rack to the middle
+        wheel_inertia: inertia of the steering wheel
+        wheel_damping: viscous damping of its bearing and clock spring, as identified by Raffone
+        pinion_inertia: inertia of lower column and pinion
+        pinion_damping: viscous damping at the pinion
+        rack_mass: mass of the rack, without road wheels and a motor on the rack
+        rack_damping: viscous damping of the rack
+        centring: stiffness of a spring that centres the rack
         mesh: teeth between pinion and rack
-        friction: dry, of the whole gear, as torque and angle at the pinion; under the load of the gear
+        friction: dry friction of the whole gear, as torque over angle at the pinion, depending on the load of the gear
         friction_on_rack: whether it acts on the rack (yoke, bushings, screw: divided by the rack ratio it is a force)
             or on the pinion
-        reference_load: torque of the kingpins at the pinion at which friction has its level
-        motor: None for a rack without
+        reference_load: kingpin torque at the pinion at which friction has its level
+        motor: None for a rack without a motor
         motor_on_rack: whether the motor drives the rack by belt and ball screw; else it drives the pinion
-        linkage: from the rack to the road wheels
-        torsion_bar: None for a rigid column, with the hands' torque as the driver's
+        linkage: linkage from the rack to the road wheels
+        torsion_bar: None for a rigid column, whose driver torque is that of the hands
     """
 
     wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
@@ -105,20 +105,20 @@ class RackEps:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """The assist motor, where there is one."""
+        """Assist motor, if there is one."""
         return () if self.motor is None else ("motor_torque",)
 
     def init(self) -> RackMotion:
-        """Straight ahead, at rest."""
+        """State of motion straight ahead, at rest."""
         motor = () if self.motor is None else 0.0
         return RackMotion(0.0, 0.0, 0.0, 0.0, motor, () if self.torsion_bar is None else Wheel(0.0, 0.0))
 
     def remembered(self) -> RackMemory:
-        """Friction relaxed."""
+        """Memory of relaxed friction."""
         return RackMemory(self.friction.remembered(), self.linkage.remembered())
 
     def stiff(self) -> RackMotion:
-        """At rest, with teeth in contact."""
+        """Linearisation point at rest, with the teeth in contact: within the play there is no stiffness."""
         return self.init()._replace(position=-self.mesh.play)
 
     def sticking(self, motion: RackMotion, memory: RackMemory) -> dict[tuple[str, str], Scalar]:
@@ -156,7 +156,7 @@ class RackEps:
         )
 
     def advance(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> RackMemory:
-        """Friction after a step."""
+        """Memory of the friction after a step."""
         rack, before = self._rack(motion), self._rack(start)
         return RackMemory(
             self.friction.advance(memory.gear, *self._rubbed(motion, start), angle=self._rubbing(motion)),
@@ -215,11 +215,11 @@ class RackEps:
         return Rack(motion.position / ratio, motion.speed / ratio, 0.0)
 
     def _rubbing(self, motion: RackMotion) -> Scalar:
-        """Angle of the pinion at the place of the friction [rad]."""
+        """Angle of the body on which the friction acts, referred to the pinion [rad]."""
         return motion.position / self.linkage.rack_ratio if self.friction_on_rack else motion.angle
 
     def _rubbed(self, motion: RackMotion, start: RackMotion) -> tuple[Scalar, Scalar]:
-        """Path since the start of the step and rate there [rad], [rad/s]."""
+        """Angle since the start of the step [rad] and rate [rad/s] of the body on which the friction acts."""
         turned = self._rubbing(motion) - self._rubbing(start)
         return turned, motion.speed / self.linkage.rack_ratio if self.friction_on_rack else motion.rate
 
@@ -231,7 +231,7 @@ class RackEps:
         return Shaft(motion.motor_torque, self.motor.ratio * angle, self.motor.ratio * rate)
 
     def _motor(self, motion: RackMotion) -> tuple[Scalar, Scalar]:
-        """Torque of the motor on the pinion and on the rack, as at the pinion [N*m]."""
+        """Torque of the motor on the pinion and on the rack, referred to the pinion [N*m]."""
         if self.motor is None:
             return 0.0, 0.0
         shaft, motor = self._shaft(motion), self.motor
@@ -240,7 +240,7 @@ class RackEps:
         return (0.0, torque) if self.motor_on_rack else (torque, 0.0)
 
     def _inertias(self) -> tuple[Scalar, Scalar]:
-        """Inertia of what turns with the pinion [kg*m**2], mass of what moves with the rack [kg]."""
+        """Inertia of the parts that move with the pinion [kg*m**2], and mass of those that move with the rack [kg]."""
         inertia = self.pinion_inertia if self.torsion_bar is not None else self.pinion_inertia + self.wheel_inertia
         moved, square = self.linkage.inertia, self.linkage.rack_ratio * self.linkage.rack_ratio
         if self.motor is not None:

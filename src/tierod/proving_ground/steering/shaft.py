@@ -1,4 +1,4 @@
-"""Parts on a steering's shaft: the torsion bar below the steering wheel, and the electric motor."""
+"""Components on the shaft of a steering: torsion bar and electric motor."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tierod.physics.steering_ratio import torsion_bar_torque
 
 
 class Wheel(NamedTuple):
-    """Motion of the steering wheel, where a torsion bar parts it from the column."""
+    """Motion of a steering wheel that a torsion bar separates from the column."""
 
     angle: Scalar
     rate: Scalar
@@ -22,7 +22,7 @@ class Wheel(NamedTuple):
 
 @dataclass(frozen=True)
 class TorsionBar:
-    """An elastic bar below the steering wheel; 140 N*m/rad is 2.4 N*m per degree."""
+    """Elastic torsion bar below the steering wheel; 140 N*m/rad is 2.4 N*m per degree."""
 
     stiffness: Annotated[float, "N*m/rad", POSITIVE] = 140.0
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.05
@@ -34,7 +34,7 @@ class TorsionBar:
 
 @dataclass(frozen=True)
 class Ripple:
-    """Torque that varies with the rotor's angle, see `tierod.physics.motor_torque`; typical of a good EPS motor."""
+    """Cogging torque and torque ripple over the rotor angle, see `tierod.physics.motor_torque`; of a good EPS motor."""
 
     cogging_torque: Annotated[float, "N*m", NOT_NEGATIVE] = 0.01
     share: Annotated[float, "", NOT_NEGATIVE] = 0.01
@@ -42,7 +42,7 @@ class Ripple:
 
 
 def rippled(torque: Scalar, angle: Scalar, ripple: Ripple | None) -> Scalar:
-    """Torque at the shaft [N*m] of one of the currents [N*m], at an angle of the rotor [rad]."""
+    """Shaft torque [N*m] for an electromagnetic torque [N*m] at a rotor angle [rad]."""
     if ripple is None:
         return torque
     return torque + torque_ripple(angle, torque, ripple.cogging_torque, ripple.share, ripple.order)
@@ -50,12 +50,12 @@ def rippled(torque: Scalar, angle: Scalar, ripple: Ripple | None) -> Scalar:
 
 @dataclass(frozen=True)
 class SpeedLimit:
-    """Limit of the torque by the voltage at speed, see `tierod.physics.motor_torque`.
+    """Torque limit due to the voltage at high speed, see `tierod.physics.motor_torque`.
 
-    The defaults are typical: with a ratio of 20, all torque up to 430 degrees of column per second, none at 1000.
+    The defaults are typical: with a ratio of 20, full torque up to 430 degrees of column per second, none at 1000.
 
     Raises:
-        ParameterError: the speed without load is not above the base speed
+        ParameterError: the no-load speed is not above the base speed
     """
 
     base_speed: Annotated[float, "rad/s", POSITIVE] = 150.0
@@ -71,16 +71,16 @@ class SpeedLimit:
 
 @dataclass(frozen=True)
 class Motor:
-    """A motor at its shaft; typical of a mid-size car with 60 N*m of assist at the column.
+    """Electric motor at its shaft; typical of a mid-size car with 60 N*m of assist at the column.
 
     Args:
         ratio: turns of the rotor per turn of the pinion
-        inertia: of the rotor
-        damping: viscous, of the rotor's bearings and eddy currents
+        inertia: inertia of the rotor
+        damping: viscous damping by bearings and eddy currents of the rotor
         lag: time constant of the current control, whose bandwidth is about 80 Hz
-        maximum_torque: what the current limit allows
+        maximum_torque: torque at the current limit
         ripple: None for a smooth motor
-        speed_limit: None for a motor that is never short of voltage
+        speed_limit: None for a motor without voltage limit
     """
 
     ratio: Annotated[float, "", POSITIVE] = 20.0
@@ -92,13 +92,14 @@ class Motor:
     speed_limit: SpeedLimit | None = None
 
     def torque_rate(self, torque: Scalar, request: Scalar, speed: Scalar = 0.0) -> Scalar:
-        """Rate of change [N*m/s] of the torque of the currents [N*m].
+        """Rate of change of the electromagnetic torque [N*m/s].
 
         Args:
-            torque: of the currents [N*m]
-            request: for it [N*m]
-            speed: of the rotor [rad/s]
+            torque: electromagnetic torque [N*m]
+            request: requested torque [N*m]
+            speed: speed of the rotor [rad/s]
         """
+        # Only the torque that drives the rotor is limited by the voltage, so each sign has its own limit.
         return (limit(request, -self._most(-speed), self._most(speed)) - torque) / self.lag
 
     def _most(self, speed: Scalar) -> Scalar:
@@ -107,10 +108,10 @@ class Motor:
         return driving_limit(speed, self.maximum_torque, self.speed_limit.base_speed, self.speed_limit.no_load_speed)
 
     def shaft_torque(self, torque: Scalar, angle: Scalar) -> Scalar:
-        """Torque at the shaft [N*m] at an angle of the rotor [rad]."""
+        """Shaft torque [N*m] at a rotor angle [rad]."""
         return rippled(torque, angle, self.ripple)
 
 
 def assist_motor() -> Motor:
-    """The typical motor of an EPS, with the limit of its voltage."""
+    """Typical motor of an EPS, with its voltage limit."""
     return Motor(speed_limit=SpeedLimit())

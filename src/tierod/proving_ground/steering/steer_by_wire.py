@@ -1,4 +1,4 @@
-"""Steer-by-wire: an actuator turns the road wheels, a feedback unit gives the hands a torque."""
+"""Steer-by-wire: an actuator turns the road wheels, and a feedback unit applies a torque to the hands."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tierod.proving_ground.steering.shaft import Motor
 
 
 class HandWheelMotion(NamedTuple):
-    """Angle [rad] and rate [rad/s] of the steering wheel, torque of the feedback motor [N*m]."""
+    """Angle [rad] and rate [rad/s] of the steering wheel, and torque of the feedback motor [N*m]."""
 
     angle: Scalar
     rate: Scalar
@@ -26,7 +26,7 @@ class HandWheelMotion(NamedTuple):
 
 
 class SteerByWireMotion(NamedTuple):
-    """Turn of the pinion [rad], its rate [rad/s], torque of the actuator at its shaft [N*m], and the steering wheel."""
+    """Angle [rad] and rate [rad/s] of the pinion, shaft torque of the actuator [N*m], and steering wheel motion."""
 
     angle: Scalar
     rate: Scalar
@@ -35,16 +35,16 @@ class SteerByWireMotion(NamedTuple):
 
 
 class SteerByWireMemory(NamedTuple):
-    """Dry friction of the road wheels and of the steering wheel."""
+    """Memory of the dry friction of the road wheels and of the steering wheel."""
 
     road_wheels: Memory
     wheel: Memory
 
 
 class SteerByWireSignals(NamedTuple):
-    """Signals before sensors, and quantities without a sensor (`truth_`); friction is stated at the road wheels.
+    """Signals before sensors, and quantities without a sensor (`truth_`); friction is referred to the road wheels.
 
-    The driver's torque is measured between steering wheel and feedback motor; friction of the unit is below.
+    The driver torque is measured between steering wheel and feedback motor, above the friction of the feedback unit.
     """
 
     steering_wheel_angle: Annotated[Scalar, "rad"]
@@ -67,12 +67,12 @@ class SteerByWireSignals(NamedTuple):
 
 @dataclass(frozen=True)
 class HandWheel:
-    """A steering wheel on a shaft that ends at the feedback motor; assumed.
+    """Steering wheel on a shaft that ends at the feedback motor; assumed values.
 
     Args:
-        inertia: of the steering wheel
-        damping: viscous
-        friction: dry, of bearings and motor
+        inertia: inertia of the steering wheel
+        damping: viscous damping
+        friction: dry friction of bearings and motor
     """
 
     inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
@@ -90,21 +90,21 @@ class _Balance(NamedTuple):
 
 @dataclass(frozen=True)
 class SteerByWire:
-    """Actuator, power assist, rack and road wheels; and the steering wheel, joined to them by control alone.
+    """Actuator, power assist, rack and road wheels, and a steering wheel that is connected to them by control alone.
 
     J_w delta'' + b_w delta' + tau_f + tau_a = r_s r_p r_g eta tau_motor, with dry friction that builds up over an angle
-    in place of a sign. The defaults stand for a sports car whose column was taken out and whose hydraulic assist was
-    kept; none of them is printed. Source: Yih, Ryu, Gerdes, eqs (1), (2) and (5).
+    instead of the sign function. The defaults represent a sports car whose column was removed and whose hydraulic
+    assist was kept; none of them is printed. Source: Yih, Ryu, Gerdes, eqs (1), (2) and (5).
 
     Args:
-        inertia: of gear, assist and rack, seen at the road wheels; with rotor and road wheels J_w = 3.5 kg*m**2
-        damping: viscous, of everything, seen at the road wheels, b_w
-        power_assist: torque at the pinion over that of the actuator, r_p
-        efficiency: of the actuator's gear, eta
-        motor: of the actuator, with ratio r_g to the pinion
-        torque_constant: of that motor, k_M
-        linkage: from the pinion to the road wheels, 1/r_s; its friction is F_w
-        hand_wheel: in front of the driver
+        inertia: inertia of gear, assist and rack, at the road wheels; with rotor and road wheels J_w = 3.5 kg*m**2
+        damping: total viscous damping at the road wheels, b_w
+        power_assist: torque at the pinion divided by that of the actuator, r_p
+        efficiency: efficiency of the actuator's gear, eta
+        motor: motor of the actuator, with ratio r_g to the pinion
+        torque_constant: torque constant of this motor, k_M
+        linkage: linkage from the pinion to the road wheels, 1/r_s; its friction is F_w
+        hand_wheel: steering wheel of the driver
         feedback: motor on the shaft of the steering wheel
     """
 
@@ -126,19 +126,19 @@ class SteerByWire:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """The motor at the rack, and the one of the steering feel."""
+        """Motor at the rack and motor of the steering feel."""
         return ("motor_torque", "feedback_torque")
 
     def init(self) -> SteerByWireMotion:
-        """Straight ahead, at rest."""
+        """State of motion straight ahead, at rest."""
         return SteerByWireMotion(0.0, 0.0, 0.0, HandWheelMotion(0.0, 0.0, 0.0))
 
     def remembered(self) -> SteerByWireMemory:
-        """Friction relaxed."""
+        """Memory of relaxed friction."""
         return SteerByWireMemory(self.linkage.remembered(), self.hand_wheel.friction.remembered())
 
     def stiff(self) -> SteerByWireMotion:
-        """At rest."""
+        """Linearisation point at rest."""
         return self.init()
 
     def sticking(self, motion: SteerByWireMotion, memory: SteerByWireMemory) -> dict[tuple[str, str], Scalar]:
@@ -177,7 +177,7 @@ class SteerByWire:
     def advance(
         self, motion: SteerByWireMotion, start: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads
     ) -> SteerByWireMemory:
-        """Friction after a step."""
+        """Memory of the friction after a step."""
         wheel = motion.wheel
         return SteerByWireMemory(
             self.linkage.advance(motion.angle, motion.rate, start.angle, memory.road_wheels, loads),
@@ -225,7 +225,7 @@ class SteerByWire:
         )
 
     def _inertia(self) -> Scalar:
-        """Inertia of everything that turns with the road wheels, at the pinion [kg*m**2]."""
+        """Inertia of all parts that move with the road wheels, at the pinion [kg*m**2]."""
         linkage, motor = self.linkage, self.motor
         return (
             linkage.ratio * linkage.ratio * self.inertia + linkage.inertia + motor.ratio * motor.ratio * motor.inertia
