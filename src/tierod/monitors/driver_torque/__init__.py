@@ -1,1 +1,1 @@
-"""The torque of the driver's hands, from the steering column: observers, detection of hands, and the monitor."""
+"""Torque of the driver's hands from the steering column: observers, detection of hands, and the monitor."""

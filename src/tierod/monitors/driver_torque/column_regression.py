@@ -1,4 +1,4 @@
-"""Regressions over a drive: ratio, torsion bar, offset of its torque and late signals; inertia below the bar."""
+"""Regressions over a drive: ratio, torsion bar with torque offset, late signals, and inertia below the bar."""
 
 from __future__ import annotations
 
@@ -10,25 +10,26 @@ import numpy as np
 from tierod.methods.identification.regression import Solution, solved
 
 CLEAR = 5.0
-"""A figure counts from so many standard errors on."""
+"""Least ratio of an estimate to its standard error."""
 
 FEWEST = 500
-"""Samples below which nothing is stated."""
+"""Least number of samples for an estimate."""
 
 HALF = 0.01
-"""Half of the time over which rates are differences [s]: short against motion up to 10 Hz, long against the noise."""
+"""Half of the time over which rates are differences [s]; short against motion up to 10 Hz, long against the noise."""
 
 LONGEST_LAG = 0.2
-"""Beyond it a lag is none [s]: signals that far apart, or of a wrong scale, are no longer a line in the lag."""
+"""Largest lag that is accepted [s]; signals farther apart, or of a wrong scale, are no longer linear in the lag."""
 
 SPAN = 0.02
-"""Time over which rates are differences [s]: noise of the motor's angle makes 20 rad/s^2 of it, a sweep thousands."""
+"""Half of the time over which rates are differences [s]; noise of the motor's angle makes 20 rad/s^2 of it, a sweep
+thousands."""
 
 CLEAR_INERTIA = 10.0
-"""The inertia counts from so many standard errors on: friction that follows the angle is no white noise."""
+"""Least ratio of the inertia to its standard error; friction that follows the angle is not white noise."""
 
 LEAST = 50.0
-"""Standard deviation of the motor's acceleration below which nothing is stated, twice that of its noise [rad/s^2]."""
+"""Least standard deviation of the motor's acceleration for an estimate, twice that of its noise [rad/s^2]."""
 
 SLIDING = 0.5
 """Speed of the motor over which dry friction changes its sign [rad/s]."""
@@ -37,15 +38,15 @@ _WHEEL, _MOTOR, _BAR, _MOTOR_RATE, _BAR_RATE, _MOTOR_BEND, _ONE = range(7)
 
 
 class ColumnGeometry(NamedTuple):
-    """Ratio and stiffness as the recording has them, and what else its three signals disagree in.
+    """Ratio and stiffness identified from a recording, and further disagreement of its three signals.
 
     Args:
         ratio: turns of the motor per turn of the wheel
-        stiffness: of the bar [N m/rad]
-        torque_offset: of the bar's torque, were both angles zero on the unloaded bar [N m]
-        late: the signal that is late most, against the other two or the other angle; "" where none stands out
-        lag: of it [s]
-        ratio_uncertainty: share of the ratio by which errors of the angles that go with the motion may move it
+        stiffness: stiffness of the torsion bar [N m/rad]
+        torque_offset: offset of the bar's torque, if both angles are zero on the unloaded bar [N m]
+        late: the signal that is latest against the other two or the other angle; "" where none stands out
+        lag: its lag [s]
+        ratio_uncertainty: relative uncertainty of the ratio from errors of the angles that correlate with the motion
     """
 
     ratio: float
@@ -57,13 +58,14 @@ class ColumnGeometry(NamedTuple):
 
 
 class GeometryOverDrive:
-    """Least squares of wheel angle = motor angle / ratio + torque of the bar / stiffness + constant, piece by piece.
+    """Least squares of wheel angle = motor angle / ratio + bar torque / stiffness + constant, piece by piece.
 
-    A signal that is late is its value less its rate times the lag, to second order: the rates of motor angle and torque
-    beside them show how far the three are apart, and the motor's acceleration takes what else a late angle leaves.
+    A late signal is its value less its rate times the lag, to second order: the rates of motor angle and torque as
+    further regressors give the lags between the three, and the motor's acceleration absorbs the remainder of a late
+    angle.
 
     Args:
-        rate: of the samples [Hz]
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, rate: float = 1000.0) -> None:
@@ -73,7 +75,7 @@ class GeometryOverDrive:
         self._products = np.zeros((7, 7))
 
     def add(self, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
-        """The next piece: angles [rad] and torque of the bar [N*m], (n,) each; NaN where missing."""
+        """Add the next piece: angles [rad] and torque of the bar [N*m], (n,) each; NaN where missing."""
         rows = np.vstack([self._before, np.column_stack([wheel_angle, motor_angle, driver_torque])])
         self._before = rows[-2 * self._half :]
         if len(rows) <= 2 * self._half:
@@ -87,16 +89,18 @@ class GeometryOverDrive:
         if not len(rows):
             return
         if self._first is None:
+            # Products about the first row, or the squares of large constant angles would cancel badly.
             self._first = np.array([*rows[0, :3], 0.0, 0.0, 0.0])
         whole = np.column_stack([rows - self._first, np.ones(len(rows))])
         self._products += whole.T @ whole
 
     def found(self) -> ColumnGeometry | None:
-        """Geometry that the pieces identify; None where they do not do so clearly, or a sign is wrong."""
+        """The geometry that the pieces identify; None where it is not clear, or a sign is wrong."""
         if self._first is None or self._products[_ONE, _ONE] < FEWEST:
             return None
         rates = (_MOTOR, _BAR, _MOTOR_RATE, _BAR_RATE)
-        moving = self._shares((*rates, _MOTOR_BEND)) or self._shares(rates)  # a sine and its bend are one
+        # In a sine, angle and acceleration are linearly dependent; the acceleration is then left out.
+        moving = self._shares((*rates, _MOTOR_BEND)) or self._shares(rates)
         shares = moving if moving is not None and _clear(moving) else self._shares((_MOTOR, _BAR))
         if shares is None or not _clear(shares):
             return None
@@ -107,13 +111,13 @@ class GeometryOverDrive:
         return ColumnGeometry(1.0 / by_motor, 1.0 / by_bar, -constant / by_bar, *late, self._uncertainty(shares))
 
     def _uncertainty(self, shares: Solution) -> float:
-        """Uncertainty by the residual against the motion: the residual is not white, and may go with the motion."""
+        """Relative uncertainty: residual over motion, since the residual is not white and may correlate with it."""
         count = self._products[_ONE, _ONE]
         power = self._products[_MOTOR, _MOTOR] - self._products[_MOTOR, _ONE] ** 2 / count
         return math.sqrt(max(shares.left, 0.0) / power) / abs(float(shares.values[0]))
 
     def _shares(self, signals: tuple[int, ...]) -> Solution | None:
-        """Shares of these signals in the wheel's angle; None where they are dependent."""
+        """Coefficients of these signals in the wheel angle; None where the signals are linearly dependent."""
         count = self._products[_ONE, _ONE]
         centred = self._products - np.outer(self._products[:, _ONE], self._products[_ONE]) / count
         normal, right = centred[np.ix_(signals, signals)], centred[list(signals), _WHEEL]
@@ -125,9 +129,9 @@ def _clear(shares: Solution) -> bool:
 
 
 def _latest(shares: Solution) -> tuple[str, float]:
-    """The signal that is late most and by how much [s]: where two of three agree, the third, should it be early too.
+    """The latest signal and its lag [s]; where two of three agree the third, which may also be early.
 
-    Where the lag hides the bar's share only the angles are compared, and the one behind is late.
+    Where the lag hides the coefficient of the bar, only the angles are compared, and the later one is named.
     """
     share = shares.values
     apart = {"steering_wheel_angle": 0.0, "motor_angle_mechanical": float(share[2] / share[0])}
@@ -143,11 +147,11 @@ def _latest(shares: Solution) -> tuple[str, float]:
 class BelowBarOverDrive:
     """Least squares of motor torque + bar torque / ratio = inertia, damping, dry friction and a constant, piecewise.
 
-    On a bench; in a car rack and road take part. Cuts between pieces lose a few samples.
+    Valid on a bench; in a car rack and road act as well. A few samples are lost at the cuts between pieces.
 
     Args:
         ratio: turns of the motor per turn of the wheel
-        rate: of the samples [Hz]
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, ratio: float, rate: float) -> None:
@@ -155,7 +159,7 @@ class BelowBarOverDrive:
         self._products = np.zeros((5, 5))
 
     def add(self, motor_torque: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
-        """The next piece: torques [N*m] and angle of the motor [rad], (n,) each; NaN where missing."""
+        """Add the next piece: torques [N*m] and angle of the motor [rad], (n,) each; NaN where missing."""
         step, span = self._step, self._step / self._rate
         if len(motor_angle) <= 2 * step:
             return
@@ -168,7 +172,7 @@ class BelowBarOverDrive:
         self._products += rows.T @ rows
 
     def inertia(self) -> float | None:
-        """Inertia of motor and gear at the motor's shaft [kg m^2]; None where the pieces do not show it clearly."""
+        """Inertia of motor and gear at the motor's shaft [kg m^2]; None where it is not identifiable."""
         count, normal = self._products[4, 4], self._products[1:, 1:]
         if normal[0, 0] < LEAST**2 * count:
             return None

@@ -10,62 +10,63 @@ from tierod.core.residues import residue_between
 from tierod.core.series import Rows, Stride
 
 SIGNALS = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
-"""The signals of the torsion bar: wheel angle = motor angle / ratio + torque of the bar / stiffness + constant."""
+"""Signals of the torsion bar: wheel angle = motor angle / ratio + torque of the bar / stiffness + constant."""
 
 RATE = 50.0
-"""Rate at which they are kept [Hz]: a hand moves a wheel at less than 5 Hz."""
+"""Rate at which they are stored [Hz]; a hand moves a wheel at less than 5 Hz."""
 
 LONGEST = 3600.0
-"""Time that is kept [s]: memory stays bounded."""
+"""Longest stored time [s], which bounds the memory."""
 
 FEWEST = 250
-"""Samples below which nothing is stated."""
+"""Least number of samples for a result."""
 
 SMOOTHING = 0.2
-"""Time that is averaged before gains and delays are compared [s]: a tenth of a second is still seen, noise is not."""
+"""Averaging time before gains and delays are compared [s]; it keeps delays of a tenth of a second and removes noise."""
 
 LEAST_GAIN = 0.15
-"""Logarithm of a gain below which it is none: a gear in series makes a bar 6 % softer, see `STIFFNESS_SPREAD`."""
+"""Least logarithm of a gain that counts as wrong [-]; a gear in series makes a bar 6 % softer, see
+`STIFFNESS_SPREAD`."""
 
 LATEST = 0.6
-"""Longest delay that is looked for [s]."""
+"""Longest delay that is searched [s]."""
 
 EXPLAINED = 0.1
-"""Share of the variance of the contradiction that may be left when one signal is corrected."""
+"""Share of the variance of the contradiction that may remain after one signal is corrected."""
 
 SCALED = 0.02
-"""The same for a gain: one that is wrong leaves a thousandth, what is clipped leaves more."""
+"""The same share for a gain; a wrong gain leaves a thousandth, clipping leaves more."""
 
 NEARLY = 4.0
-"""Corrections that leave no more than this multiple of the least variance cannot be distinguished."""
+"""Multiple of the least remaining variance up to which corrections cannot be distinguished."""
 
 FOLLOWS = 0.7
-"""Share of the greatest correlation with the contradiction from which a signal may be the wrong one, too."""
+"""Share of the largest correlation with the contradiction from which a signal may be the wrong one as well."""
 
 UNLIKE = 4.0
-"""Ratio of the angles' variances beyond which one of them hardly moves, and it may be either that is wrong."""
+"""Ratio of the angles' variances above which one of them hardly moves, and either may be wrong."""
 
 HELD = 0.9
-"""Share of the contradiction's changes that falls on times at which a signal stands still, from which it is stuck."""
+"""Share of the contradiction's changes during standstill of a signal, from which that signal is stuck."""
 
 BENDS = (0.0, 1.0 / 3.0, 2.0 / 3.0)
-"""Shares of a drive at which a slow change may begin or turn."""
+"""Shares of a drive at which a slow change may begin or change its slope."""
 
 DRIFTS = 3.0
-"""Multiple of a signal's range beyond which its zero does not drift: a wheel that is off by a turn is no torque."""
+"""Multiple of a signal's range above which its zero cannot drift; a wheel angle off by a turn is not a torque drift."""
 
 FITS = 0.05
-"""Variance of the contradiction, as a share of that of the bar's twist, up to which the three signals fit."""
+"""Variance of the contradiction, as a share of that of the bar's twist, up to which the three signals agree."""
 
 
 class Contradiction(NamedTuple):
     """Signal that contradicts the others.
 
     Args:
-        names: of the signals, one of which is wrong; empty where the three fit each other
-        gain: of the one signal, where a gain explains the contradiction; else 1
-        delay: of the one signal, where a delay explains the contradiction; else 0
-        creeps: "gain" or "zero" where one that changes slowly in the drive explains it; else empty
+        names: signals of which one is wrong; empty where the three agree
+        gain: gain of the single signal, where it explains the contradiction; else 1
+        delay: delay of the single signal, where it explains the contradiction; else 0
+        creeps: "gain" or "zero" where a slow change of it during the drive explains the contradiction; else empty
     """
 
     names: tuple[str, ...]
@@ -75,12 +76,12 @@ class Contradiction(NamedTuple):
 
 
 class ContradictionOverDrive:
-    """Keeps the three signals of a torsion bar over the pieces of a recording.
+    """Collector of the three signals of a torsion bar over a recording.
 
     Args:
         ratio: turns of the motor per turn of the wheel
-        stiffness: of the bar [N*m/rad]
-        rate: of the samples [Hz]
+        stiffness: stiffness of the bar [N*m/rad]
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, ratio: float, stiffness: float, rate: float):
@@ -90,12 +91,15 @@ class ContradictionOverDrive:
         self._kept = Rows(3, round(LONGEST * self._rate))
 
     def add(self, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
-        """The next piece: angles [rad] and torque of the bar [N*m], (n,) each; NaN where missing."""
+        """Add the next piece: angles [rad] and torque of the bar [N*m], (n,) each; NaN where missing."""
         kept = self._stride.over(len(wheel_angle))
         self._kept.add(np.column_stack([wheel_angle, motor_angle, driver_torque])[kept] * self._scales)
 
     def found(self) -> Contradiction | None:
-        """Signal that contradicts the others; None where the signals are too few or do not move."""
+        """The contradicting signal; None with too few samples.
+
+        A stuck signal takes precedence, then a gain or delay, then a slow change.
+        """
         rows = self._kept.values
         there = np.isfinite(rows).all(axis=1)
         if np.count_nonzero(there) < FEWEST:
@@ -135,7 +139,7 @@ def _averaged(values: np.ndarray, count: int) -> np.ndarray:
 
 
 def _gain(rows: np.ndarray, column: int) -> tuple[float, float]:
-    """Variance that is left where one signal is divided by its gain, and that gain."""
+    """Variance that remains after one signal is divided by its gain, and that gain."""
     others = np.delete(rows, column, axis=1).sum(axis=1)
     signal = rows[:, column]
     power = float(signal @ signal)
@@ -148,7 +152,7 @@ def _gain(rows: np.ndarray, column: int) -> tuple[float, float]:
 
 
 def _delay(rows: np.ndarray, column: int, most: int) -> tuple[float, int]:
-    """Least variance that is left where one signal is taken earlier, and by how many samples."""
+    """Least variance that remains after one signal is advanced, and the advance in samples."""
     others, signal = np.delete(rows, column, axis=1).sum(axis=1), rows[:, column].copy()
     found = [(_variance(signal[late:] + others[: max(len(others) - late, 0)]), late) for late in range(1, most + 1)]
     left, late = min(found)
@@ -161,7 +165,7 @@ def _variance(values: np.ndarray) -> float:
 
 
 def _creeping(rows: np.ndarray) -> Contradiction | None:
-    """The signal whose gain or zero changes slowly; None where such a change leaves much of the contradiction."""
+    """The signal with a slowly changing gain or zero; None where that leaves much of the contradiction."""
     apart = rows.sum(axis=1)
     time = np.linspace(0.0, 1.0, len(rows))
     slow = np.column_stack([np.maximum(time - start, 0.0) for start in BENDS])
@@ -170,7 +174,7 @@ def _creeping(rows: np.ndarray) -> Contradiction | None:
     if min(left) > EXPLAINED * float(np.var(apart)) or constant <= NEARLY * min(left):
         return None
     if left[0] <= NEARLY * min(left):
-        # Each of them may have the drift but one that would exceed all that its signal does.
+        # The drift may belong to any signal, except one whose whole range it would exceed.
         drift = float(np.ptp(apart))
         able = [name for name, spread in zip(SIGNALS, np.ptp(rows, axis=0), strict=True) if drift < DRIFTS * spread]
         return Contradiction(tuple(able) or SIGNALS, creeps="zero")
@@ -179,7 +183,7 @@ def _creeping(rows: np.ndarray) -> Contradiction | None:
 
 
 def _left_by(values: np.ndarray, terms: np.ndarray) -> float:
-    """Variance that is left by least squares on terms, their means taken away."""
+    """Variance that remains after least squares on terms, means removed."""
     terms, values = terms - terms.mean(axis=0), values - values.mean()
     found, *_ = np.linalg.lstsq(terms, values, rcond=None)
     return float(np.var(values - terms @ found))
@@ -195,7 +199,7 @@ def _held(rows: np.ndarray) -> str:
 
 
 def _following(rows: np.ndarray) -> tuple[str, ...]:
-    """The signals that the contradiction follows: what is in it alone comes from the one that is wrong."""
+    """The signals that correlate most with the contradiction: its independent part comes from the wrong signal."""
     apart = rows.sum(axis=1)
     spread = rows.std(axis=0)
     shares = np.divide(np.abs(rows.T @ apart), spread, out=np.zeros(3), where=spread > 0.0)
@@ -210,7 +214,7 @@ def described(found: Contradiction) -> str:
     """A contradiction as half a sentence.
 
     Args:
-        found: the contradicting signal, with a name
+        found: contradiction with at least one signal
     """
     name = found.names[0]
     if found.creeps:

@@ -14,25 +14,29 @@ from tierod.monitors.driver_torque.hands import THRESHOLDS
 from tierod.monitors.harness.decision import Decision, Demonstrated
 
 INERTIA_SPREAD, STIFFNESS_SPREAD, RATIO_SPREAD, MOTOR_INERTIA_SPREAD = 0.026, 0.064, 0.005, 0.104
-"""By what a fault-free car differs from its vehicle file, one standard deviation as a share: the wheel's inertia as
-it is weighed and learnt; bars scatter, or have a gear in series; gains of angle sensors, for a design value; the
-motor's inertia, which a sweep to 30 Hz makes 1.2 times as large."""
+"""Relative standard deviations of fault-free cars from their vehicle files [-]: the wheel's inertia as weighed and
+learnt; bars scatter, or have a gear in series; gains of angle sensors, for a design value; the motor's inertia, which a
+sweep to 30 Hz makes 1.2 times as large."""
 
 OFFSET_SPREAD: Annotated[float, "N*m"] = 0.026
-"""Of an offset of the torque beyond what was learnt, which hands may imitate: a sixth of the torque that shows them."""
+"""Standard deviation of a torque offset beyond the learnt one, which hands may imitate [N*m]; a sixth of the torque
+that reveals them."""
 
 LAG_SPREAD: Annotated[float, "s"] = 5e-4
-"""Of a signal's lag: one of 1 ms costs a sixth of the accuracy, and at low rates a sample may be held for longer."""
+"""Standard deviation of a signal's lag [s]; 1 ms costs a sixth of the accuracy, and at low rates samples are held
+longer."""
 
 MISFIT_SPREAD = 0.62
-"""Of the logarithm of the mean NIS per measurement: three times the noise that is expected is 3.7 of them away."""
+"""Standard deviation of the logarithm of the mean NIS per measurement [-]; three times the expected noise is 3.7 of
+them away."""
 
 DOUBTED = 2.0
-"""Of these deviations from which a mean NIS is remarked upon: one fault-free recording in 44 is beyond it by chance."""
+"""Threshold of these standard deviations for a remark on the mean NIS; one fault-free recording in 44 exceeds it by
+chance."""
 
 FIT_DESIGN = RuleDesign(HoldRule(1), values=1e4, shift=6.0, spacing=math.inf)
 MISFIT_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=1e4, shift=6.0, spacing=math.inf)
-"""One look at the end of a recording."""
+"""One decision at the end of a recording."""
 
 OFF_DESIGN = RuleDesign(
     CusumRule(0.0, sides="upper"),
@@ -41,49 +45,50 @@ OFF_DESIGN = RuleDesign(
     spacing=1e-3,
     line=RunLengthLine(start=8.629, slope=0.3421, observed=3.65e6),
 )
-"""Of the evidence for hands off, at 1 kHz: counted on 2 h of benches that are 2 % off, see `hands_design`. For 100 h of
-holding it asks for 32.4 nats; 33 are taken. Hands that leave give a nat in 10.6 ms (thresholds from 8 to 45)."""
+"""Design of the CUSUM for hands off at 1 kHz: counted on 2 h of benches that are 2 % off, see `design_thresholds` in
+`tierod.papers.column.handled_bench`. 100 h between false alarms while holding need 32.4 nats; 33 are used. Hands that
+leave give a nat in 10.6 ms (thresholds from 8 to 45)."""
 
 
 COLUMN, INNOVATIONS = "column as the vehicle file says", "innovations as expected"
-"""Names of the decisions whether vehicle file and recording fit each other."""
+"""Names of the decisions on the agreement of vehicle file and recording."""
 
 
 @dataclass(frozen=True)
 class FitRules:
-    """The rules that decide whether vehicle file and recording fit each other.
+    """Rules that decide whether vehicle file and recording agree.
 
     Args:
-        either: for a distance with a sign
-        above: for one that can only be too large
+        either: rule for a distance with a sign
+        above: rule for a distance that can only be too large
     """
 
     either: Detector = field(default_factory=FIT_DESIGN.block)
     above: Detector = field(default_factory=MISFIT_DESIGN.block)
 
     def apart(self, difference: float, spread: float) -> bool:
-        """Whether a difference is more than chance.
+        """Whether a difference exceeds what chance explains.
 
         Args:
-            difference: from what is expected
-            spread: one standard deviation of it [same unit]
+            difference: observed less expected value
+            spread: its standard deviation [same unit]
         """
         return alarms_at(self.either, difference / spread)
 
     def misfit(self, nis: float) -> bool:
-        """Whether a mean NIS per measurement is more than that of a column that fits; NaN is not."""
+        """Whether a mean NIS per measurement exceeds that of a matching column; NaN does not."""
         return nis > 0.0 and alarms_at(self.above, misfit(nis))
 
     def beyond(self, name: str, distance: float) -> bool:
-        """Whether the decision of a name alarms at a distance [standard deviations]."""
+        """Whether the decision of this name alarms at a distance [standard deviations]."""
         return alarms_at(self.above if name == INNOVATIONS else self.either, distance)
 
 
 def misfit(nis: float) -> float:
-    """Distance of a mean NIS per measurement from that of a column that fits [standard deviations].
+    """Distance of a mean NIS per measurement from that of a matching column [standard deviations].
 
     Args:
-        nis: above zero
+        nis: mean NIS, above zero
     """
     return math.log(nis) / MISFIT_SPREAD
 
@@ -139,4 +144,4 @@ DECISIONS = (
         design=MISFIT_DESIGN,
     ),
 )
-"""Of every variant."""
+"""Decisions of every variant."""

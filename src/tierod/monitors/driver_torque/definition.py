@@ -1,4 +1,4 @@
-"""The monitor of the driver's hands and its variants, as users see them."""
+"""The monitor of the driver's hands and its variants."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tierod.vehicles import Vehicle
 PAPER = "Raffone, Observers of an electric power steering column"
 
 FAST = 500.0
-"""From this rate on sensors are taken as those of a test bench [Hz]; buses of cars are slower."""
+"""Rate from which sensors are assumed to be those of a test bench [Hz]; buses of cars are slower."""
 
 _BARE = ("statement.deviation", "disturbance_torque_deviation", "nis")
 _DELAYED = ("disturbance_torque", "disturbance_torque_deviation", "nis")
@@ -40,7 +40,7 @@ NO_GEAR = (
 
 Opener = Callable[[Vehicle, float, Baseline | None], Session]
 Observer = Callable[[Vehicle, float, SensorNoise, bool], Block]
-"""An observer for a vehicle, a rate [Hz], the noise of its sensors, with the motor's angle or without it."""
+"""Builder of an observer from vehicle, rate [Hz], sensor noise, and whether the motor's angle is used."""
 
 
 def _opener(name: str, observer: Observer, lacking: tuple[str, ...] = (), delay: float = 0.0) -> Opener:

@@ -1,4 +1,4 @@
-"""Torque of the driver's hands some milliseconds ago: a fixed-lag smoother, for whoever may wait."""
+"""Torque of the driver's hands some milliseconds ago: a fixed-lag smoother, for uses that can wait."""
 
 from __future__ import annotations
 
@@ -17,19 +17,20 @@ from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
 from tierod.vehicles import Vehicle
 
 DELAY = 0.02
-"""Usual lag [s]: at which an edge is seen from both sides."""
+"""Default lag [s]; long enough to see an edge from both sides."""
 
 RATE_WALK = 40.0
-"""Of the torque's rate, tuned on simulated benches with hands that jump and hands that pull within 100 ms: what comes
-after an edge is known here, so it may be larger than without a lag [N m/s^1.5]."""
+"""Random walk of the torque's rate [N m/s^1.5], tuned on simulated benches with hands that jump and hands that pull
+within 100 ms; samples after an edge are known here, so it may be larger than without a lag."""
 
 
 DISTURBANCE_WALK = 0.3
-"""Of the disturbance torque, from the same runs: one filter for friction that stays and that reverses [N m/s^0.5]."""
+"""Random walk of the disturbance torque [N m/s^0.5], from the same runs; one filter for steady and reversing
+friction."""
 
 
 def smoothing(tuning: ColumnTuning) -> ColumnTuning:
-    """A tuning without jumps and reversals: one filter, with the walks of this module where they are larger."""
+    """A tuning without jumps and reversals: one filter, with the walks of this module as lower bounds."""
     return replace(
         tuning,
         hand_torque_walk=0.0,
@@ -40,7 +41,7 @@ def smoothing(tuning: ColumnTuning) -> ColumnTuning:
 
 
 class DelayedEstimate(NamedTuple):
-    """Torque of the hands as it was before the lag, its standard deviation, and whether it can be used."""
+    """Delayed torque of the hands, its standard deviation, and whether it can be used."""
 
     hand_torque: Annotated[Scalar, "N*m"]
     hand_torque_deviation: Annotated[Scalar, "N*m"]
@@ -48,7 +49,7 @@ class DelayedEstimate(NamedTuple):
 
 
 class DelayedState(NamedTuple):
-    """Memory of the smoother, and of the gaps in its samples."""
+    """State of the smoother, and of the gaps in its samples."""
 
     smoother: Tree
     start: StartState
@@ -56,13 +57,13 @@ class DelayedState(NamedTuple):
 
 @dataclass(frozen=True)
 class DelayedHandTorque:
-    """Torque of the hands `smoother.lag` samples ago, from all samples until now.
+    """Torque of the hands `smoother.lag` samples ago, from all samples up to now.
 
-    One filter suffices: a lag of 20 ms shows an edge from both sides, and smooths hands that jump and hands that pull
-    alike. Gaps are treated as `ColumnObserver` does; the deviation grows with the gap.
+    One filter suffices: a lag of 20 ms shows an edge from both sides, and smooths jumping and pulling hands equally
+    well. Gaps are treated as in `ColumnObserver`; the deviation grows with the gap.
 
     Args:
-        smoother: with stationary gain
+        smoother: fixed-lag smoother with stationary gain
         starting: behaviour in gaps
     """
 
@@ -78,10 +79,10 @@ class DelayedHandTorque:
         """The smoother of a vehicle's column, see `ColumnObserver.of_vehicle`.
 
         Args:
-            vehicle: with gear stiffness, or with the inertia of its whole column
-            sample_time: [s]
-            delay: at least a sample [s]
-            tuning: that of a bench or of the road where None
+            vehicle: vehicle with gear stiffness, or with the inertia of its whole column
+            sample_time: sampling interval [s]
+            delay: lag, at least a sample [s]
+            tuning: tuning; where None that of a bench or of the road, see `usual_tuning`
         """
         return cls.of_parameters(
             column_of_vehicle(vehicle, sample_time), sample_time, delay, tuning or usual_tuning(vehicle)
@@ -95,12 +96,12 @@ class DelayedHandTorque:
 
         Args:
             parameters: `ColumnParameters` or `TwoInertiaParameters`
-            sample_time: [s]
-            delay: [s]
-            tuning: that of a bench where None; its walks count where they are larger than those of this module
+            sample_time: sampling interval [s]
+            delay: lag [s]
+            tuning: tuning, that of a bench where None; its walks count where they are larger than those of this module
 
         Raises:
-            ParameterError: as of `require_fit`, or a delay shorter than a sample
+            ParameterError: as in `require_fit`, or a delay shorter than a sample
         """
         if not delay >= sample_time:
             raise ParameterError(f"delay is {delay} s; expected at least a sample of {sample_time} s")
@@ -119,11 +120,11 @@ class DelayedHandTorque:
         return cls(smoother, Starting(made.layout))
 
     def init(self) -> DelayedState:
-        """Not started."""
+        """State before the first sample: not started."""
         return DelayedState(self.smoother.init(), self.starting.init())
 
     def step(self, state: DelayedState, sample: ColumnSample) -> tuple[DelayedState, DelayedEstimate]:
-        """One sample on."""
+        """Process one sample."""
         start, phase = self.starting.step(state.start, sample)
         given = self.smoother.Sample(MotorTorque(phase.motor_torque), self.smoother.model.Output(*phase.measured))
         moved, estimate = self.smoother.step(state.smoother, given)

@@ -1,4 +1,4 @@
-"""The filters of a column's observer, designed from the column of a vehicle file and a tuning."""
+"""Design of the column observer's filters from the column of a vehicle file and a tuning."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ Column: TypeAlias = ColumnParameters | TwoInertiaParameters
 
 
 class Layout(NamedTuple):
-    """Layout of the column for a step, beside its filters.
+    """Properties of the column that the observer needs beside its filters.
 
     Args:
-        sample_time: [s]
-        stiffness: between steering wheel and motor, or of the bar where there is a gear [N m/rad]
-        motor_ratio: []
-        hand_torque_growth, disturbance_torque_growth: of their variances while samples are missing [(N m)^2/s]
-        outputs: that are measured
+        sample_time: sampling interval [s]
+        stiffness: stiffness between steering wheel and motor, or of the bar where there is a gear [N m/rad]
+        motor_ratio: turns of the motor per turn of the wheel []
+        hand_torque_growth, disturbance_torque_growth: growth of their variances while samples are missing [(N m)^2/s]
+        outputs: measured outputs
         offset: name of the offset's state, or ""
     """
 
@@ -46,7 +46,7 @@ class Layout(NamedTuple):
 
 
 class Designed(NamedTuple):
-    """An observer's filters and its layout."""
+    """Filters of an observer and its layout."""
 
     bank: StationaryBank
     layout: Layout
@@ -84,19 +84,19 @@ def linear_of(parameters: Column) -> LinearSystem:
 
 @lru_cache(maxsize=256, typed=True)
 def design(parameters: Column, sample_time: float, tuning: ColumnTuning, hand_torque_order: int = 2) -> Designed:
-    """Filters of the default observer.
+    """Design the filters of the default observer.
 
     Args:
         parameters: `ColumnParameters` or `TwoInertiaParameters`
-        sample_time: [s]
+        sample_time: sampling interval [s]
         tuning: noises
-        hand_torque_order: 2 for a torque with a rate; 1 for one that walks by itself, always as fast as in a jump
+        hand_torque_order: 2 for a torque with a rate; 1 for a random walk, always as fast as in a jump
 
     Raises:
-        ParameterError: the column is unstable, cannot be observed, or is too fast for the rate; the eigenvalue or the
-            direction is named
+        ParameterError: the column is unstable, not observable, or too fast for the rate; the message names the
+            eigenvalue or the direction
 
-    A fleet asks for the same filters with every recording of a car.
+    The result is cached, since a fleet needs the same filters for every recording of a car.
     """
     observed = _observed(parameters, sample_time, hand_torque_order, tuning.offset, tuning.outputs)
     bank = StationaryBank.design(
@@ -110,11 +110,11 @@ def design(parameters: Column, sample_time: float, tuning: ColumnTuning, hand_to
     return Designed(bank, _layout(observed, parameters, sample_time, tuning), observed)
 
 
-@lru_cache(maxsize=256, typed=True)  # two kinds of parameters may hold the same numbers
+@lru_cache(maxsize=256, typed=True)  # typed: both parameter classes may hold equal numbers
 def _observed(
     parameters: Column, sample_time: float, hand_torque_order: int, offset: str | None, outputs: tuple[str, ...]
 ) -> ColumnObservation:
-    """The column as filters take it, whatever their noises: a session designs them for usual and for measured ones."""
+    """The observed column without noises, cached because a session designs filters for usual and for measured noise."""
     observed = observed_column(linear_of(parameters), sample_time, hand_torque_order, 1, offset, outputs)
     require_fit(observed.continuous, "the column", stable="marginal", observable=True, sample_time=sample_time)
     return observed
@@ -123,8 +123,8 @@ def _observed(
 def process_noises(
     states: tuple[str, ...], parameters: Column, sample_time: float, tuning: ColumnTuning
 ) -> tuple[np.ndarray, ...]:
-    """Variance that each state gains per sample: with nothing new, while the hands jump, while friction reverses."""
-    pinion = tuning.pinion_torque_noise**2 * 1e-3 * sample_time  # intensity of white noise given per sample of 1 ms
+    """Process noise variances per sample for each mode: calm, jump of the hands, reversal of friction."""
+    pinion = tuning.pinion_torque_noise**2 * 1e-3 * sample_time  # spectral density of a white noise given per 1 ms
     ratio = parameters.motor_ratio
     calm = {
         "hand_torque_rate": tuning.hand_torque_rate_walk**2 * sample_time,
@@ -147,7 +147,7 @@ def process_noises(
 
 
 def _switching(sample_time: float, tuning: ColumnTuning, *, smooth: bool) -> Switching:
-    """Events come alike whatever goes on: a jump is no less likely in a reversal. None is shorter than 3 samples."""
+    """Transition probabilities between the modes; events are independent of each other, and last 3 samples or more."""
     events, ends = [], []
     for walk, between, during in (
         (tuning.hand_torque_walk if smooth else 0.0, tuning.calm_time, tuning.jump_time),
@@ -166,7 +166,7 @@ def _switching(sample_time: float, tuning: ColumnTuning, *, smooth: bool) -> Swi
 
 
 def _stiffness(parameters: Column) -> float:
-    """Stiffness of the bar where there is a gear, else of the one spring."""
+    """Stiffness of the torsion bar where there is a gear, else of the single spring."""
     return parameters.torsion_bar_stiffness if isinstance(parameters, ColumnParameters) else parameters.stiffness
 
 
@@ -184,14 +184,14 @@ def _layout(observed: ColumnObservation, parameters: Column, sample_time: float,
 
 
 def column_of_vehicle(vehicle: Vehicle, sample_time: float | None = None) -> Column:
-    """The column of a vehicle: with its gear where the file gives `gear_stiffness` and the rate follows it.
+    """The column of a vehicle, with its gear where the file gives `gear_stiffness` and the rate can follow it.
 
-    Else it has two inertias. A file with a motor's inertia and no column's brings them as they are; of another one,
-    what `column_inertia` and `column_damping` hold beyond the steering wheel turns with the motor.
+    Otherwise it has two inertias. A file with a motor inertia and no column inertia gives them directly; in other
+    files, the part of `column_inertia` and `column_damping` beyond the steering wheel turns with the motor.
 
     Args:
-        vehicle: with one of these columns
-        sample_time: at which the column must be followed; None: not asked [s]
+        vehicle: vehicle with one of these columns
+        sample_time: sampling interval at which the column must be followed; None: not checked [s]
 
     Raises:
         ParameterError: parameters are missing, or leave nothing below the bar
@@ -222,11 +222,11 @@ def column_of_vehicle(vehicle: Vehicle, sample_time: float | None = None) -> Col
 
 
 def gear_is_too_fast(vehicle: Vehicle, sample_time: float) -> bool:
-    """Whether the column has a gear whose vibration samples would take for a slower one, and the rest has not.
+    """Whether the samples would alias the vibration of the gear, but not that of the rest of the column.
 
     Args:
-        vehicle: with or without a gear
-        sample_time: [s]
+        vehicle: vehicle with or without a gear
+        sample_time: sampling interval [s]
     """
     if "gear_stiffness" not in vehicle:
         return False
@@ -238,7 +238,7 @@ def gear_is_too_fast(vehicle: Vehicle, sample_time: float) -> bool:
 
 
 def _stiff(vehicle: Vehicle) -> TwoInertiaParameters:
-    """A column whose gear has no spring in the file: it turns with the motor."""
+    """A column whose file gives no gear spring: the gear turns with the motor."""
     ratio, inertia = vehicle["motor_ratio"], vehicle["motor_inertia"]
     if "gear_inertia" in vehicle:
         inertia += vehicle["gear_inertia"] / ratio**2

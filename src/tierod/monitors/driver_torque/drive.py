@@ -1,4 +1,4 @@
-"""Results over a drive: torque of the hands, when they were off the wheel, and figures of the column."""
+"""Statistics over a drive: torque of the hands, times without hands, and properties of the column."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ TRUTH = "truth_hand_torque"
 """Channel of a virtual car with the true torque of the hands."""
 
 SIGNED = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque", "motor_torque")
-"""Signals whose sign is judged."""
+"""Signals whose sign is tested."""
 
 MOSTLY = 0.5
-"""A sign is wrong where it seemed so for more than this share of the time in which signs could be judged."""
+"""Share of the testable time above which a sign must have appeared wrong to count as wrong."""
 
 
 class Stretch(NamedTuple):
-    """Hands off the wheel: since when [s], and for how long [s]."""
+    """Stretch without hands on the wheel: start [s] and duration [s]."""
 
     start: float
     duration: float
@@ -41,7 +41,7 @@ class Stretches:
     """Stretches without hands over the pieces of a recording.
 
     Args:
-        sample_time: between two samples [s]
+        sample_time: sampling interval [s]
     """
 
     def __init__(self, sample_time: float):
@@ -51,7 +51,7 @@ class Stretches:
         self._last = 0.0
 
     def add(self, time: np.ndarray, hands: np.ndarray) -> None:
-        """The next piece: time [s] and codes of the state, (n,) each."""
+        """Add the next piece: time [s] and codes of the state, (n,) each."""
         off = hands == OFF
         changes = np.flatnonzero(np.diff(off, prepend=self._begun is not None))
         for at in changes.tolist():
@@ -63,7 +63,7 @@ class Stretches:
         self._last = float(time[-1])
 
     def found(self) -> list[Stretch]:
-        """All stretches, the one that lasts until the end among them."""
+        """All stretches, including one that lasts until the end."""
         if self._begun is None:
             return self._ended
         return [*self._ended, Stretch(self._begun, self._last + self._sample_time - self._begun)]
@@ -73,20 +73,21 @@ class Drive(NamedTuple):
     """Results over a drive.
 
     Args:
-        ready, off, on, uncertain: time for which the torque was known, and of these of each state
-        hand_rms, hand_deviation: of the hands' torque, and of its error as the observer estimates it
-        peak, peak_deviation: greatest torque of the hands
-        error: of the torque against the truth of a simulation; NaN where there is none
-        torque_span, angle_span: least to greatest of bar and wheel
-        nis: mean per measurement; NaN where the observer gives none
-        sample_time: between two samples
-        inertia_error, torque_offset: as learnt without hands
-        geometry: of the column, from angles and torque
-        motor_inertia: with the gear's at the motor's shaft, as torques and acceleration show it; None where they do not
-        turned: a sentence for every signal whose sign is wrong
-        stretches: without hands
-        contradiction: signal of the bar's three that contradicts the others; None where they do not show it
-        motor: signal that the motor's torque was taken from; empty where there was none
+        ready, off, on, uncertain: time with a known torque, and its parts in each state of the hands
+        hand_rms, hand_deviation: root mean squares of the hands' torque and of its estimated standard deviation
+        peak, peak_deviation: largest torque of the hands and its standard deviation
+        error: root mean square error against the truth of a simulation; NaN where there is none
+        torque_span, angle_span: range of the bar's torque and of the wheel's angle
+        nis: mean NIS per measurement; NaN where the observer gives none
+        sample_time: sampling interval
+        inertia_error, torque_offset: values learnt without hands
+        geometry: geometry of the column, from angles and torque
+        motor_inertia: inertia of motor and gear at the motor's shaft, from torques and acceleration; None where not
+            identifiable
+        turned: a sentence for every signal with a wrong sign
+        stretches: stretches without hands
+        contradiction: contradiction between the three signals of the bar; None where it cannot be tested
+        motor: signal that gave the motor's torque; empty where there was none
         doubts: a sentence for signals whose sign may be wrong
     """
 
@@ -115,12 +116,12 @@ class Drive(NamedTuple):
 
 
 class DriveFigures:
-    """Figures over the pieces of a recording.
+    """Accumulated statistics over the pieces of a recording.
 
     Args:
-        vehicle: whose column it is
-        rate: of the samples [Hz]
-        nis: whether the observer has one
+        vehicle: vehicle of the column
+        rate: sampling rate [Hz]
+        nis: whether the observer gives a NIS
     """
 
     def __init__(self, vehicle: Vehicle, rate: float, nis: bool) -> None:
@@ -128,7 +129,7 @@ class DriveFigures:
         self._rate, self._stretches = rate, Stretches(1.0 / rate)
         self._geometry, self._below = GeometryOverDrive(rate), BelowBarOverDrive(ratio, rate)
         self._contradiction = ContradictionOverDrive(ratio, stiffness, rate)
-        # On a bench no motor assists: it may pull against hands throughout.
+        # A bench has no assist: its motor may pull against the hands throughout, so work shows no wrong sign.
         self._work = None if usual_tuning(vehicle).offset is None else WorkOverDrive(ratio, rate)
         self._consistency = ConsistencyAccumulator() if nis else None
         self.seen = self.ready = self.compared = 0
@@ -140,7 +141,7 @@ class DriveFigures:
         self.powered = False
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """The next piece: time [s], signals and outputs by name, (n,) each."""
+        """Add the next piece: time [s], signals and outputs by name, (n,) each."""
         hand, deviation = result["statement.magnitude"], result["statement.deviation"]
         ready = (result["statement.status"] == code_of(Status.HEALTHY)) & np.isfinite(hand)
         bar = signals["steering_wheel_angle"], signals["motor_angle_mechanical"], signals["driver_torque"]
@@ -185,7 +186,7 @@ class DriveFigures:
         return self._consistency.result() if self._consistency is not None else None
 
     def drive(self) -> Drive:
-        """The figures so far."""
+        """The results so far."""
         count, rate, consistency = max(self.ready, 1), self._rate, self.consistency()
         torque, angle = (max(span[1] - span[0], 0.0) for span in self.spans.values())
         return Drive(
@@ -214,7 +215,7 @@ class DriveFigures:
         )
 
     def _turned(self) -> tuple[str, ...]:
-        """A sentence for every signal with the wrong sign: as the angles show it, or the work of the torques."""
+        """A sentence for every signal with the wrong sign, from the angles or else from the work of the torques."""
         turned = {name: float(seen > MOSTLY * self.judged) for name, seen in self.turned.items()}
         verdict = SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0)
         by_work = self._work.wrong_signs(self.motor) if self._work is not None else ()

@@ -1,4 +1,4 @@
-"""The finding over a drive: the driver's hands, and whether the column is as the vehicle file describes it."""
+"""The finding over a drive: the driver's hands, and the agreement of the column with the vehicle file."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from tierod.monitors.driver_torque.misfits import distances, is_late, is_zeroed,
 from tierod.vehicles import Vehicle
 
 LEAST_READY = 5.0
-"""Time for which the torque must be known before anything is concluded [s]: some seconds of every state."""
+"""Least time with a known torque for a finding [s]; some seconds of every state."""
 STILL_TORQUE, STILL_ANGLE = 0.1, math.radians(0.5)
-"""A bar and a wheel that change by less show nothing of hands: noise and rounding of production sensors."""
+"""Ranges of torque [N*m] and angle [rad] below which the wheel stood still; noise and rounding of its sensors."""
 LOCKED_TORQUE = 5.0
-"""Span of the bar's torque under which no hands keep a wheel still; a lock does [N m]."""
+"""Range of the bar's torque above which a still wheel is locked rather than held by hands [N m]."""
 LONG_OFF = 5.0
-"""Hands off for longer are listed one by one [s]: driver assistance begins to warn there, or later."""
+"""Duration above which stretches without hands are listed one by one [s]; driver assistance warns there or later."""
 MOST_LISTED = 20
-"""Of those stretches, the longest ones."""
+"""Largest number of listed stretches, the longest ones."""
 UNCHECKED = (
     "without motor_angle_mechanical gain and offset of driver_torque and of steering_wheel_angle are not checked"
 )
@@ -30,11 +30,11 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: t
     """The finding over a drive.
 
     Args:
-        drive: its results
-        vehicle: whose column it is
-        name: of monitor and variant
-        rules: whether vehicle file and recording fit
-        remarks: notices on what the observer was fitted to
+        drive: results of the drive
+        vehicle: vehicle of the column
+        name: name of monitor and variant
+        rules: rules on the agreement of vehicle file and recording
+        remarks: notices on the adaptation of the observer
     """
     evidence = _evidence(drive, vehicle, rules)
     if reason := _obstacle(drive):
@@ -52,7 +52,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: t
             decided_by=decided_by, confirmed=False,
         )  # fmt: skip
     evidence |= _value(drive)
-    estimate = None  # what has no deviation has no interval
+    estimate = None  # without a deviation there is no interval
     if drive.hand_deviation > 0.0:
         estimate = Estimate("torque of the driver's hands, rms", drive.hand_rms, drive.hand_deviation, "N*m")
     notices = _notices(drive, vehicle, rules)
@@ -66,7 +66,7 @@ def judge(drive: Drive, vehicle: Vehicle, name: str, rules: FitRules, remarks: t
 
 
 def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]:
-    """Defects of the vehicle file that do not affect the torque of the hands."""
+    """Defects of the vehicle file that hardly affect the torque of the hands."""
     if drive.motor_inertia is None or not is_zeroed(vehicle) or "motor_inertia" not in vehicle:
         return ()
     gear = vehicle["gear_inertia"] / vehicle["motor_ratio"] ** 2 if "gear_inertia" in vehicle else 0.0
@@ -80,7 +80,7 @@ def _notices(drive: Drive, vehicle: Vehicle, rules: FitRules) -> tuple[str, ...]
 
 
 def _doubts(drive: Drive) -> tuple[str, ...]:
-    """Whether the observer claims to know more than it does, though not so much that the torque is withheld."""
+    """Notice that the observer is overconfident, though not by so much that the torque is withheld."""
     if not drive.nis > 0.0 or misfit(drive.nis) <= DOUBTED:
         return ()
     return (
@@ -90,7 +90,7 @@ def _doubts(drive: Drive) -> tuple[str, ...]:
 
 
 def _unchecked(drive: Drive) -> tuple[str, ...]:
-    """Properties of the signals that a recording does not show."""
+    """Properties of the signals that the recording cannot reveal."""
     if drive.contradiction is not None:
         return ()
     return (UNCHECKED,) if drive.motor else (*(drive.doubts or (UNSIGNED,)), UNCHECKED)
@@ -107,7 +107,7 @@ def _headline(drive: Drive) -> str:
 
 
 def _value(drive: Drive) -> dict[str, float]:
-    """Evidence of the hands, where vehicle file and recording fit."""
+    """Evidence on the hands, where vehicle file and recording agree."""
     found = {
         "hands_on_s": drive.on,
         "hands_off_s": drive.off,
@@ -127,7 +127,7 @@ def _value(drive: Drive) -> dict[str, float]:
 
 
 def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, float]:
-    """Evidence of signals and innovations, whether or not the torque of the hands is stated."""
+    """Evidence on signals and innovations, whether or not the torque of the hands is stated."""
     found = {
         "ready_s": drive.ready,
         "torsion_bar_torque_span_Nm": drive.torque_span,
@@ -148,7 +148,7 @@ def _evidence(drive: Drive, vehicle: Vehicle, rules: FitRules) -> dict[str, floa
 
 
 def _obstacle(drive: Drive) -> tuple[Status, str, str] | None:
-    """Why nothing can be stated: status, cause, what to do; None where something can."""
+    """Why no statement is possible: status, cause, action; None where one is possible."""
     if drive.turned:
         return Status.NOT_TESTABLE, "; ".join(drive.turned), "correct the channel map and judge the recording again"
     if drive.ready < LEAST_READY:

@@ -1,4 +1,4 @@
-"""The motor ratio of a car whose vehicle file only guesses it: the angles show it."""
+"""Motor ratio of a car whose vehicle file only guesses it, from the angles of the recording."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ NAME = "motor_ratio"
 
 
 def spread_of(vehicle: Vehicle) -> float:
-    """Standard deviation of the motor ratio over its value; 0 where the file gives none, as `RATIO_SPREAD` is added.
+    """Relative standard deviation of the motor ratio; 0 where the file gives none, since `RATIO_SPREAD` is added.
 
     Args:
-        vehicle: whose column it is
+        vehicle: vehicle of the column
     """
     known = vehicle.parameters[NAME]
     return (known.standard_deviation or 0.0) / known.value
 
 
 def is_guessed(vehicle: Vehicle) -> bool:
-    """Whether the ratio is known to less than a column with a design value: one wrong by more feigns torques.
+    """Whether the ratio is less certain than a design value; one wrong by more imitates torques.
 
     Args:
-        vehicle: whose column it is
+        vehicle: vehicle of the column
     """
     return is_guess(vehicle.parameters[NAME], RATIO_SPREAD)
 
@@ -36,13 +36,13 @@ def is_guessed(vehicle: Vehicle) -> bool:
 def seen(
     vehicle: Vehicle, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray, rate: float
 ) -> float | None:
-    """The ratio by which the angles go; None where they do not show it to `RATIO_SPREAD`.
+    """The ratio of the angles; None where they do not give it within `RATIO_SPREAD`.
 
     Args:
-        vehicle: whose column it is
-        wheel_angle, motor_angle: of the first piece [rad], (n,)
-        driver_torque: in the bar [N*m], (n,)
-        rate: of the samples [Hz]
+        vehicle: vehicle of the column
+        wheel_angle, motor_angle: angles of the first piece [rad], (n,)
+        driver_torque: torque in the bar [N*m], (n,)
+        rate: sampling rate [Hz]
     """
     geometry = GeometryOverDrive(rate)
     geometry.add(wheel_angle, motor_angle, driver_torque)
@@ -51,33 +51,34 @@ def seen(
 
 
 def is_of_file(vehicle: Vehicle, ratio: float, rules: FitRules) -> bool:
-    """Whether a ratio that was seen is that of the vehicle file, by its standard deviation.
+    """Whether an identified ratio agrees with that of the vehicle file within its standard deviation.
 
     Args:
-        vehicle: whose column it is
-        ratio: that the angles show []
-        rules: whether vehicle file and recording fit
+        vehicle: vehicle of the column
+        ratio: ratio of the angles []
+        rules: rules on the agreement of vehicle file and recording
     """
     return not rules.apart(ratio / vehicle[NAME] - 1.0, spread_of(vehicle))
 
 
 def with_ratio(vehicle: Vehicle, ratio: float) -> Vehicle:
-    """The vehicle with a ratio that was seen.
+    """The vehicle with an identified ratio.
 
     Args:
-        vehicle: whose file guesses it
-        ratio: that the angles show []
+        vehicle: vehicle whose file guesses the ratio
+        ratio: ratio of the angles []
     """
+    # Zero, so that the identified ratio no longer counts as a guess.
     known = replace(vehicle.parameters[NAME], value=ratio, standard_deviation=0.0)
     return replace(vehicle, parameters={**vehicle.parameters, NAME: known})
 
 
 def remark(vehicle: Vehicle, ratio: float | None) -> str:
-    """A notice that the ratio was guessed, and what was done.
+    """Notice that the ratio was guessed, and what was used instead.
 
     Args:
-        vehicle: as its file gives it
-        ratio: that the angles show over the drive []; None where they do not
+        vehicle: vehicle as in its file
+        ratio: ratio of the angles over the drive []; None where they do not give it
     """
     known = vehicle.parameters[NAME]
     file = f"{NAME} is {known.value:.4g} ± {known.standard_deviation or 0.0:.2g} in the vehicle file"

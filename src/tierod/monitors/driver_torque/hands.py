@@ -1,4 +1,4 @@
-"""Whether hands are on the steering wheel, from its angle and the torque in the torsion bar alone."""
+"""Detection of hands on the steering wheel, from its angle and the torque in the torsion bar alone."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ OFF, UNCERTAIN, ON = 0.0, 0.5, 1.0
 """Codes of the state of the hands."""
 
 THRESHOLDS = (30.0, 33.0)
-"""Evidence for "on" and for "off", see `hands_design`."""
+"""Thresholds of the log-likelihood ratio for "on" and for "off" [nat]; see `OFF_DESIGN` of the decisions."""
 
 BEYOND = 4.0
-"""Standard deviations of the tolerance beyond which what was learnt is not accepted."""
+"""Standard deviations of the tolerance beyond which learnt values are rejected."""
 
 
 class HandsSample(NamedTuple):
@@ -48,27 +48,29 @@ class HandsSample(NamedTuple):
 
 @dataclass(frozen=True)
 class HandsMonitor:
-    """Hands on, hands off or uncertain: two hypotheses about the torque on the wheel, and the sums of their evidence.
+    """Hands on, hands off or uncertain: two hypotheses about the torque on the wheel, tested sequentially.
 
-    Two Kalman filters follow the wheel. One expects next to no torque from outside and the wheel as the vehicle file
-    gives it, within a tolerance that it narrows by learning inertia, damping and offset while no hands are on it; the
-    other expects a torque that wanders, and the arms' inertia and damping. The logarithm of the ratio of their
-    likelihoods is summed up from when the other hypothesis was last the better one (CUSUM).
+    Two Kalman filters follow the wheel. One assumes almost no external torque and the wheel of the vehicle file, within
+    a tolerance that it narrows by learning inertia, damping and offset while no hands are on the wheel; the other
+    assumes a torque that wanders, and the additional inertia and damping of the arms. Their log-likelihood ratio is
+    accumulated in two CUSUMs, one for each change of the state.
 
     Args:
-        off, on: the filters of both hypotheses
-        to_on, to_off: sums of the evidence, each with the threshold at which it decides
-        motion: acceleration of the wheel, from the rate of the hypothesis that holds
-        sample_time: between two samples
-        greatest_offset, greatest_inertia_error: learnt values beyond them are discarded, and the hands are not known
-        most: evidence that one sample may give, so that a broken one decides nothing
-        doubt: share of a threshold from which on evidence against the present state makes it uncertain
-        calm: share of the threshold above which evidence for hands ends all learning
-        least_rate, least_acceleration: below which damping and inertia are not learnt, since noise would be
-        longest_gap: after missing samples for so long nothing is known of the hands
-        unseen_torque: standard deviation of the change of the torque over a single sample that is missing; after more
-            of them the motion of the wheel is found anew
-        greatest_acceleration, greatest_torque_rate: a sample that exceeds them is broken
+        off, on: filters of both hypotheses
+        to_on, to_off: CUSUMs of the log-likelihood ratio, each with its threshold
+        motion: acceleration of the wheel, from the rate of the accepted hypothesis
+        sample_time: sampling interval
+        greatest_offset, greatest_inertia_error: bounds beyond which learnt values are discarded and the state of the
+            hands is unknown
+        most: bound of the evidence of a single sample, so that an outlier decides nothing
+        doubt: share of a threshold from which contrary evidence makes the present state uncertain
+        calm: share of the threshold above which evidence for hands stops all learning
+        least_rate, least_acceleration: bounds below which damping and inertia are not learnt, since they would fit
+            noise
+        longest_gap: time of missing samples after which the state of the hands is unknown
+        unseen_torque: standard deviation of the torque's change over a single missing sample; after more of them the
+            motion of the wheel is reinitialised
+        greatest_acceleration, greatest_torque_rate: bounds beyond which a sample is rejected as an outlier
     """
 
     off: KalmanFilter
@@ -92,16 +94,16 @@ class HandsMonitor:
     Sample = HandsSample
 
     class State(NamedTuple):
-        """Between two samples.
+        """State between two samples.
 
         Args:
             off, on: beliefs of both hypotheses
-            learnt: estimate of the wheel without hands when that was last beyond doubt
-            to_on, to_off: sums
+            learnt: last belief of the wheel without hands that was beyond doubt
+            to_on, to_off: states of the CUSUMs
             hands: the decision
-            last: sample that was last accepted
+            last: last accepted sample
             smooth, rate, acceleration: motion of the wheel
-            gap: time since a sample was accepted [s]
+            gap: time since the last accepted sample [s]
         """
 
         off: Belief
@@ -121,10 +123,10 @@ class HandsMonitor:
 
         Args:
             hands: 1 on, 0 off, 0.5 uncertain
-            evidence_on, evidence_off: sums over their thresholds
-            log_likelihood_ratio: of this sample, on against off
-            inertia_error, torque_offset: as learnt without hands
-            nis_off, nis_on: of both filters
+            evidence_on, evidence_off: CUSUMs over their thresholds
+            log_likelihood_ratio: log-likelihood ratio of this sample, on against off
+            inertia_error, torque_offset: values learnt without hands
+            nis_off, nis_on: NIS of both filters
         """
 
         hands: Annotated[Scalar, ""]
@@ -149,12 +151,12 @@ class HandsMonitor:
         """The monitor for a vehicle.
 
         Args:
-            vehicle: with inertia and damping of the steering wheel
-            sample_time: between two samples [s]
-            hands: on the wheel
-            tolerance: of the parameters
-            noise: of the sensors
-            thresholds: evidence for "on", and for "off"
+            vehicle: vehicle with inertia and damping of the steering wheel
+            sample_time: sampling interval [s]
+            hands: model of the hands
+            tolerance: uncertainty of the parameters
+            noise: noise of the sensors
+            thresholds: log-likelihood ratios for "on", and for "off" [nat]
         """
         wheel = vehicle.parameters_for(SteeringWheelParameters)
         to_on, to_off = thresholds
@@ -187,10 +189,10 @@ class HandsMonitor:
         )
 
     def step(self, state: State, sample: HandsSample) -> tuple[State, Output]:
-        """One sample on."""
+        """Process one sample."""
         accepted = self._accepted(state, sample)
         state = self._begun(state, accepted, sample)
-        # The mean of both ends of the sample: held from its beginning alone the torque would lag by half of it.
+        # The mean over the sample: the torque at its beginning, held, would lag by half a sample.
         torque = where(accepted, 0.5 * (state.last.driver_torque + sample.driver_torque), state.last.driver_torque)
         inputs = SteeringWheel.Input(torque, state.acceleration)
         measured = SteeringWheel.Output(where(accepted, sample.steering_wheel_angle, math.inf))
@@ -212,7 +214,7 @@ class HandsMonitor:
         return after, self._output(hands, ratio, up.up, down.down, state.learnt.mean, off, on)
 
     def _accepted(self, state: State, sample: HandsSample) -> Scalar:
-        """Whether a sample is there and a wheel can have moved so; after a gap every sample is accepted."""
+        """Whether a sample is present and physically possible; after a long gap every present sample is accepted."""
         elapsed = state.gap + self.sample_time
         moved = sample.steering_wheel_angle - state.last.steering_wheel_angle - state.rate * elapsed
         twisted = sample.driver_torque - state.last.driver_torque
@@ -228,7 +230,11 @@ class HandsMonitor:
         return state.gap + 0.5 * self.sample_time > self.longest_gap
 
     def _begun(self, state: State, accepted: Scalar, sample: HandsSample) -> State:
-        """The state with each hypothesis begun anew while its sum is zero; after a gap no hands are known."""
+        """The state before the update, with hypotheses restarted where evidence or gaps demand it.
+
+        After a long gap, or with implausible learnt parameters, the state of the hands is unknown. While the evidence
+        for "off" is zero, the filter without hands keeps only parameters learnt beyond doubt.
+        """
         off, on, lost = self.off.init(), self.on.init(), self._lost(state)
         anew = both(accepted, state.gap > 1.5 * self.sample_time)
         sure = both(state.hands < 0.25, state.to_on.up < self.calm * self.to_on.threshold)
@@ -251,7 +257,7 @@ class HandsMonitor:
         )
 
     def _absurd(self, wheel: Tree) -> Scalar:
-        """Whether the learnt parameters fit no wheel of the vehicle: hands were taken for none."""
+        """Whether the learnt parameters fit no wheel of the vehicle: hands were mistaken for none."""
         return either(
             absolute(wheel.torque_offset) > self.greatest_offset,
             absolute(wheel.inertia_error) > self.greatest_inertia_error,

@@ -26,13 +26,13 @@ class Hands:
     """Model of hands on a steering wheel, and of the wheel without them.
 
     Args:
-        torque: standard deviation of the torque of hands that hold; light hands on a straight road
-        correlation_time: after which it has changed. Longer needs more time to see that hands are off; shorter takes
-            hands that hold still for a moment as off
-        inertia: that arms add to the wheel
-        damping: that arms add to the wheel
-        rest_torque: standard deviation of the torque that is there without hands: what the model lacks
-        rest_time: after which that has changed
+        torque: standard deviation of the torque of holding hands; light hands on a straight road
+        correlation_time: correlation time of that torque. A longer one delays the detection of hands off; a shorter one
+            mistakes hands that hold still for a moment for hands off
+        inertia: inertia that the arms add to the wheel
+        damping: damping that the arms add to the wheel
+        rest_torque: standard deviation of the torque without hands, which the model lacks
+        rest_time: correlation time of that torque
     """
 
     torque: Annotated[float, "N*m"] = 0.15
@@ -48,9 +48,9 @@ class Tolerance:
     """Uncertainty of the wheel before anything is learnt, one standard deviation.
 
     Args:
-        share: of inertia and damping; narrower gains next to nothing, since both are learnt within seconds
-        offset: of the measured torque; as usual for production sensors
-        wandering_time: within which parameters change by about as much again, 10 h
+        share: relative, of inertia and damping; a smaller one gains almost nothing, as both are learnt within seconds
+        offset: offset of the measured torque; usual for production sensors
+        wandering_time: time in which parameters change by about the same amount again, 10 h
     """
 
     share: Annotated[float, ""] = 0.1
@@ -59,10 +59,10 @@ class Tolerance:
 
 
 HANDS, TOLERANCE = Hands(), Tolerance()
-"""Light hands, a column that is roughly known."""
+"""Light hands, and a column that is roughly known."""
 
 SMOOTHING = 0.005
-"""Time constant of the acceleration, whose noise would otherwise pass for motion [s]; at least two samples."""
+"""Smoothing time constant of the acceleration, whose noise would otherwise imitate motion [s]; at least two samples."""
 
 
 class WheelRate(NamedTuple):
@@ -73,14 +73,14 @@ class WheelRate(NamedTuple):
 
 @dataclass(frozen=True)
 class WheelAcceleration:
-    """Acceleration of the steering wheel in the middle of the next sample, from its rate in the past.
+    """Acceleration of the steering wheel in the middle of the next sample, from its past rate.
 
-    The lag of the smoothing is made up for to first order: with it an error of 20 % of the inertia would leave a tenth
-    of its torque at 3 Hz.
+    The lag of the smoothing is compensated to first order; uncompensated, an error of 20 % of the inertia would leave a
+    tenth of its torque at 3 Hz.
 
     Args:
-        slope: of the rate
-        slow: slope before
+        slope: derivative of the rate
+        slow: low-passed derivative, for the compensation
     """
 
     slope: Differentiator
@@ -89,13 +89,13 @@ class WheelAcceleration:
     Sample = WheelRate
 
     class Output(NamedTuple):
-        """In the middle of the next sample."""
+        """Acceleration in the middle of the next sample."""
 
         steering_wheel_acceleration: Annotated[Scalar, "rad/s**2"]
 
     @classmethod
     def at(cls, sample_time: float) -> WheelAcceleration:
-        """The filters for samples of this time [s]."""
+        """The filters for a sampling interval [s]."""
         smoothing = max(SMOOTHING, 2.0 * sample_time)
         return cls(
             Differentiator(WheelRate, sample_time, 0.0, smoothing),
@@ -107,7 +107,7 @@ class WheelAcceleration:
         return self.slope.init(), self.slow.init()
 
     def step(self, state: Tree, sample: WheelRate) -> tuple[Tree, Output]:
-        """One sample on."""
+        """Process one sample."""
         quick, slopes = self.slope.step(state[0], sample)
         now = self.Output(slopes.steering_wheel_rate)
         late, before = self.slow.step(state[1], now)
@@ -119,14 +119,14 @@ class WheelAcceleration:
 def hands_off_filter(
     wheel: SteeringWheelParameters, sample_time: float, hands: Hands, tolerance: Tolerance, noise: SensorNoise
 ) -> KalmanFilter:
-    """The filter that expects next to no torque, and learns the uncertain parameters of the wheel.
+    """The filter that assumes almost no torque, and learns the uncertain parameters of the wheel.
 
     Args:
-        wheel: as the vehicle file gives it
-        sample_time: between two samples [s]
-        hands: effects that remain without them
-        tolerance: of the wheel's parameters
-        noise: of the sensors
+        wheel: wheel as in the vehicle file
+        sample_time: sampling interval [s]
+        hands: torque that remains without hands
+        tolerance: uncertainty of the wheel's parameters
+        noise: noise of the sensors
     """
     model = discretise(augment(SteeringWheel, *LEARNT), "midpoint")
     known = (
@@ -152,7 +152,7 @@ def hands_off_filter(
 def hands_on_filter(
     wheel: SteeringWheelParameters, sample_time: float, hands: Hands, noise: SensorNoise
 ) -> KalmanFilter:
-    """The filter that expects hands with their torque, inertia and damping; arguments as of `hands_off_filter`."""
+    """The filter that assumes hands with their torque, inertia and damping; arguments as in `hands_off_filter`."""
     model = discretise(SteeringWheel, "midpoint")
     held = replace(
         wheel,
@@ -173,9 +173,9 @@ def hands_on_filter(
 
 
 _ANYWHERE = 100.0
-"""Variance of a wheel's angle of which nothing is known [rad^2]."""
+"""Initial variance of the wheel's angle, without information [rad^2]."""
 _ANY_RATE = 25.0
-"""Variance of its rate [rad^2/s^2]."""
+"""Initial variance of the wheel's rate [rad^2/s^2]."""
 
 
 def log_likelihood(estimate: Tree) -> Scalar:
@@ -191,18 +191,19 @@ def log_likelihood(estimate: Tree) -> Scalar:
 
 
 def begun(start: Belief, motion: Belief, learnt: Belief, begins: Scalar, otherwise: Belief) -> Belief:
-    """A hypothesis that begins at this instant, or goes on.
+    """A hypothesis that is restarted in this sample, or continued.
 
     Args:
-        start: before the first sample; what is expected of the hands' torque
-        motion: estimate of angle and rate
-        learnt: estimate of the wheel's parameters
-        begins: whether it begins
-        otherwise: the estimate that goes on where it does not
+        start: initial belief, with the prior of the hands' torque
+        motion: belief of angle and rate
+        learnt: belief of the wheel's parameters
+        begins: whether the hypothesis restarts
+        otherwise: belief that continues where it does not
     """
     count = len(start.mean)
     mean = [*motion.mean[:2], start.mean[2], *learnt.mean[3:count]]
     moving, expected, known = unpack(motion.covariance), unpack(start.covariance), unpack(learnt.covariance)
+    # Blocks of motion, torque and parameters are taken from three beliefs, hence without cross-covariances.
     covariance = [
         moving[i][j] if j < 2 else expected[i][j] if i == j == 2 else known[i][j] if i > 2 else 0.0
         for i, j in upper(count)
@@ -214,12 +215,12 @@ def begun(start: Belief, motion: Belief, learnt: Belief, begins: Scalar, otherwi
 
 
 def relearning(belief: Belief, learnt: Belief, anew: Scalar) -> Belief:
-    """The estimate with its parameters as they were learnt, where learning begins anew.
+    """The belief with its parameters reset to the learnt ones, where learning restarts.
 
     Args:
-        belief: of the wheel without hands
-        learnt: whose parameters are beyond doubt
-        anew: whether to begin anew
+        belief: belief of the wheel without hands
+        learnt: belief with parameters beyond doubt
+        anew: whether to reset
     """
     return begun(belief, belief, learnt, anew, belief)
 

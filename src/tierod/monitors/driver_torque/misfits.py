@@ -1,4 +1,4 @@
-"""Misfits of a drive and the column of a vehicle file, and their suspected causes."""
+"""Misfits between a drive and the column of a vehicle file, and their suspected causes."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from tierod.monitors.driver_torque.tuning import usual_tuning
 from tierod.vehicles import Vehicle
 
 DEGREES, UNIT_MARGIN = math.degrees(1.0), 0.1
-"""An angle in degrees that is read as radians, and how close to that factor, in its logarithm, a ratio must be."""
+"""Factor between an angle in degrees and in radians, and tolerance on the logarithm of a ratio near that factor."""
 UNNAMED = "the innovations"
-"""Begins the sentence of a misfit that names no parameter."""
+"""Start of the sentence on a misfit that names no parameter."""
 NO_THIRD = "steering_wheel_angle or driver_torque may be wrong; motor_angle_mechanical would show which"
 
 
@@ -32,20 +32,20 @@ def misfits(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
     """Contradictions between the vehicle file and the data, a half-sentence each.
 
     Args:
-        drive: its results
-        vehicle: whose column it is
-        rules: whether vehicle file and recording fit
+        drive: results of the drive
+        vehicle: vehicle of the column
+        rules: rules on the agreement of vehicle file and recording
     """
     if unit := _wrong_unit(drive, vehicle):
         return [unit]
     wrong = _of_the_column(drive, vehicle, rules)
-    # What creeps looks like a wrong stiffness, an offset or a delay, whichever comes nearest.
+    # A slow change of a gain or zero appears as a wrong stiffness, an offset or a delay, whichever fits best.
     found = drive.contradiction
     return [described(found)] if wrong and found is not None and found.creeps else wrong
 
 
 def _of_the_column(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
-    """Contradictions, as if each signal had one gain, offset and delay throughout."""
+    """Contradictions on the assumption that each signal had a constant gain, offset and delay."""
     if is_late(drive, vehicle, rules):
         return _misshapen(drive, vehicle, rules)
     wrong = []
@@ -68,8 +68,8 @@ def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
     """Signals that may be wrong instead of the vehicle file, as half-sentences.
 
     Args:
-        drive: its results
-        wrong: as `misfits` gives it
+        drive: results of the drive
+        wrong: result of `misfits`
     """
     found = drive.contradiction
     if found is None:
@@ -84,7 +84,7 @@ def suspected(drive: Drive, wrong: list[str]) -> tuple[str, ...]:
 
 
 def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
-    """Contradictions by the angles and the torque of the bar; a late one spoils bar and offset."""
+    """Contradictions between angles and torque of the bar; a late signal distorts stiffness and offset."""
     found = drive.geometry
     if found is None:
         return []
@@ -111,12 +111,12 @@ def _misshapen(drive: Drive, vehicle: Vehicle, rules: FitRules) -> list[str]:
 
 
 def is_late(drive: Drive, vehicle: Vehicle, rules: FitRules) -> bool:
-    """Whether a signal is late by more than its sample time, and the innovations of the observer show it.
+    """Whether a signal is late by more than the sampling interval, and the observer's innovations confirm it.
 
     Args:
-        drive: its results
-        vehicle: whose column it is
-        rules: whether vehicle file and recording fit
+        drive: results of the drive
+        vehicle: vehicle of the column
+        rules: rules on the agreement of vehicle file and recording
     """
     unfit = math.isnan(drive.nis) or rules.misfit(drive.nis)
     if drive.geometry is None or not unfit:
@@ -125,7 +125,7 @@ def is_late(drive: Drive, vehicle: Vehicle, rules: FitRules) -> bool:
 
 
 def _wrong_unit(drive: Drive, vehicle: Vehicle) -> str:
-    """The sentence for an angle in degrees that passes for radians, or the other way round; "" for none."""
+    """Sentence on an angle with degrees and radians confused; "" for none."""
     if drive.geometry is None:
         return ""
     factor = drive.geometry.ratio / vehicle["motor_ratio"]
@@ -144,8 +144,8 @@ def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
     """Distances of the recording from the vehicle file [standard deviations], by the name of the decision.
 
     Args:
-        drive: its results
-        vehicle: whose column it is
+        drive: results of the drive
+        vehicle: vehicle of the column
     """
     furthest = max(_departures(drive, vehicle).values(), key=abs)
     innovations = {INNOVATIONS: misfit(drive.nis)} if drive.nis > 0.0 else {}
@@ -153,7 +153,7 @@ def distances(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
 
 
 def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
-    """Distances of every value of the column from that of the vehicle file [standard deviations]."""
+    """Distance of each property of the column from that of the vehicle file [standard deviations]."""
     apart = {"inertia": drive.inertia_error / (INERTIA_SPREAD * vehicle["steering_wheel_inertia"])}
     if (found := drive.geometry) is None:
         return apart
@@ -168,5 +168,5 @@ def _departures(drive: Drive, vehicle: Vehicle) -> dict[str, float]:
 
 
 def is_zeroed(vehicle: Vehicle) -> bool:
-    """Whether the angles were set to zero on the unloaded bar, so that they show the offset of its torque."""
+    """Whether the angles are zero on the unloaded bar, so that they reveal the offset of its torque."""
     return usual_tuning(vehicle).offset is None

@@ -16,13 +16,13 @@ from tierod.monitors.driver_torque.starting import ColumnSample
 
 @dataclass(frozen=True)
 class DriverTorqueMonitor:
-    """An observer of the column beside the monitor of the hands, whose learnt offset corrects the torsion bar.
+    """An observer of the column with the hands monitor, whose learnt offset corrects the torque of the torsion bar.
 
     Args:
-        observer: a block that takes a `ColumnSample` and puts out `hand_torque`; its deviation, the disturbance torque,
-            `nis`, `present` and `ready` where it has them
-        hands: whether they are on the wheel
-        signs: of the signals
+        observer: a block with input `ColumnSample` and output `hand_torque`; optional outputs are its deviation, the
+            disturbance torque, `nis`, `present` and `ready`
+        hands: detection of hands on the wheel
+        signs: test of the signals' signs
     """
 
     observer: Block
@@ -39,7 +39,7 @@ class DriverTorqueMonitor:
         motor_angle_mechanical: Annotated[Scalar, "rad"]
 
     class State(NamedTuple):
-        """State of all three, and the last valid torque of the motor."""
+        """State of all three, and the last valid motor torque."""
 
         observer: Tree
         hands: HandsMonitor.State
@@ -50,13 +50,14 @@ class DriverTorqueMonitor:
         """Estimated state of the driver's hands.
 
         Args:
-            statement: torque of the hands [N*m] with its deviation, healthy while it is known; the evidence is that for
-                hands on (positive) or off, over the threshold
-            disturbance_torque, disturbance_torque_deviation: that the motor overcomes at its shaft besides the column
+            statement: torque of the hands [N*m] with its deviation, healthy while it is known; the evidence is the
+                CUSUM for hands on (positive) or off (negative), over the threshold
+            disturbance_torque, disturbance_torque_deviation: torque that the motor overcomes at its shaft besides the
+                column
             hands: 1 on, 0 off, 0.5 uncertain
-            inertia_error, torque_offset: of wheel and torsion bar, as learnt without hands
-            nis, present: of the observer, over how many outputs
-            turned: 1 for every signal whose sign is wrong
+            inertia_error, torque_offset: errors of wheel and torsion bar, learnt without hands
+            nis, present: NIS of the observer, and its number of outputs
+            turned: 1 for every signal with a wrong sign
         """
 
         statement: Statement
@@ -74,7 +75,8 @@ class DriverTorqueMonitor:
         return self.State(self.observer.init(), self.hands.init(), self.signs.init(), 0.0)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """One sample on."""
+        """Process one sample."""
+        # The hands monitor runs first: its learnt offset corrects the torque that the observer gets.
         hands, found = self.hands.step(state.hands, HandsSample(sample.steering_wheel_angle, sample.driver_torque))
         wanted = where(present(sample.motor_target_torque), sample.motor_target_torque, state.motor_torque)
         motor = where(present(sample.motor_torque), sample.motor_torque, wanted)

@@ -16,23 +16,24 @@ from tierod.monitors.driver_torque.tuning import ColumnTuning, usual_tuning
 from tierod.vehicles import Vehicle
 
 UNKNOWN = 10.0
-"""Standard deviation of a torque of which nothing is known yet: more than hands usually give [N m]."""
+"""Standard deviation of an unknown torque [N m]; more than hands usually give."""
 
 
 class ColumnEstimate(NamedTuple):
-    """Estimate of a column by an observer; a deviation is one standard deviation, of a column as assumed.
+    """Estimate of an observer of the column; deviations are standard deviations for the assumed column.
 
     Args:
-        hand_torque: that the driver's hands put on the steering wheel
-        hand_torque_deviation: of it
-        disturbance_torque: that the motor overcomes at its shaft besides the column: dry friction, rack and road
-        disturbance_torque_deviation: of it
-        steering_wheel_angle, motor_angle_mechanical, gear_angle: filtered; the gear's is of the shaft below the bar
+        hand_torque: torque of the driver's hands on the steering wheel
+        hand_torque_deviation: its standard deviation
+        disturbance_torque: torque that the motor overcomes at its shaft besides the column: dry friction, rack and road
+        disturbance_torque_deviation: its standard deviation
+        steering_wheel_angle, motor_angle_mechanical, gear_angle: filtered; the gear's is that of the shaft below the
+            bar
         steering_wheel_rate, motor_speed, gear_rate: likewise
-        offset: of the sensor that the tuning names, in its unit; 0 where it names none
-        innovation: measured less expected; NaN where missing, 0 of a sensor that the tuning leaves out
-        nis: normalised innovation squared over what was present
-        present: number of outputs that were
+        offset: offset of the sensor that the tuning names, in its unit; 0 where it names none
+        innovation: measured less predicted; NaN where missing, 0 for a sensor that the tuning leaves out
+        nis: normalised innovation squared over the present outputs
+        present: number of present outputs
         ready: 1 while the estimate can be used; 0 before the first complete sample, in a long gap, and while settling
     """
 
@@ -54,7 +55,7 @@ class ColumnEstimate(NamedTuple):
 
 
 class ColumnMemory(NamedTuple):
-    """Memory of the observer: state of its filters, and of the gaps in its samples."""
+    """State of the observer's filters, and of the gaps in its samples."""
 
     bank: Tree
     start: StartState
@@ -62,19 +63,19 @@ class ColumnMemory(NamedTuple):
 
 @dataclass(frozen=True)
 class ColumnObserver:
-    """Torque of the hands and of the disturbance, with the states of a steering column, from angles and torques.
+    """Torques of hands and disturbance, and the states of a steering column, from angles and torques.
 
-    Three Kalman filters with stationary gains run side by side: for hands whose torque has a rate, for hands that jump,
-    and for friction that reverses. The observer starts at its first complete sample as if at rest, and starts again
-    after a long gap; in a gap the standard deviations grow, and they are those of no knowledge while it settles. A
-    missing motor torque is held.
+    Three Kalman filters with stationary gains run in parallel: for hands whose torque has a rate, for hands that jump,
+    and for friction that reverses. The observer starts at its first complete sample as if at rest, and restarts after a
+    long gap; in a gap the standard deviations grow, and while it settles they are those of an unknown torque. A missing
+    motor torque is held.
 
     Args:
-        bank: the filters
+        bank: bank of filters
         starting: behaviour in gaps
 
-    Without the motor's angle (`outputs` of the tuning) what is below the bar is known through the bar alone: the
-    disturbance torque becomes slower and noisier, and an offset of the bar cannot be separated from a twist of it.
+    Without the motor's angle (`outputs` of the tuning) the column below the bar is observed through the bar alone: the
+    disturbance torque becomes slower and noisier, and an offset of the bar cannot be separated from its twist.
 
     Source: Raffone, eq (18), with no noise on the mechanical states, a rate of the hands' torque, and a bank.
     """
@@ -91,12 +92,12 @@ class ColumnObserver:
         """The observer of a vehicle's column, see `column_of_vehicle`.
 
         Args:
-            vehicle: with gear stiffness, or with the inertia of its whole column
-            sample_time: [s]
-            tuning: that of a bench or of the road where None, see `usual_tuning`
+            vehicle: vehicle with gear stiffness, or with the inertia of its whole column
+            sample_time: sampling interval [s]
+            tuning: tuning; that of a bench or of the road where None, see `usual_tuning`
 
         Raises:
-            ParameterError: parameters are missing, or do not fit, as of `require_fit`
+            ParameterError: parameters are missing, or do not fit, as in `require_fit`
         """
         return cls.of_parameters(column_of_vehicle(vehicle, sample_time), sample_time, tuning or usual_tuning(vehicle))
 
@@ -108,21 +109,21 @@ class ColumnObserver:
 
         Args:
             parameters: `ColumnParameters` (with gear) or `TwoInertiaParameters` (without)
-            sample_time: [s]
-            tuning: that of a bench where None
+            sample_time: sampling interval [s]
+            tuning: tuning; that of a bench where None
 
         Raises:
-            ParameterError: as of `require_fit`
+            ParameterError: as in `require_fit`
         """
         made = design(parameters, sample_time, tuning or ColumnTuning())
         return cls(made.bank, Starting(made.layout))
 
     def init(self) -> ColumnMemory:
-        """Not started."""
+        """State before the first sample: not started."""
         return ColumnMemory(self.bank.init(), self.starting.init())
 
     def step(self, state: ColumnMemory, sample: ColumnSample) -> tuple[ColumnMemory, ColumnEstimate]:
-        """One sample on."""
+        """Process one sample."""
         start, phase = self.starting.step(state.start, sample)
         given = self.bank.Sample(MotorTorque(phase.motor_torque), self.bank.model.Output(*phase.measured))
         moved, estimate = self.bank.step(state.bank, given)
@@ -157,11 +158,11 @@ class ColumnObserver:
 
 
 def resting_state(model: Any, layout: Layout, sample: ColumnSample) -> Tree:
-    """The state of a column's filter if the column were at rest under this sample; zeros where values are missing.
+    """State of a column filter for a column at rest under this sample; zeros where values are missing.
 
     Args:
-        model: of the filter
-        layout: of the observer
+        model: model of the filter
+        layout: layout of the observer
         sample: angles and torques
     """
     ratio, bar, wheel = layout.motor_ratio, _there(sample.driver_torque), _there(sample.steering_wheel_angle)

@@ -1,4 +1,4 @@
-"""The observers of the paper: stationary Kalman filters of the full and of the reduced column, both torques walking."""
+"""The observers of the paper: stationary Kalman filters of the full and the reduced column with random-walk torques."""
 
 from __future__ import annotations
 
@@ -26,22 +26,23 @@ from tierod.monitors.driver_torque.starting import ColumnSample
 from tierod.monitors.driver_torque.tuning import ColumnTuning
 
 COLUMNS = ("full", "series spring", "torsion bar", "printed spring", "balanced", "balanced without feed-through")
-"""What an observer of the paper may be made of: the full column, the mechanical reduction with one of its springs
+"""Columns that an observer of the paper can be built on: the full one, the mechanical reduction with one of its springs
 (`without_gear`), or the balanced reduction with the feed-through kept or, as in eq (17), dropped."""
 
 NOISES = replace(ColumnTuning(), hand_torque_walk=2.7, disturbance_torque_walk=1.0)
-"""The paper gives none. These let the torque of the hands follow within some 25 ms, and leave a false one of 0.1 N·m
-where there are no hands, about as much as figure 10 shows."""
+"""Noises, for which the paper gives no values. These let the torque of the hands follow within some 25 ms, and leave a
+false torque of 0.1 N·m where there are no hands, about as much as figure 10 shows."""
 
 _SIZES = {"motor_torque": 1.0, "hand_torque": 2.0, "disturbance_torque": 0.1}
-"""Typical inputs, for the balancing [N m]: the motor's, 2 N·m of hands, the friction of the bench."""
+"""Typical inputs for the balancing [N m]: the motor's torque, 2 N·m of hands, the friction of the bench."""
 
 
 _MEASURED = {"steering_wheel_angle": 1.0, "motor_angle_mechanical": 18.0, "driver_torque": 10.0}
-"""Typical outputs, for the balancing: a radian of the wheel, as much of the motor, the torque of a turn."""
+"""Typical outputs for the balancing: a radian of the wheel, as much of the motor, the torque of a turn."""
 
 _SHIFT = 1.0
-"""By which the column, whose angle does not decay, is made to for the balancing; 0.1 to 3 give the same [1/s]."""
+"""Decay rate that is added to the column for the balancing, since its angle does not decay [1/s]; 0.1 to 3 give the
+same result."""
 
 
 class PrintedEstimate(NamedTuple):
@@ -63,11 +64,11 @@ _SHOWN = (
     "steering_wheel_rate",
     "motor_speed",
 )
-"""States behind `PrintedEstimate`, by the names of the columns."""
+"""States behind `PrintedEstimate`, by their names in the column models."""
 
 
 class PrintedState(NamedTuple):
-    """Memory: the filter's mean, and the motor's torque until now."""
+    """Mean of the filter, and the last motor torque."""
 
     mean: Tree
     motor_torque: Annotated[Scalar, "N*m"]
@@ -75,14 +76,14 @@ class PrintedState(NamedTuple):
 
 @dataclass(frozen=True)
 class PrintedObserver:
-    """Torques of hands and disturbance as random walks, from a stationary Kalman filter, as the paper has it.
+    """Torques of hands and disturbance as random walks, from a stationary Kalman filter, as in the paper.
 
     Args:
-        filter: of the column, full or reduced
+        filter: filter of the column, full or reduced
         shown: matrix from the filter's state to the estimate, rows as in `PrintedEstimate`
-        fed: and how from the motor's torque
+        fed: its feed-through from the motor's torque
 
-    It starts at rest at zero; missing samples are treated as `StationaryFilter` does.
+    It starts at rest with zero angle; missing samples are treated as in `StationaryFilter`.
 
     Source: Raffone, eqs (8), (12) to (18).
     """
@@ -100,13 +101,13 @@ class PrintedObserver:
         """An observer of a column with gear.
 
         Args:
-            parameters: of the column
+            parameters: parameters of the column
             column: one of `COLUMNS`
-            sample_time: [s]
+            sample_time: sampling interval [s]
             noises: walks of both torques, noises of the sensors
 
         Raises:
-            ParameterError: no such column, or as `require_fit`
+            ParameterError: no such column, or as in `require_fit`
         """
         system = reduced(parameters, column)
         observed = observed_column(system, sample_time, 1, 1)
@@ -137,11 +138,11 @@ class PrintedObserver:
         return cls(filter_, rows, fed)
 
     def init(self) -> PrintedState:
-        """At rest."""
+        """State before the first sample: at rest."""
         return PrintedState(self.filter.init(), 0.0)
 
     def step(self, state: PrintedState, sample: ColumnSample) -> tuple[PrintedState, PrintedEstimate]:
-        """One sample on; the motor's torque of the sample before has acted until now."""
+        """Process one sample; the motor's torque of the previous sample has acted until now."""
         measured = self.filter.model.Output(*(getattr(sample, name) for name in ColumnOutput._fields))
         mean, estimate = self.filter.step(state.mean, self.filter.Sample(MotorTorque(state.motor_torque), measured))
         motor = where(present(sample.motor_torque), sample.motor_torque, state.motor_torque)
@@ -151,10 +152,10 @@ class PrintedObserver:
 
 
 def reduced(parameters: ColumnParameters, column: str) -> LinearSystem:
-    """The column that an observer of the paper is made of, continuous, states of the wheel and motor as outputs too.
+    """The continuous column of an observer of the paper, with states of wheel and motor as additional outputs.
 
     Args:
-        parameters: of the column with gear
+        parameters: parameters of the column with gear
         column: one of `COLUMNS`
 
     Raises:
@@ -176,7 +177,7 @@ def reduced(parameters: ColumnParameters, column: str) -> LinearSystem:
 
 
 def _with_states(system: LinearSystem) -> LinearSystem:
-    """The system with the states of wheel and motor added to its outputs."""
+    """The system with the states of wheel and motor as additional outputs."""
     states = _SHOWN[2:]
     picked = np.array([[float(name == state) for name in system.states] for state in states])
     D = np.vstack([system.D, np.zeros((len(states), system.D.shape[1]))])
@@ -184,7 +185,7 @@ def _with_states(system: LinearSystem) -> LinearSystem:
 
 
 def _shown(system: LinearSystem) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...]]:
-    """Rows that give the shown quantities from the states of the filter, and from the motor's torque."""
+    """Rows that give the reported quantities from the states of the filter and from the motor's torque."""
     extended = with_disturbance_states(system, {"hand_torque": 1, "disturbance_torque": 1})
     rows, fed = [], []
     for name in _SHOWN:

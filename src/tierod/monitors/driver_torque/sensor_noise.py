@@ -11,26 +11,26 @@ import numpy as np
 from tierod.core.residues import residue_of
 
 FEWEST = 500
-"""Samples from which on noise is measured."""
+"""Least number of samples for a measurement of the noise."""
 MARGIN = 1.25
-"""What a filter expects over what was measured: motion hides some of the noise, and none of it is quite white."""
+"""Noise assumed by a filter over the measured one; motion hides some of the noise, and none is quite white."""
 LONGEST_STEP = 0.01
-"""For so long the same rounding error stays while a wheel turns, at most [s]; a wheel at rest shows none of it."""
+"""Longest time for which a rounding error stays the same while a wheel turns [s]; a wheel at rest shows none."""
 SMALLER = 0.01
-"""Share of a signal's changes that may be smaller than a step of its sensor: an export interpolates single values."""
+"""Share of a signal's changes that may be smaller than a step of its sensor; an export interpolates single values."""
 SMOOTH = 1.4826 / math.sqrt(6.0)
-"""Standard deviation of white noise over the median size of its second differences."""
+"""Standard deviation of white noise over the median magnitude of its second differences."""
 
 
 @dataclass(frozen=True)
 class SensorNoise:
     """Noise of both sensors, one standard deviation per sample, rounding included.
 
-    The defaults are those of good transducers that are read every millisecond.
+    The defaults are those of good transducers read every millisecond.
 
     Args:
-        angle: of the steering wheel
-        torque: of the torsion bar
+        angle: noise of the steering wheel angle
+        torque: noise of the torque of the torsion bar
     """
 
     angle: Annotated[float, "rad"] = math.radians(0.008)
@@ -41,23 +41,23 @@ FINE = SensorNoise()
 """Sensors of a test bench."""
 
 PRODUCTION = SensorNoise(angle=math.radians(0.04), torque=0.05)
-"""Sensors of production cars, as their bus brings them."""
+"""Sensors of production cars, as transmitted on their bus."""
 
 MOTOR_NOISE = math.radians(0.06)
-"""Of the sensor of the motor's angle, rounding included: bench and production car read the same one [rad]."""
+"""Noise of the motor's angle sensor, rounding included [rad]; bench and production car have the same one."""
 
 
 def measured_noise(angle: np.ndarray, torque: np.ndarray, rate: float, usual: SensorNoise) -> SensorNoise:
     """Noise of both sensors per sample.
 
-    Second differences show white noise, and hardly the motion of a wheel; steps of one size show rounding, whose error
-    stays for several samples while the wheel turns slowly and then weighs like that much more white noise.
+    Second differences contain the white noise, and hardly the motion of a wheel; steps of equal size reveal rounding,
+    whose error lasts for several samples while the wheel turns slowly and then counts as correspondingly more noise.
 
     Args:
-        angle: of the steering wheel [rad], (n,)
-        torque: of the torsion bar [N*m], (n,)
-        rate: of the samples [Hz]
-        usual: for what is too short to be measured
+        angle: steering wheel angle [rad], (n,)
+        torque: torque of the torsion bar [N*m], (n,)
+        rate: sampling rate [Hz]
+        usual: noise for a signal that is too short to measure
     """
     return SensorNoise(
         max(_noise("steering_wheel_angle", angle, rate, usual.angle), 0.5 * FINE.angle),

@@ -1,4 +1,4 @@
-"""Session of the monitor of the driver's hands over one recording: its course, and its finding at the end."""
+"""Session of the driver's hands monitor over one recording: its course, and its finding at the end."""
 
 from __future__ import annotations
 
@@ -44,17 +44,17 @@ TRACES = {
 """Outputs of the block that a report shows."""
 
 MEASURED = 60.0
-"""The noise of the sensors is measured on so much of a recording, and a guessed motor ratio [s]."""
+"""Initial part of a recording on which sensor noise and a guessed motor ratio are measured [s]."""
 
 
 class Fitted(NamedTuple):
-    """To what of a recording the block is fitted.
+    """Properties of a recording that the block is adapted to.
 
     Args:
-        noise: of the sensors
-        with_motor: whether the observer takes the motor's angle
-        motor_ratio: as the angles show it, in place of a guess of the vehicle file; None where that counts
-        hidden: whether the motor's angle is there and not used: its ratio is a guess, and the angles do not show it
+        noise: noise of the sensors
+        with_motor: whether the observer uses the motor's angle
+        motor_ratio: ratio of the angles, in place of a guess of the vehicle file; None where the file's is used
+        hidden: whether the motor's angle is present but not used, since its ratio is a guess and cannot be identified
     """
 
     noise: SensorNoise
@@ -64,25 +64,25 @@ class Fitted(NamedTuple):
 
 
 Builder = Callable[[Vehicle, SensorNoise, bool], DriverTorqueMonitor]
-"""Makes the block of a vehicle for sensors with this noise, with the motor's angle or without it."""
+"""Builder of the block from vehicle, sensor noise, and whether the motor's angle is used."""
 
 
 class DriverTorqueSession(BlockSession):
-    """Runs the block, and collects hold of the wheel and deviation of the column from the vehicle file.
+    """Run the block over a recording, and collect the state of the hands and deviations of the column from its file.
 
     Args:
-        build: makes the block
+        build: builder of the block
         usual: noise of the sensors, for recordings too short to measure it
-        vehicle: whose column it is
-        rate: of the samples [Hz]
-        name: of monitor and variant
+        vehicle: vehicle of the column
+        rate: sampling rate [Hz]
+        name: name of monitor and variant
         lacking: outputs that the observer does not have
-        delay: by which the torque of the observer is late; the truth is compared as late [samples]
-        remark: on the observer, for the report
+        delay: delay of the observer's torque; the truth is delayed equally [samples]
+        remark: remark on the observer, for the report
     """
 
     listens = MEASURED
-    """Time that its first piece needs, so that the noise does not depend on how the recording is cut [s]."""
+    """Length of the first piece, so that the noise does not depend on how the recording is cut [s]."""
 
     def __init__(
         self,
@@ -107,7 +107,7 @@ class DriverTorqueSession(BlockSession):
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
 
     def prepared(self, aligned: Aligned) -> Aligned:
-        """The next piece with the truth as late as the observer; the first one shows what the block is fitted to."""
+        """The next piece with the truth delayed as the observer; the first one determines the adaptation."""
         columns = aligned.columns
         if self.fitted is None:
             self.refit(self._suited(columns))
@@ -123,12 +123,12 @@ class DriverTorqueSession(BlockSession):
         return replace(aligned, values=values)
 
     def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
-        """Keep what the block gave over a piece, and give the traces over it, (n,) each."""
+        """Collect the block's outputs of a piece, and return the traces over it, (n,) each."""
         shown = {**super().taken(aligned, result), "true_hand_torque": aligned.columns[TRUTH]}
         return {name: self._nis if name == "nis" else trace for name, trace in shown.items()}
 
     def refit(self, fitted: Fitted) -> None:
-        """Make the block for the noise of a recording's sensors, with the motor's angle or without it."""
+        """Rebuild the block for the sensor noise of a recording, with the motor's angle or without it."""
         self.fitted = self._fitted = fitted
         if fitted.motor_ratio is not None:
             self.vehicle = guessed_ratio.with_ratio(self._given, fitted.motor_ratio)
@@ -136,7 +136,7 @@ class DriverTorqueSession(BlockSession):
         self.block = self._build(self.vehicle, fitted.noise, fitted.with_motor)
 
     def _suited(self, columns: Mapping[str, np.ndarray]) -> Fitted:
-        """Noise of the sensors of a recording, and what it brings of the motor's angle, from its first piece."""
+        """Sensor noise and use of the motor's angle, from the first piece of a recording."""
         first = slice(round(MEASURED * self.rate))
         wheel, motor, torque = (columns[name][first] for name in SIGNALS)
         noise = measured_noise(wheel, torque, self.rate, self._usual)
@@ -150,7 +150,7 @@ class DriverTorqueSession(BlockSession):
         return Fitted(noise, True, ratio if guessed_ratio.is_of_file(self._given, ratio, self.rules) else None)
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Torques, states of the hands and innovations of one piece."""
+        """Collect torques, states of the hands and innovations of one piece."""
         self._nis = result["nis"] / np.where(result["present"] > 0.0, result["present"], np.nan)
         self._figures.add(time, signals, result)
 
@@ -163,7 +163,7 @@ class DriverTorqueSession(BlockSession):
         return (guessed_ratio.remark(self._given, over_drive),)
 
     def conclude(self) -> Conclusion:
-        """The finding, and how consistent the observer was."""
+        """The finding, with the consistency of the observer."""
         drive, found = self._figures.drive(), self._figures.consistency()
         finding = judge(drive, self.vehicle, self.name, self.rules, self._remarks(drive))
         fits = finding.status is Status.HEALTHY

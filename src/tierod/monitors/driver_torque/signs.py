@@ -1,4 +1,4 @@
-"""Signs of a column's sensors, found out from the data: angles, torque of the bar, torque of the motor."""
+"""Signs of a column's sensors, tested on the data: angles, torque of the bar, torque of the motor."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from tierod.monitors.driver_torque.starting import ColumnSample
 
 
 class SignVerdict(NamedTuple):
-    """1 for a signal whose sign is wrong, 0 for one that is right or not judged yet; then which could be judged.
+    """1 for a signal with a wrong sign, 0 for a right one or one not tested yet; then which could be tested.
 
     Args:
-        steering_wheel_angle, motor_angle_mechanical, driver_torque, motor_torque: wrong
+        steering_wheel_angle, motor_angle_mechanical, driver_torque, motor_torque: 1 where the sign is wrong
         angles_judged: 1 once both angles have moved together
         torque_judged: 1 once the bar has been twisted enough
         motor_judged: 1 once the motor has done enough work
@@ -30,14 +30,14 @@ class SignVerdict(NamedTuple):
 
 
 class SignState(NamedTuple):
-    """Forgetting means and products.
+    """Exponentially weighted means and products.
 
     Args:
-        weight: of all samples so far, up to 1
+        weight: weight of all samples so far, up to 1
         means: of wheel angle, gear angle, bar torque
         products: of (wheel, wheel), (gear, gear), (wheel, gear), (bar, bar), (bar, wheel), (bar, gear), about the means
-        work: of the motor and of the bar on the motor, with forgetting [J]
-        angle: of the motor in the sample before; its sign is of no matter
+        work: exponentially weighted work of the motor, and of the bar on the motor [J]
+        angle: motor angle of the previous sample
         begun: 1 after the first complete sample
     """
 
@@ -54,28 +54,29 @@ _PAIRS = ((0, 0), (1, 1), (0, 1), (2, 2), (2, 0), (2, 1))
 
 @dataclass(frozen=True)
 class ColumnSigns:
-    """Sign check that finds the one of four signals of a column with the wrong sign.
+    """Sign test that finds the one of four column signals with a wrong sign.
 
-    Both angles move together. The bar's torque grows with its twist, the wheel's angle less the gear's; where the
-    angles disagree, its sign shows which of them is wrong. What is below the bar only loses energy in the long run, so
-    a motor that seems to draw more work from it than the bar gives or takes has its torque reversed. Of two wrong
-    signs the verdict may name another; all of them reversed together look right.
+    Both angles move together. The bar's torque grows with its twist, the wheel angle less the gear angle; where the
+    angles disagree, the sign of the torque shows which of them is wrong. The part below the bar only dissipates energy
+    in the long run, so a motor that seems to draw more work from it than the bar gives or takes has its torque
+    reversed. With two wrong signs the verdict may name another signal; all of them reversed together are not
+    detectable.
 
-    An angle that is late, or a wrong ratio, makes a twist against the torque too, but one that follows the torque
-    loosely or is of another size than the bar allows; then the torque's sign is not blamed.
+    A late angle or a wrong ratio also gives a twist against the torque, but one that correlates weakly with the torque
+    or is of another size than the stiffness allows; then the sign of the torque is not reported.
 
     Args:
         motor_ratio: turns of the motor per turn of the shaft []
-        sample_time: [s]
-        memory: over which samples count: a few turns of the wheel [s]
-        least_angle: standard deviation of the wheel's angle, fifty times the noise of the sensor [rad]
-        least_torque: of the bar's torque, twice the noise of the twist as the angles show it [N m]
-        least_work: of the motor: five times what the noise of its angle makes [J]
-        least_correlation: beyond which a sign is judged; chance stays below 0.1
-        torsion_bar_stiffness: as the vehicle has it [N m/rad]
-        least_blame: correlation of twist and torque beyond which the torque is blamed: a reversed one has 0.9 to 1,
-            a motor angle that is 3 to 5 ms late mostly below 0.75
-        greatest_twist: over that which the torque makes; a motor angle that is 7 ms late or more makes more []
+        sample_time: sampling interval [s]
+        memory: time constant of the weighting, a few turns of the wheel [s]
+        least_angle: least standard deviation of the wheel's angle, fifty times the noise of the sensor [rad]
+        least_torque: least standard deviation of the bar's torque, twice the noise of the twist from the angles [N m]
+        least_work: least work of the motor, five times what the noise of its angle makes [J]
+        least_correlation: least correlation for a test of a sign; chance stays below 0.1
+        torsion_bar_stiffness: stiffness from the vehicle file [N m/rad]
+        least_blame: least correlation of twist and torque for a reversed torque: a reversed one has 0.9 to 1, with a
+            motor angle that is 3 to 5 ms late mostly below 0.75
+        greatest_twist: largest twist over that from the torque; a motor angle that is 7 ms late or more makes more []
     """
 
     motor_ratio: Annotated[float, ""]
@@ -96,7 +97,7 @@ class ColumnSigns:
         return SignState(0.0, (0.0,) * 3, (0.0,) * len(_PAIRS), (0.0, 0.0), 0.0, 0.0)
 
     def step(self, state: SignState, sample: ColumnSample) -> tuple[SignState, SignVerdict]:
-        """One sample on; an incomplete one changes nothing."""
+        """Process one sample; an incomplete one changes nothing."""
         whole = all_of(*(present(value) for value in sample))
         values = [sample.steering_wheel_angle, sample.motor_angle_mechanical / self.motor_ratio, sample.driver_torque]
         values = [where(whole, value, mean) for value, mean in zip(values, state.means, strict=True)]
@@ -107,6 +108,7 @@ class ColumnSigns:
         away = [value - mean for value, mean in zip(values, state.means, strict=True)]
         means = tuple(mean + gain * each for mean, each in zip(state.means, away, strict=True))
         after = [value - mean for value, mean in zip(values, means, strict=True)]
+        # Deviations before and after the update of the mean (Welford): a large mean causes no cancellation.
         products = tuple(
             old + gain * (away[i] * after[j] - old) for old, (i, j) in zip(state.products, _PAIRS, strict=True)
         )
@@ -117,7 +119,7 @@ class ColumnSigns:
         return following, self._verdict(following)
 
     def _work(self, state: SignState, sample: ColumnSample, counts: Scalar, kept: Scalar) -> tuple[Scalar, Scalar]:
-        """Work of motor and bar since the sample before, added to the faded sums."""
+        """Exponentially weighted work of motor and bar after the travel since the previous sample."""
         travel = where(counts, sample.motor_angle_mechanical - state.angle, 0.0)
         motor = where(counts, sample.motor_torque, 0.0)
         bar = where(counts, sample.driver_torque, 0.0) / self.motor_ratio
@@ -129,7 +131,7 @@ class ColumnSigns:
         angles = both(moved, together**2 > self.least_correlation**2 * wheel * gear)
         opposite = both(angles, together < 0.0)
         same = both(angles, together > 0.0)
-        # the twist, with the gear's angle turned round where the angles disagree
+        # The twist, with the sign of the gear angle reversed where the angles disagree.
         with_bar = where(opposite, bar_wheel + bar_gear, bar_wheel - bar_gear)
         twist = where(opposite, wheel + gear + 2.0 * together, wheel + gear - 2.0 * together)
         enough = self.least_correlation**2 * bar * maximum(twist, 0.0)
@@ -163,11 +165,11 @@ _REASONS = {
 
 
 def wrong_signs(verdict: SignVerdict, motor: str = "motor_torque") -> tuple[str, ...]:
-    """A sentence for every signal with the wrong sign.
+    """A sentence for every signal with a wrong sign.
 
     Args:
-        verdict: of `ColumnSigns`, its last one of a drive
-        motor: the signal that the motor's torque was taken from
+        verdict: last output of `ColumnSigns` in a drive
+        motor: the signal that gave the motor's torque
     """
     named = {"motor_torque": motor}
     return tuple(

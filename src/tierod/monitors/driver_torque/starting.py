@@ -1,4 +1,4 @@
-"""Phases of an observer of a column: start, follow, hold and restart over gaps in its samples."""
+"""Phases of a column observer: start, follow, hold and restart over gaps in its samples."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ class ColumnSample(NamedTuple):
     """Measurements of a column at one instant; NaN where a value is missing.
 
     Args:
-        motor_torque: at the motor's shaft
-        steering_wheel_angle: above the torsion bar
-        motor_angle_mechanical: of the motor's shaft
-        driver_torque: in the torsion bar, positive towards left
+        motor_torque: torque at the motor's shaft
+        steering_wheel_angle: angle above the torsion bar
+        motor_angle_mechanical: angle of the motor's shaft
+        driver_torque: torque in the torsion bar, positive towards left
     """
 
     motor_torque: Annotated[Scalar, "N*m"]
@@ -27,13 +27,13 @@ class ColumnSample(NamedTuple):
 
 
 class StartState(NamedTuple):
-    """Memory of the gaps.
+    """State of the gap handling.
 
     Args:
-        motor_torque: the last one that was there
-        missing: for how long samples have been incomplete [s]
+        motor_torque: last valid motor torque
+        missing: time for which samples have been incomplete [s]
         started: 1 after the first complete sample
-        settling: time that the observer still settles after a start [s]
+        settling: remaining settling time after a start [s]
     """
 
     motor_torque: Annotated[Scalar, "N*m"]
@@ -43,13 +43,13 @@ class StartState(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """Mode of an observer at a sample.
+    """Mode of an observer in a sample.
 
     Args:
-        motor_torque: of the sample before, which acts until this one; held where it is missing
+        motor_torque: torque of the previous sample, which acts until this one; held where it is missing
         measured: outputs that the observer uses, in the order of the layout
-        restart: 1 begins anew from this sample, as if at rest
-        following: 1 goes on with it, or begins; 0 holds
+        restart: 1 where the observer restarts from this sample, as if at rest
+        following: 1 where it continues or restarts; 0 where it is held
         ready: 1 where the estimate can be used
     """
 
@@ -60,7 +60,7 @@ class Phase(NamedTuple):
     ready: Annotated[Scalar, ""]
 
     def chosen(self, resting: Tree, moved: Tree, held: Tree) -> Tree:
-        """The one of three trees of one shape that belongs to the phase."""
+        """The tree that belongs to the phase: restarted, updated or held."""
         triples = zip(leaves(resting), leaves(moved), leaves(held), strict=True)
         return rebuild(
             held, [where(self.following, where(self.restart, a, b), c) for (_, a), (_, b), (_, c) in triples]
@@ -69,12 +69,13 @@ class Phase(NamedTuple):
 
 @dataclass(frozen=True)
 class Starting:
-    """Starts at the first complete sample, and again after a gap longer than `longest_gap`, within which it follows.
+    """Start at the first complete sample, and restart after a gap longer than `longest_gap`; shorter ones are bridged.
 
     Args:
-        layout: of the observer
-        longest_gap: a quarter of the period at which a driver still turns the wheel is 0.05 s (5 Hz)
-        settling_time: of the observer, should the wheel turn at the start: ten time constants of the filter for jumps
+        layout: layout of the observer
+        longest_gap: longest bridged gap; 0.05 s is a quarter of the period at which a driver still turns the wheel
+            (5 Hz)
+        settling_time: settling time after a start with a turning wheel; ten time constants of the filter for jumps
     """
 
     layout: Layout
@@ -84,11 +85,11 @@ class Starting:
     Sample = ColumnSample
 
     def init(self) -> StartState:
-        """Not started."""
+        """State before the first sample: not started."""
         return StartState(0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: StartState, sample: ColumnSample) -> tuple[StartState, Phase]:
-        """One sample on."""
+        """Process one sample."""
         measured = tuple(getattr(sample, name) for name in self.layout.outputs)
         motor = where(present(sample.motor_torque), sample.motor_torque, state.motor_torque)
         complete = all_of(present(sample.motor_torque), *(present(value) for value in measured))

@@ -13,25 +13,25 @@ from tierod.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class ColumnTuning:
-    """Noises of a column and its sensors; those of a walk are per square root of a second.
+    """Noises of a column and its sensors; random walks are per square root of a second.
 
-    The defaults are those of a bench with 0.1 N·m of friction at the motor, tuned on simulated runs: two with hands
-    that jump and two with hands that pull within 100 ms; what is reported comes from others.
+    The defaults are for a bench with 0.1 N·m of friction at the motor, tuned on simulated runs: two with hands that
+    jump and two with hands that pull within 100 ms; reported results come from other runs.
 
     Args:
         steering_wheel_angle_noise, motor_angle_noise, driver_torque_noise: standard deviation of a sample
-        hand_torque_rate_walk: of the rate of the hands' torque, while they move smoothly
-        hand_torque_walk: of the torque itself while it jumps; 0 for hands that never do, which leaves one filter
-        calm_time, jump_time: between two jumps of the hands, and how long one lasts, in the mean
-        disturbance_torque_walk: at the motor's shaft
-        reversal_walk: of the disturbance torque while friction reverses; 0 for none, which leaves a filter less
-        reversal_time, reversing_time: between two reversals, and for which one lasts, in the mean
+        hand_torque_rate_walk: walk of the rate of the hands' torque, while they move smoothly
+        hand_torque_walk: walk of the torque itself while it jumps; 0 for hands that never do, which leaves one filter
+        calm_time, jump_time: mean time between two jumps of the hands, and mean duration of one
+        disturbance_torque_walk: walk of the disturbance torque at the motor's shaft
+        reversal_walk: walk of the disturbance torque while friction reverses; 0 for none, which leaves out one filter
+        reversal_time, reversing_time: mean time between two reversals, and mean duration of one
         pinion_torque_noise: white unknown torque at the gear, of road and rack, per sample of 1 ms
-        offset_walk: of the offset, as torque of the bar: learnt within 4 s to 0.002 N·m
+        offset_walk: walk of the offset, as torque of the bar; learnt within 4 s to 0.002 N·m
         offset: sensor with an offset that is learnt: "motor_angle_mechanical" where the angles are not set to zero
-            on the unloaded bar, "driver_torque" on a bench where they are, None for neither. Both at once show
-            themselves alike: as a twist of the bar that its torque does not confirm
-        outputs: that are measured
+            on the unloaded bar, "driver_torque" on a bench where they are, None for neither. The two offsets are not
+            separable: both appear as a twist of the bar that its torque does not confirm
+        outputs: measured outputs
     """
 
     steering_wheel_angle_noise: Annotated[float, "rad"] = math.radians(0.05)
@@ -61,24 +61,24 @@ class ColumnTuning:
 
 
 ROAD = replace(ColumnTuning(), disturbance_torque_walk=0.5, pinion_torque_noise=1.0, offset="motor_angle_mechanical")
-"""Noises of a car on the road: rack and road turn the pinion without notice, and the angles are not set to zero."""
+"""Noises of a car on the road: unmeasured torques of rack and road act on the pinion, and the angles are not zeroed."""
 
 LONGEST_JUMP = 3.0
-"""A jump of the hands' torque lasts at least so many samples."""
+"""Least duration of a jump of the hands' torque, in samples."""
 
 
 def usual_tuning(vehicle: Vehicle) -> ColumnTuning:
-    """Tuning of a bench for a geared column without a car's column inertia, else that of the road."""
+    """Tuning of the road for a vehicle file with `column_inertia`, else that of a bench."""
     return ROAD if "column_inertia" in vehicle else ColumnTuning()
 
 
 def tuning_at(rate: float, usual: ColumnTuning, noise: SensorNoise, with_motor: bool) -> ColumnTuning:
-    """The tuning of the observer for a rate and the sensors that usually have it.
+    """The tuning of the observer for a sampling rate and the noise of the sensors.
 
     Args:
-        rate: of the samples [Hz]
-        usual: of the vehicle
-        noise: of the sensors at the wheel
+        rate: sampling rate [Hz]
+        usual: tuning of the vehicle
+        noise: noise of the sensors at the wheel
         with_motor: whether the motor's angle is measured
     """
     outputs = ColumnOutput._fields if with_motor else ("steering_wheel_angle", "driver_torque")

@@ -1,4 +1,4 @@
-"""Signs of the torques by the work that hands and motor do on the column of a car, where no motor angle shows them."""
+"""Signs of the torques, from the work of hands and motor on a car's column, where no motor angle is measured."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ import numpy as np
 from tierod.monitors.harness.related_signals import WRONG_SIGN_SHARE
 
 WORKED: Annotated[float, "N*m"] = 0.5
-"""Torque of the bar from which the motor assists, as of the gate of the friction monitors."""
+"""Torque of the bar from which the motor assists; equal to that of the friction monitors' gate."""
 
 LEAST_WORKED: Annotated[float, "s"] = 5.0
-"""Time with such torques that is needed. Fault-free drives oppose each other for 3 % of it at most."""
+"""Least time with such torques for a test. In fault-free drives the torques oppose each other for 3 % of it at most."""
 
 LEAST_WORK: Annotated[float, "J"] = 10.0
-"""Work that a steering would have to give, from which a sign is wrong: it only takes work in the long run. An offset
-works between the first and the last angle alone: 0.8 N·m over two turns. Fault-free drives take 50 J a minute."""
+"""Work drawn from the steering from which a sign is wrong: a steering only takes work in the long run. An offset does
+work only between the first and the last angle: 0.8 N·m over two turns. Fault-free drives take 50 J a minute."""
 
 CORRECT = "correct it in the channel map (factor -1)"
 
 
 class WorkOverDrive:
-    """Work of the motor and of the bar, and how often hands and motor oppose each other, over pieces of a recording.
+    """Work of motor and bar, and time with opposed hands and motor, over the pieces of a recording.
 
     Args:
         ratio: turns of the motor per turn of the wheel
-        rate: of the samples [Hz]
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, ratio: float, rate: float) -> None:
@@ -35,12 +35,12 @@ class WorkOverDrive:
         self._motor = self._bar = self._alone = 0.0
 
     def add(self, angle: np.ndarray, bar: np.ndarray, motor: np.ndarray) -> None:
-        """The next piece; NaN where a value is missing.
+        """Add the next piece; NaN where a value is missing.
 
         Args:
-            angle: of the wheel [rad], (n,)
-            bar: its torque [N*m], (n,)
-            motor: torque at its shaft [N*m], (n,)
+            angle: steering wheel angle [rad], (n,)
+            bar: torque of the bar [N*m], (n,)
+            motor: torque at the motor's shaft [N*m], (n,)
         """
         worked = (np.abs(bar) > WORKED) & np.isfinite(motor) & (motor != 0.0)
         self._worked += int(np.count_nonzero(worked))
@@ -57,11 +57,11 @@ class WorkOverDrive:
         """A sentence for the signal with the wrong sign; none where all signs may be right.
 
         Args:
-            motor: the signal that the motor's torque was taken from
+            motor: the signal that gave the motor's torque
         """
         share = self._opposed / max(self._worked, 1)
         if self._worked >= LEAST_WORKED * self._rate and share > WRONG_SIGN_SHARE:
-            # Hands may pull against a motor that turns the wheel; a motor that only brakes is no assistance.
+            # Hands may pull against a motor that turns the wheel; a motor that only brakes is not an assist.
             name, work = ("driver_torque", self._bar) if self._bar < self._motor else (motor, self._motor)
             drawn = f", and it draws {-work:.0f} J of work from the steering" if work < 0.0 else ""
             opposed = f"driver and motor pull against each other {share:.0%} of the time"
@@ -74,7 +74,7 @@ class WorkOverDrive:
         return ()
 
     def doubts(self) -> tuple[str, ...]:
-        """A remark where the torque of the bar draws work from the steering: without the motor's, no more shows."""
+        """A remark where the bar draws work from the steering; without motor torque no more can be concluded."""
         if self._alone >= -LEAST_WORK:
             return ()
         return (

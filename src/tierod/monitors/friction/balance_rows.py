@@ -1,4 +1,4 @@
-"""Both sides of the torque balance over a drive, for a law of friction that is given: no gains, nothing learnt."""
+"""Both sides of the torque balance over a drive for a given friction law, without estimation."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class BalanceRow(NamedTuple):
     """One sample of the balance.
 
     Args:
-        terms: both sides, low-passed
-        speed: of the vehicle [m/s]
-        used: 1 where the car rolls and every signal is there
+        terms: regressors and torques of the balance, low-passed
+        speed: vehicle speed [m/s]
+        used: 1 where the vehicle rolls and every signal is present and settled
     """
 
     terms: Regressors
@@ -32,14 +32,14 @@ class BalanceRow(NamedTuple):
 
 @dataclass(frozen=True)
 class BalanceRows:
-    """The regressors of `PreslidingFrictionFilter` for one angle of build-up.
+    """Regressors of `PreslidingFrictionFilter` for one fixed Dahl angle.
 
     Args:
-        parameters: of the vehicle; `sample_time` of them is that of the samples
-        dahl_angle: over which friction builds up [rad]
-        tuning: lever, turn slip and drive share before anything is learnt, for the load of the gear
-        conditioning: of the signals
-        cutoff: of the low-pass on both sides [Hz]
+        parameters: parameters of the vehicle; their `sample_time` is that of the samples
+        dahl_angle: travel over which friction builds up [rad]
+        tuning: gives weight lever, turn slip and drive share, from which the load of the gear is computed
+        conditioning: conditioning of the signals
+        cutoff: cutoff frequency of the low-pass on both sides [Hz]
     """
 
     parameters: FrictionParameters
@@ -53,7 +53,7 @@ class BalanceRows:
     Output = BalanceRow
 
     class State(NamedTuple):
-        """Memories of conditioning, build-up and low-pass."""
+        """State of conditioning, build-up laws and low-pass."""
 
         conditioning: Any
         finite: BuildUp
@@ -66,11 +66,11 @@ class BalanceRows:
         object.__setattr__(self, "low_pass", low_pass)
 
     def init(self) -> State:
-        """At rest, friction relaxed."""
+        """State before the first sample: at rest, friction relaxed."""
         return self.State(self.conditioning.init(), RELAXED, RELAXED, RELAXED, self.low_pass.init())
 
     def step(self, state: State, sample: SteeringSample) -> tuple[State, BalanceRow]:
-        """One sample on."""
+        """Process one sample."""
         conditioning, clean = self.conditioning.step(state.conditioning, sample)
         column = column_motion(clean, self.parameters.torsion_bar_stiffness, self.conditioning.sample_time)
         laws = build_ups((state.finite, state.exponential, state.long), column.increment, self.dahl_angle)
@@ -83,7 +83,7 @@ class BalanceRows:
 
     @property
     def _before(self) -> Coefficients:
-        """Prior of the road before a drive: it presses the gear."""
+        """Prior coefficients of the road torques, which determine the load of the gear."""
         tuning = self.tuning
         zero = Coefficients(*(0.0,) * len(Coefficients._fields))
         return zero._replace(

@@ -1,4 +1,4 @@
-"""Signals made fit for a friction estimator: held over gaps, equally low-passed, the angle cleaned of its steps."""
+"""Signal conditioning for friction estimators: gaps bridged, equal low-pass, angle without quantisation steps."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from tierod.methods.filters import Butterworth, InputHold
 from tierod.monitors.friction.signals import SteeringSample
 from tierod.physics.lag import share_reached
 
-_LARGEST = 1e6  # no steering signal is larger, calibrated or not: a fault of the recording, taken as missing
+_LARGEST = 1e6  # above any steering signal, calibrated or not: a fault of the recording, treated as missing
 
 SAMPLE_TIME = 0.01
 """Time between two samples [s]: 10 ms as printed by Mohtat et al., section 3.2."""
 
 
 class ConditionedSteering(NamedTuple):
-    """Signals without gaps and on one common delay.
+    """Signals without gaps, all with the same delay.
 
     Args:
-        signals: held and low-passed, never missing
-        angle_increment: of the steering wheel since the sample before
+        signals: held and low-passed signals, never missing
+        angle_increment: increment of the steering wheel angle since the previous sample
         steering_wheel_acceleration, yaw_acceleration, vehicle_acceleration: backward differences of the low-passed
             rates and speed
         driver_torque_rate, driver_torque_acceleration: first and second backward difference of the low-passed torque
-        settled: 1 where every signal is present and has been for the settling time
-        present: 1 where every signal of this very sample is present
+        settled: 1 where every signal has been present for the settling time, apart from bridged gaps
+        present: 1 where every signal is present in this sample
     """
 
     signals: SteeringSample
@@ -44,16 +44,16 @@ class ConditionedSteering(NamedTuple):
 
 @dataclass(frozen=True)
 class AngleObserver:
-    """Angle of the steering wheel as the integral of its rate, pulled slowly to the measured angle, behind a play.
+    """Steering wheel angle: the integrated rate, corrected slowly by the measured angle, behind a play operator.
 
-    The integral has no steps of quantisation, the measured angle no drift.
+    The integral has no quantisation steps, and the measured angle has no drift.
 
     Args:
-        correction_time: time constant of the integral's return to the measured angle [s]; 0.2 is a gain of 0.05 per
-            sample of 10 ms. Shorter lets the steps of a coarse angle through, longer the noise of the rate
-        half_width: of the play [rad]; zero, since one of 3e-4 delays each reversal, cost 0.1 to 0.3 N*m of 12.5
-            at a Dahl angle of 3 degrees on the plant of the tuning (docs/explanation/friction.md), and won nothing. A
-            rate noisier than 0.05 rad/s may need it
+        correction_time: time constant of the correction by the measured angle [s]; 0.2 is a gain of 0.05 per
+            sample of 10 ms. A shorter one passes the steps of a coarse angle, a longer one the noise of the rate
+        half_width: half width of the play [rad]; zero, since a play of 3e-4 delays each reversal: it cost 0.1 to
+            0.3 N*m of 12.5 at a Dahl angle of 3 degrees on the plant of the tuning (docs/explanation/friction.md) and
+            improved nothing. A rate noisier than 0.05 rad/s may need it
 
     Source: docs/explanation/friction.md, the default estimator.
     """
@@ -62,26 +62,26 @@ class AngleObserver:
     half_width: Annotated[float, "rad"] = 0.0
 
     class State(NamedTuple):
-        """Integral, output of the play, and the rate of the sample before."""
+        """Integral, output of the play, and rate of the previous sample."""
 
         integral: Scalar
         angle: Scalar
         rate: Scalar
 
     def init(self) -> State:
-        """Straight ahead, at rest."""
+        """State before the first sample: straight ahead, at rest."""
         return self.State(0.0, 0.0, 0.0)
 
     def step(
         self, state: State, angle: Scalar, rate: Scalar, restart: Scalar, sample_time: Any
     ) -> tuple[State, Scalar]:
-        """One sample on: the next state and the increment of the angle [rad].
+        """Process one sample: the next state and the increment of the angle [rad].
 
         Args:
-            angle: measured [rad]
-            rate: measured [rad/s]
-            restart: whether to begin anew at the measured angle
-            sample_time: [s]
+            angle: measured angle [rad]
+            rate: measured rate [rad/s]
+            restart: whether to start again at the measured angle
+            sample_time: time between two samples [s]
         """
         share = share_reached(sample_time / self.correction_time)
         predicted = state.integral + 0.5 * sample_time * (rate + state.rate)
@@ -93,17 +93,19 @@ class AngleObserver:
 
 @dataclass(frozen=True)
 class SteeringConditioning:
-    """Hold, low-pass and differentiate the signals of a friction estimator, all alike.
+    """Hold, low-pass and differentiate all signals of a friction estimator in the same way.
 
-    A filter on one signal alone would delay it against the others; equal filters keep the torque balance true.
+    A low-pass on one signal alone would delay it against the others; equal filters preserve the torque balance.
 
     Args:
         sample_time: time between two samples [s]
-        cutoff: of the low-pass on every signal [Hz]. Friction is no linear function of the angle, so what is cut from
-            the angle is lost to it. On the plant of the tuning (docs/explanation/friction.md) 5 Hz cost 0.3 N*m of 12.5
-            at a Dahl angle of 3 degrees and 12 Hz 0.1, while above 15 Hz a rate noise of 0.05 rad/s cost 0.2
-        bridged_gap: missing samples bridged with the last value [s]; one lost message of a bus at 20 ms and its jitter
-        settling_time: the estimator rests that long after a longer gap [s]: ten correction times of the angle observer
+        cutoff: cutoff frequency of the low-pass on every signal [Hz]. Friction is not a linear function of the angle,
+            so what the low-pass removes from the angle is lost to the friction model. On the plant of the tuning
+            (docs/explanation/friction.md) 5 Hz cost 0.3 N*m of 12.5 at a Dahl angle of 3 degrees and 12 Hz 0.1, while
+            above 15 Hz a rate noise of 0.05 rad/s cost 0.2
+        bridged_gap: longest gap bridged with the last value [s]; one lost message of a 20 ms bus with its jitter
+        settling_time: time after a longer gap in which the estimator is disabled [s]; ten time constants of the angle
+            observer
         angle: observer of the angle
     """
 
@@ -118,8 +120,8 @@ class SteeringConditioning:
     Sample = SteeringSample
 
     class State(NamedTuple):
-        """State of hold and low-pass, the last valid signals and the rate of the driver's torque, the
-        observer, the time since a gap [s]."""
+        """State of hold and low-pass, last valid signals, rate of the driver's torque, state of the angle observer, and
+        time since a gap [s]."""
 
         hold: Any
         low_pass: Any
@@ -138,7 +140,7 @@ class SteeringConditioning:
         return self.State(self.hold.init(), self.low_pass.init(), zeros, 0.0, self.angle.init(), -self.sample_time)
 
     def step(self, state: State, sample: SteeringSample) -> tuple[State, ConditionedSteering]:
-        """One sample on."""
+        """Process one sample."""
         sample = map_leaves(lambda value: where(absolute(value) < _LARGEST, value, math.inf), sample)
         now_present = all_of(*(present(value) for value in values_of(sample)))
         hold, held = self.hold.step(state.hold, sample)
@@ -148,6 +150,7 @@ class SteeringConditioning:
         signals = rebuild(state.signals, [where(present(new), new, old) for (_, new), (_, old) in pairs])
         elapsed = minimum(state.since_gap + self.sample_time, 2.0 * self.settling_time + 1.0)
         since_gap = where(bridged, elapsed, -self.sample_time)
+        # Also true in the first complete sample after a gap, whose differences would span the whole gap.
         restart = since_gap < 0.5 * self.sample_time
         angle, increment = self.angle.step(
             state.angle, signals.steering_wheel_angle, signals.steering_wheel_rate, restart, self.sample_time

@@ -15,10 +15,10 @@ from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
 TUNING = AlarmTuning()
 
 STATISTICS = ("excess_over_rising_limit", "excess_over_fault_limit")
-"""Traces of the sums, over the sum that alarms."""
+"""Traces of the CUSUM sums, each divided by the alarm threshold."""
 
 HOUR = 3600.0 / SAMPLE_TIME
-"""Values of an hour that is judged; of mixed driving that is about a quarter."""
+"""Samples per judged hour; about a quarter of mixed driving is judged."""
 
 RISING_DESIGN = RuleDesign(
     ExcessRule(TUNING.rising_ratio * TUNING.excess / TUNING.wander / SAMPLE_TIME, sides="upper"),
@@ -27,12 +27,14 @@ RISING_DESIGN = RuleDesign(
     spacing=SAMPLE_TIME,
     line=RunLengthLine(start=7.014, slope=1.793, observed=1.5 * HOUR),
 )
-"""The ratio from which friction rises, over its wander: counted on 24 drives of 13 minutes in wind, ruts and banked
-bends, each judged against a level of another day on other tyres. At ratios of 1.02 to 1.09 there are 147 to 6 alarms in
-1.5 h judged; the logarithm of their distance is a straight line over the ratio, which is carried on to 1.2."""
+"""Design of the ratio from which friction is rising, in units of the wander. Alarms were counted on 24 drives of 13
+minutes in wind, ruts and banked bends, each judged against a baseline from another day on other tyres. Ratios of 1.02
+to 1.09 gave 147 to 6 alarms in 1.5 judged hours; the logarithm of the mean time between alarms is linear in the ratio
+and is extrapolated to 1.2."""
 
 ABSOLUTE_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=13_900.0, shift=8.0, spacing=math.inf)
-"""One look at the common gain of a car's torques: 1.2 times nominal and the margin are 3.8 deviations of it away."""
+"""One decision per car: the limit of 1.2 times nominal with its margin is 3.8 standard deviations of the common torque
+gain away."""
 
 BASELINE = tuple(
     Decision(
@@ -76,7 +78,7 @@ ABSOLUTE = tuple(
 )
 
 DECISIONS = (*BASELINE, *ABSOLUTE)
-"""Of every variant with the running verdict: rising and fault by the car's baseline, and by the vehicle file."""
+"""Decisions of every variant with the running verdict: rising and fault, by baseline and by vehicle file."""
 
 VARIANCE_DECISIONS = (
     Decision(
@@ -93,4 +95,4 @@ VARIANCE_DECISIONS = (
         level="threshold",
     ),
 )
-"""Of the paper's baseline."""
+"""Decision of the baseline method of the paper."""

@@ -1,4 +1,4 @@
-"""The friction monitor and its variants, as users see them.
+"""The friction monitor and its variants.
 
 From `tierod diagnose` to the verdict in eight files:
 
@@ -52,7 +52,7 @@ def _presliding(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Ses
 
 
 def _learnt(baseline: Baseline | None) -> tuple[float | None, float]:
-    """Level and deviation from earlier recordings [N*m]."""
+    """Level and standard deviation of the baseline from earlier recordings [N*m]."""
     return (baseline.value, baseline.deviation) if baseline else (None, 0.0)
 
 

@@ -1,4 +1,4 @@
-"""The finding on friction: the block's last statement in words, with limits, reasons and remedy."""
+"""The finding on friction: the last statement of the block in words, with limits, reasons and remedy."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ SUBJECT = "Friction of the steering"
 PLACE = "friction torque at the steering wheel axis"
 
 CLOSE = 0.9
-"""Share of the limit of a fault from which rising friction is called close to it: a third of the way from 1.2 to 1.6
-times the baseline is left at the least."""
+"""Share of the fault limit from which rising friction is reported as close to it [-]; 0.9 leaves 0.4 of the way from
+1.2 to 1.6 times the baseline."""
 
 SETTLE = (
     "calibrate the torques, compare with this car's baseline from an earlier fault-free drive, or measure with a "
@@ -29,13 +29,13 @@ SETTLE = (
 
 
 def finding_of(run: FrictionRun) -> Finding:
-    """The block's last statement in words.
+    """The last statement of the block as a finding.
 
     Args:
         run: result after the last sample
 
     Returns:
-        healthy, rising, fault; suspect where an alarm came and went, or friction ended above a limit too late for one;
+        healthy, rising, fault; suspect where an alarm has ended, or friction exceeded a limit too late to be confirmed;
         or why no verdict is possible: not available, not enabled, not ready, not identifiable
     """
     statement = run.judged.statement
@@ -69,13 +69,13 @@ def _decided_by(run: FrictionRun, status: Status) -> tuple[str, ...]:
 
 
 def _limits_behind(run: FrictionRun, status: Status) -> tuple[str, ...]:
-    """The parameter of the vehicle file that an alarm rests on: any alarm begins at the limit of rising friction."""
+    """Parameter of the vehicle file behind an absolute alarm, which always begins at the limit of rising friction."""
     by_limit = status in (Status.RISING, Status.FAULT) and run.judged.statement.kind == BY_LIMIT
     return ("rising_friction",) if by_limit else ()
 
 
 def _reference(run: FrictionRun, limits: Limits) -> dict[str, float]:
-    """Reference lines beside the value; rising and fault are where they act: the lower of absolute and relative."""
+    """Reference lines beside the value; rising and fault lie where the lower of absolute and relative limit acts."""
     reference = {
         "nominal": run.limits.nominal_friction,
         "rising": limits.rising.acts_from,
@@ -122,11 +122,11 @@ class Limit:
     """Limit at which an alarm begins.
 
     Args:
-        friction: the estimate [N*m]
+        friction: estimated friction [N*m]
         absolute: limit of the vehicle file [N*m]
-        absolute_from: where that acts: the torques' gain and the estimate must not explain the excess [N*m]
-        ratio: limit of friction to the baseline [-]
-        relative_from: where that acts [N*m]; infinite without a baseline
+        absolute_from: friction from which it acts: errors of torque gain and estimate cannot explain the excess [N*m]
+        ratio: limit of friction over the baseline [-]
+        relative_from: friction from which the ratio acts [N*m]; infinite without a baseline
     """
 
     friction: Annotated[float, "N*m"]
@@ -137,26 +137,26 @@ class Limit:
 
     @property
     def acts_from(self) -> float:
-        """Level at which the first of them acts [N*m]."""
+        """Friction from which the first of both limits acts [N*m]."""
         return min(self.absolute_from, self.relative_from)
 
     @property
     def by_ratio(self) -> bool:
-        """Whether that is a multiple of the baseline, which may be below the nominal friction of other cars."""
+        """Whether the ratio to the baseline acts first; it may lie below the nominal friction of other cars."""
         return self.relative_from < self.absolute_from
 
     def acting(self, word: str) -> str:
-        """From where it acts, in words.
+        """Friction from which the limit acts, in words.
 
         Args:
-            word: what begins there
+            word: status that begins there
         """
         at = f"{self.acts_from:.2f} N·m"
         return f"{word} from {self.ratio:.4g} times ({at})" if self.by_ratio else f"{word} from {at}"
 
     @property
     def in_margin(self) -> bool:
-        """Whether friction is above the limit of the vehicle file, but not by more than the margin."""
+        """Whether friction exceeds the limit of the vehicle file by no more than its margin."""
         return self.absolute < self.friction <= self.absolute_from
 
 
@@ -172,6 +172,7 @@ def limits_of(run: FrictionRun) -> Limits:
     """The limits as they act on the last estimate of a run."""
     verdict, friction = run.verdict, run.friction
     level = verdict.relative_level(run.judged.known_level) if run.judged.known_level > 0.0 else math.inf
+    # Without the misfit, as in the margins of the verdict.
     deviation = run.judged.statement.deviation / run.judged.fit.misfit
 
     def limit(absolute: float, ratio: float) -> Limit:
@@ -184,7 +185,7 @@ def limits_of(run: FrictionRun) -> Limits:
 
 
 def held_against(run: FrictionRun, limits: Limits, status: Status) -> str:
-    """Limits that the value was compared with, the reason for the status first."""
+    """Limits that the value was compared with, in words; the reason for the status comes first."""
     ratio = _ratio(run)
     if status in (Status.RISING, Status.FAULT):
         limit = limits.fault if status is Status.FAULT else limits.rising
@@ -237,7 +238,7 @@ def _ratio(run: FrictionRun) -> str:
 
 
 def _level(run: FrictionRun) -> str:
-    """The level that friction is compared with: a baseline that was given, or what this very drive taught."""
+    """The level that friction is compared with, in words: a given baseline, or the one learnt in this recording."""
     level = f"{run.judged.known_level:.2f} N·m"
     return f"the {level} learnt in this recording" if run.verdict.learnt_level is None else f"its baseline of {level}"
 
@@ -252,7 +253,7 @@ def _fault_to_come(limits: Limits) -> str:
 
 
 def _margins(run: FrictionRun, limits: Limits, status: Status) -> list[str]:
-    """The strongest limit that friction is above, but within the margin; empty if none."""
+    """The highest limit that friction exceeds by less than the margin, in words; empty if there is none."""
     margin = run.verdict.tuning.confidence * run.verdict.tuning.gain_deviation
     named = [("fault limit", limits.fault), ("limit of rising friction", limits.rising)]
     return [

@@ -1,4 +1,4 @@
-"""Enabling condition of the friction monitors: samples that hold information about friction."""
+"""Enabling condition of the friction monitors, which selects samples with information about friction."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from tierod.core.graph.maths import absolute, all_of
 
 
 class GateConditions(NamedTuple):
-    """The conditions of the gate one by one, so that a verdict can name the one that kept it closed.
+    """Conditions of the gate one by one, so that a verdict can name the one that kept it closed.
 
     Args:
         hands_on: the driver's torque is large enough
         same_direction: driver and motor pull the same way
         moving: the steering wheel turns fast enough for friction to have a direction
-        not_too_fast: and slowly enough to be followed
-        rolling: the vehicle is fast enough; the Python value True where speed is not looked at
+        not_too_fast: the steering wheel turns slowly enough for the filter to follow
+        rolling: the vehicle is fast enough; the Python value True where no minimum speed is set
     """
 
     hands_on: Scalar
@@ -29,18 +29,18 @@ class GateConditions(NamedTuple):
 
 @dataclass(frozen=True)
 class FrictionGate:
-    """Open while the steering is worked by driver and motor alike and moves neither too slowly nor too fast.
+    """Gate that opens while driver and motor steer in the same direction, neither too slowly nor too fast.
 
-    A low minimum_rate lets noise of the rate decide the sign of friction; it must stay well above that noise: in
-    simulation 0.05 rad/s costs 0.4 to 1.5 N m. Hands off, active return or lane keeping break the second
-    condition: the gate then indicates little.
+    `minimum_rate` must stay well above the noise of the rate, or noise decides the sign of friction: in simulation a
+    noise of 0.05 rad/s costs 0.4 to 1.5 N m. Hands off, active return and lane keeping break the condition on the signs
+    of the torques; the gate then indicates little.
 
     Args:
-        minimum_driver_torque: 0.5 N m as printed: the assist is then active [N m]
-        minimum_rate: 0.05 rad/s as printed: friction has a direction [rad/s]
-        maximum_rate: 1 rad/s as printed (scan: "0.1rads"): the filter can follow [rad/s]
-        minimum_speed: of the vehicle [m/s]; None leaves it out, as printed. About 3: below it tyre scrub is no
-            self-aligning torque
+        minimum_driver_torque: driver's torque above which the assist is active [N m]; 0.5 as printed
+        minimum_rate: rate above which friction has a direction [rad/s]; 0.05 as printed
+        maximum_rate: rate up to which the filter can follow [rad/s]; 1 as printed (scan: "0.1rads")
+        minimum_speed: lowest speed of the vehicle [m/s]; None leaves the condition out, as printed. About 3: below it
+            tyre scrub is not a self-aligning torque
 
     Source: Mohtat et al., eq (14).
     """
@@ -56,10 +56,10 @@ class FrictionGate:
         """Whether the sample enables the estimate of friction; a missing signal closes the gate.
 
         Args:
-            driver_torque: at the steering wheel [N m]
-            motor_torque: at the motor shaft, same sign convention [N m]
-            steering_wheel_rate: [rad/s]
-            vehicle_speed: [m/s]; unused where minimum_speed is None
+            driver_torque: torque at the steering wheel [N m]
+            motor_torque: torque at the motor shaft, same sign convention [N m]
+            steering_wheel_rate: rate of the steering wheel [rad/s]
+            vehicle_speed: speed of the vehicle [m/s]; unused where minimum_speed is None
         """
         *worked, rolling = self.conditions(driver_torque, motor_torque, steering_wheel_rate, vehicle_speed)
         return all_of(*worked) if rolling is True else all_of(*worked, rolling)
@@ -67,7 +67,7 @@ class FrictionGate:
     def conditions(
         self, driver_torque: Scalar, motor_torque: Scalar, steering_wheel_rate: Scalar, vehicle_speed: Scalar = 0.0
     ) -> GateConditions:
-        """Each condition of `opened`, with the same arguments."""
+        """The conditions of `opened` one by one, for the same arguments."""
         rate = absolute(steering_wheel_rate)
         return GateConditions(
             hands_on=absolute(driver_torque) > self.minimum_driver_torque,

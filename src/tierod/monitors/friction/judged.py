@@ -9,17 +9,17 @@ from tierod.core.statement import Statement
 
 
 class VerdictSample(NamedTuple):
-    """Input of the verdict from a friction estimate; an estimator without a figure gives the neutral value.
+    """Input of the verdict from a friction estimate; an estimator without a quantity gives its neutral value.
 
     Args:
-        friction_torque: estimated
+        friction_torque: estimated friction torque
         friction_deviation: its standard deviation
-        misfit: factor by which that was widened because the torque balance fits badly; 1 is neutral
+        misfit: factor by which the deviation was widened because the torque balance fits badly; 1 is neutral
         enabled: 1 where the sample was used
         hands_on, same_direction, moving, rolling, settled: conditions of the gate, one by one; 1 is neutral
         build_up: share of friction that has built up, with the sign of the motion
-        excitation: its mean magnitude over the enabled time; 1 is neutral
-        residual: root mean square of what the torque balance leaves open over the last enabled time; 0 is neutral
+        excitation: mean magnitude of the build-up over the enabled time; 1 is neutral
+        residual: root mean square residual of the torque balance over the last enabled time; 0 is neutral
         damping: learnt viscous damping; 0 is neutral
         aligning_gain: learnt factor on the self-aligning torque of the vehicle file; 1 is neutral
     """
@@ -41,12 +41,12 @@ class VerdictSample(NamedTuple):
 
 
 class LearntBaseline(NamedTuple):
-    """Friction of this very car when it was judged fault-free.
+    """Baseline: friction of this car while it was judged fault-free.
 
     Args:
         level: mean of the estimate over the learning time
         deviation: mean standard deviation of the estimate
-        seconds: enabled time that went into it
+        seconds: enabled time used for learning
     """
 
     level: Annotated[Scalar, "N*m"]
@@ -55,13 +55,13 @@ class LearntBaseline(NamedTuple):
 
 
 class Onset(NamedTuple):
-    """Times at which friction was last unsuspicious, and the grounds of the present alarm.
+    """Last times without suspicion, and the grounds of the present alarm.
 
     Args:
-        relative: last time near the baseline, -1 if never
-        absolute: last time below the limit of rising friction, -1 if never
-        kind: 0 without alarm, 1 where the baseline alarms, 2 where only the absolute limits do; the time given out is
-            that of the baseline where it can be, which is the sharper one
+        relative: last time at which friction was near the baseline, -1 if never
+        absolute: last time at which friction was below the limit of rising friction, -1 if never
+        kind: 0 without alarm, 1 where the baseline alarms, 2 where only the absolute limits do; the reported onset is
+            that of the baseline where it alarms, since it is the sharper one
         decisive: 0 without alarm, 1 where the baseline gives the present status, 2 where only an absolute limit does
     """
 
@@ -72,21 +72,21 @@ class Onset(NamedTuple):
 
 
 class FrictionFigures(NamedTuple):
-    """Figures of a run, that its statement rests on.
+    """Counters of a run, on which its statement rests.
 
     Args:
-        seconds: samples times sample time
-        settled_seconds: with all signals present long enough
-        enabled_seconds: that the estimator learnt from
-        left_seconds: of these, turning left
-        hands_off_seconds: settled, but the driver's torque was small
-        still_seconds: settled, but the steering wheel hardly turned
-        slow_seconds: settled, but the vehicle stood or crept
-        worked_seconds: settled, rolling, the wheel turning with the driver's torque on it
-        opposed_seconds: of these, driver and motor against each other
+        seconds: number of samples times sample time
+        settled_seconds: time with all signals present for the settling time
+        enabled_seconds: time in which the estimator learnt
+        left_seconds: part of the enabled time with a turn to the left
+        hands_off_seconds: settled time with a small driver's torque
+        still_seconds: settled time with a steering wheel that hardly turned
+        slow_seconds: settled time with a vehicle at rest or crawling
+        worked_seconds: settled time with a rolling vehicle and a steering wheel turned under the driver's torque
+        opposed_seconds: part of the worked time with driver and motor torque of opposite sign
         alarm_seconds: judged time under alarm
         worst_alarm: 0 none, 1 rising, 2 fault
-        unfit_seconds: enabled time for which the torque balance has not fitted without a break
+        unfit_seconds: enabled time without interruption for which the torque balance has not fitted
     """
 
     seconds: Annotated[Scalar, "s"]
@@ -104,19 +104,19 @@ class FrictionFigures(NamedTuple):
 
 
 class Obstacles(NamedTuple):
-    """Reasons to withhold the verdict, 1 where one holds; the first that holds decides the status.
+    """Obstacles to a verdict, 1 where one holds; the first that holds decides the status.
 
     Args:
-        no_signals: never were all signals present together for the settling time; the only one that is then stated
+        no_signals: all signals were never present together for the settling time; no other obstacle is then reported
         raw_counts: torques are not in N*m
-        opposed: driver and motor against each other for too long
-        too_little_time: less enabled time than a verdict needs; those below are not looked at before
-        negative: friction or self-aligning torque
-        damping: below what any steering has
-        aligning: self-aligning torque far from what the vehicle file expects
+        opposed: driver and motor torque have opposite signs for too long
+        too_little_time: less enabled time than a verdict needs; the obstacles below are tested only after that time
+        negative: friction or self-aligning torque is negative
+        damping: damping is below that of any steering
+        aligning: self-aligning torque is far from the value expected by the vehicle file
         unfit: the torque balance has not fitted for too long
-        short_strokes: shorter than friction needs to build up
-        uncertain: standard deviation too large
+        short_strokes: strokes of the steering wheel are shorter than friction needs to build up
+        uncertain: standard deviation is too large
     """
 
     no_signals: Annotated[Scalar, ""]
@@ -132,7 +132,7 @@ class Obstacles(NamedTuple):
 
 
 class BalanceFit(NamedTuple):
-    """Quality of the torque balance's fit, see `VerdictSample`."""
+    """Quality of the fit of the torque balance, see `VerdictSample`."""
 
     misfit: Annotated[Scalar, ""]
     residual: Annotated[Scalar, "N*m"]
@@ -142,21 +142,21 @@ class BalanceFit(NamedTuple):
 
 
 class JudgedFriction(NamedTuple):
-    """The verdict after a sample, and its grounds.
+    """The verdict after a sample, with its grounds.
 
     Args:
-        statement: on the drive so far: suspect where an alarm came and went, or friction is above a limit for too short
-            a time; its kind is `verdict.BY_BASELINE` or `verdict.BY_LIMIT`, its evidence that for rising friction
-        running: status of this moment alone, which a fault memory debounces
+        statement: verdict on the drive so far: suspect where an alarm has ended, or friction exceeds a limit for too
+            short a time; its kind is `verdict.BY_BASELINE` or `verdict.BY_LIMIT`, its evidence that for rising friction
+        running: status of this sample alone, which a fault memory debounces
         obstacles: why the verdict is withheld
-        implausible: 1 where friction is below what any steering has
-        pending: 1 where friction is above a limit that acts
-        figures: of the run
-        baseline: of this very car
-        fit: of the torque balance
+        implausible: 1 where friction is below that of any steering
+        pending: 1 where friction exceeds a limit
+        figures: counters of the run
+        baseline: baseline of this car
+        fit: fit of the torque balance
         known_level: level of the baseline, 0 until it is known
-        ratio: friction to that level; 1 until it is known
-        fault_sum: evidence for a fault, as that of the statement
+        ratio: friction over that level; 1 until it is known
+        fault_sum: evidence for a fault, scaled as that of the statement
     """
 
     statement: Statement

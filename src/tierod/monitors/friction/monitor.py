@@ -34,10 +34,10 @@ from tierod.physics.friction import viscous
 from tierod.vehicles import Vehicle
 
 NAME = "friction, pre-sliding"
-"""As in findings and in stored baselines."""
+"""Name of the default monitor in findings and in stored baselines."""
 
 VALUES = ("friction_torque", "friction_torque_standard_deviation", "ratio_to_baseline", *STATISTICS)
-"""Traces that show the value of friction."""
+"""Traces that depend on the value of friction and are hidden where it is withheld."""
 
 WITHHELD = (
     "The value of friction is withheld, so its course, its spread, its hysteresis and its ratio to the baseline are "
@@ -45,28 +45,28 @@ WITHHELD = (
 )
 
 Acting = Callable[[Mapping[str, np.ndarray], Result], np.ndarray]
-"""Friction torque that acts at each sample, from the signals by name and the outputs."""
+"""Function from signals by name and outputs to the acting friction torque at each sample."""
 
 
 class FrictionEstimator(Protocol):
-    """A block that estimates friction, and the input of the verdict from it."""
+    """Interface of a block that estimates friction and supplies the input of the verdict."""
 
     learnt: ClassVar[Mapping[str, str]]
-    """Its evidence: name with unit -> field of its output."""
+    """Evidence of the estimator: name with unit -> field of its output."""
 
     @property
     def Sample(self) -> type:
-        """Signals."""
+        """Type of the input sample."""
 
     @property
     def vehicle_parameters(self) -> FrictionParameters:
         """Parameters of the vehicle file, as the estimator assumes them."""
 
     def init(self) -> Tree:
-        """Nothing learnt yet."""
+        """State before the first sample."""
 
     def step(self, state: Tree, sample: Any) -> tuple[Tree, Any]:
-        """One sample on."""
+        """Process one sample."""
 
     def seen(self, sample: Any, estimate: Any) -> VerdictSample:
         """Input of the verdict from a sample and its estimate."""
@@ -74,12 +74,12 @@ class FrictionEstimator(Protocol):
 
 @dataclass(frozen=True)
 class FrictionMonitor:
-    """Estimate the friction of the steering and judge it; every estimator is judged alike.
+    """Friction estimator and verdict as one block; every estimator is judged alike.
 
     Args:
-        filter: the estimator
-        verdict: the judge
-        name: as in findings and in stored baselines
+        filter: the friction estimator
+        verdict: the verdict on its estimates
+        name: name in findings and in stored baselines
     """
 
     filter: FrictionEstimator
@@ -87,20 +87,20 @@ class FrictionMonitor:
     name: str = NAME
 
     class State(NamedTuple):
-        """State of estimator and judge."""
+        """State of estimator and verdict."""
 
         filter: Tree
         verdict: FrictionVerdict.State
 
     class Output(NamedTuple):
-        """Output of estimator and judge."""
+        """Output of estimator and verdict."""
 
         estimate: Tree
         verdict: JudgedFriction
 
     @property
     def Sample(self) -> type:
-        """Sample of the estimator."""
+        """Type of the estimator's input sample."""
         return self.filter.Sample
 
     @classmethod
@@ -111,13 +111,13 @@ class FrictionMonitor:
         learnt_level: float | None = None,
         learnt_deviation: float = 0.0,
     ) -> FrictionMonitor:
-        """The default monitor for a car.
+        """The default monitor for a vehicle.
 
         Args:
-            vehicle: its parameters and limits; without calibrated torques no absolute limit is used
+            vehicle: parameters and limits; without calibrated torques no absolute limit is used
             sample_time: time between two samples [s]
-            learnt_level: the car's own friction from earlier drives [N*m]; None learns it in this recording
-            learnt_deviation: its standard deviation [N*m]
+            learnt_level: baseline of the car from earlier drives [N*m]; None learns it in this recording
+            learnt_deviation: standard deviation of the baseline [N*m]
 
         Raises:
             ParameterError: the vehicle file lacks a parameter; the message names it
@@ -126,11 +126,11 @@ class FrictionMonitor:
         return cls(PreslidingFrictionFilter.of_vehicle(vehicle, sample_time), verdict)
 
     def init(self) -> State:
-        """Nothing learnt yet."""
+        """State before the first sample."""
         return self.State(self.filter.init(), self.verdict.init())
 
     def step(self, state: State, sample: Any) -> tuple[State, Output]:
-        """One sample on."""
+        """Process one sample."""
         filter_state, estimate = self.filter.step(state.filter, sample)
         verdict_state, verdict = self.verdict.step(state.verdict, self.filter.seen(sample, estimate))
         return self.State(filter_state, verdict_state), self.Output(estimate, verdict)
@@ -139,8 +139,8 @@ class FrictionMonitor:
         """The finding of a run.
 
         Args:
-            result: of `scan` over the whole recording, or its last part
-            start_time: time of the first sample that the monitor took in, in the recording [s]
+            result: result of `scan` over the whole recording, or its last part
+            start_time: time in the recording of the first sample that the monitor processed [s]
 
         Raises:
             InputError: no samples
@@ -154,15 +154,15 @@ class FrictionMonitor:
 
 
 class FrictionSession(BlockSession):
-    """Runs the monitor, and collects the contents of a report.
+    """Run the monitor over a recording and collect the contents of a report.
 
     Args:
-        block: estimator and judge
-        vehicle: whose friction it is
-        rate: of the samples [Hz]
-        acting: friction torque that acts, for the hysteresis view
-        consistency_remark: how the innovations of this estimator are to be read where its variance is set wide, so that
-            the band of a consistent filter is none for it
+        block: estimator and verdict
+        vehicle: the vehicle that was recorded
+        rate: sampling rate [Hz]
+        acting: function that computes the acting friction torque, for the hysteresis view
+        consistency_remark: remark on the innovations of an estimator whose variance is deliberately set wide, to which
+            the band of a consistent filter does not apply
     """
 
     def __init__(
@@ -193,7 +193,7 @@ class FrictionSession(BlockSession):
         self._last: Result | None = None
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Estimates, the torque that acts, and innovations of one piece."""
+        """Collect estimates, acting friction torque and innovations of one piece."""
         self._start = float(time[0]) if self._start is None else self._start
         self._last = result.end()
         self._signals.add(time, signals)
@@ -238,7 +238,7 @@ class FrictionSession(BlockSession):
 
 
 def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Finding:
-    """Finding about friction where its magnitude is withheld."""
+    """Finding with the result of the hysteresis test, for a friction whose magnitude is withheld."""
     if found is None:
         return finding
     what = "is present, but its size cannot be estimated" if found.present else "does not stand out from chance"
@@ -251,14 +251,14 @@ def _with_presence(finding: Finding, found: HysteresisPresence | None) -> Findin
 
 
 def acting_by_build_up(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
-    """Friction that acts, as the pre-sliding estimator models it, plus the residual of the balance."""
+    """Acting friction: the friction modelled by the pre-sliding estimator plus the residual of the balance."""
     modelled = result["estimate.friction_torque"] * result["estimate.build_up"]
     acting: np.ndarray = modelled + result["estimate.innovation"]
     return acting
 
 
 def acting_by_balance(parameters: FrictionParameters) -> Acting:
-    """Friction that acts: the remainder of the torque balance of eq (2) beside inertia."""
+    """Function for the acting friction: the remainder of the torque balance of eq (2), inertia torque included."""
 
     def acting(signals: Mapping[str, np.ndarray], result: Result) -> np.ndarray:
         aligning = result["estimate.self_aligning_torque"]

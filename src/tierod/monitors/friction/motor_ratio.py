@@ -1,11 +1,11 @@
-"""Ratio of the motor's torque to the driver's from ordinary drives: where the balance of torques closes at all speeds.
+"""Motor ratio from ordinary drives: the ratio at which the torque balance closes at all speeds.
 
-The driver's torque T and the motor's Tm act on one column, T + n Tm = X c + error, with X the terms of road, friction
-and motion. Both torques answer the error, so that a regression of T on Tm gives far too little. What the error does not
-follow are road and friction times functions of speed: the assist, which falls with speed, shares the same load
-otherwise between driver and motor. Of all n the one is taken whose remainder those products explain least (limited
-information maximum likelihood: Anderson and Rubin, Annals of Mathematical Statistics 20, 1949), and of all angles over
-which friction builds up the one with the least remainder.
+The driver's torque T and the motor's Tm act on one column: T + n Tm = X c + error, where X holds the terms of road,
+friction and motion. Both torques are correlated with the error, so that a regression of T on Tm gives far too small a
+ratio. Uncorrelated with the error are road and friction times functions of speed: the assist falls with speed and so
+divides the same load differently between driver and motor. These products serve as instruments. The estimate is the n
+whose remainder they explain least (limited information maximum likelihood: Anderson and Rubin, Annals of Mathematical
+Statistics 20, 1949), at the Dahl angle with the smallest remainder.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ TERMS = (
     *("finite", "exponential", "long", "aligning_torque", "squared_aligning_torque", "weight", "turn_slip", "drive"),
     *("loaded_friction", "rate", "acceleration"),
 )
-"""Of `Regressors`, on the side of road, friction and motion."""
+"""Fields of `Regressors` on the side of road, friction and motion."""
 SHORTEST, LONGEST, STEPS = 0.006, 0.06, 10
-"""Angles over which friction builds up [rad], and steps of the first search between them."""
+"""Range of the Dahl angle [rad], and number of grid points of the first search."""
 STRIDE = 10
-"""Of the samples: nothing is faster than the low-pass."""
+"""Decimation of the samples: the low-pass leaves nothing faster."""
 MODEL_ERROR = 0.09
-"""Relative, of the balance: root mean square over ten drives of 13 minutes of six virtual cars (seed 77001); 0.03 but
-for the van and the large car, whose gears are pressed harder than the balance knows."""
+"""Relative model error of the balance [-]: root mean square over ten drives of 13 minutes of six virtual cars (seed
+77001); 0.03 without the van and the large car, whose gears are loaded more than the balance models."""
 LEAST = 300.0
-"""Driving with all signals that is needed [s]."""
+"""Least driving time with all signals [s]."""
 PARTS = 5
-"""Of the drives, each left out once for the standard deviation."""
+"""Parts of the drives in the jackknife; each is left out once for the standard deviation."""
 
 
 class DriveRatio(NamedTuple):
-    """Motor ratio as identified by drives, the vehicle file left out.
+    """Motor ratio identified from drives alone, without the value of the vehicle file.
 
     Args:
         value: turns of the motor per turn of the column []
         deviation: standard deviation []
-        dahl_angle: over which friction builds up [rad]
+        dahl_angle: travel over which friction builds up [rad]
     """
 
     value: Annotated[float, ""]
@@ -61,7 +61,7 @@ class DriveRatio(NamedTuple):
 
 
 class _Balance(NamedTuple):
-    """Samples of drives: both torques, terms of the other side, and these times functions of speed."""
+    """Samples of drives: both torques, terms of the other side, and instruments (terms times functions of speed)."""
 
     torques: np.ndarray
     terms: np.ndarray
@@ -71,12 +71,12 @@ class _Balance(NamedTuple):
 def ratio_of_drives(
     recordings: Mapping[str, Recording], vehicle: Vehicle, progress: Callable[[float], None] = lambda share: None
 ) -> DriveRatio | None:
-    """The ratio by drives alone; None where they or the vehicle file lack the data for it.
+    """The motor ratio from drives alone; None where drives or vehicle file lack the data for it.
 
     Args:
         recordings: ordinary drives of one car by name
-        vehicle: with the parameters of the friction monitor, torques in N*m
-        progress: called with the share that is done
+        vehicle: vehicle with the parameters of the friction monitor, torques in N*m
+        progress: called with the completed share
     """
     samples = [each for each in map(_samples, recordings.values()) if each is not None]
     if not vehicle.calibrated or not samples:
@@ -86,7 +86,7 @@ def ratio_of_drives(
     except ParameterError:
         return None
     places = np.linspace(log(SHORTEST), log(LONGEST), STEPS).tolist()
-    # A parabola through the best and its neighbours, then through closer ones.
+    # A coarse grid in the logarithm of the angle, a finer one around its best point, then a parabola.
     finer = 0.25 * (places[1] - places[0])
     found: dict[float, float] = {}
     for number, place in enumerate(places):
@@ -120,7 +120,7 @@ def _of_drive(samples: np.ndarray, parameters: FrictionParameters, angle: float)
     terms = {name: result[f"terms.{name}"][used] for name in (*TERMS, "driver_torque", "motor_torque")}
     speed = result["speed"][used]
     aligning = terms["aligning_torque"]
-    # Tyres lean on their trail a little less, the faster a bend is driven: roll steer, and the load that it moves.
+    # The aligning torque per lateral force falls slightly with speed, by roll steer and load transfer.
     columns = np.column_stack(
         [*(terms[name] for name in TERMS), aligning**3, aligning * speed / 30.0, np.ones(len(used))]
     )
@@ -130,10 +130,11 @@ def _of_drive(samples: np.ndarray, parameters: FrictionParameters, angle: float)
 
 
 def _ratio(balance: _Balance) -> tuple[float, float]:
-    """The ratio, and the unexplained share of the driving torque's power []; infinite where none closes the balance."""
+    """Ratio, and unexplained share of the driving torque's power []; infinite where no ratio closes the balance."""
     own, wide = (_beside(balance.torques, each) for each in (balance.terms, balance.instruments))
     left, explained = own.T @ own, wide.T @ wide
     try:
+        # The eigenvector of the smallest ratio of both remainders holds the coefficients of driver and motor torque.
         values, vectors = np.linalg.eig(np.linalg.solve(explained, left))
     except np.linalg.LinAlgError:
         return np.nan, np.inf
@@ -146,7 +147,7 @@ def _ratio(balance: _Balance) -> tuple[float, float]:
 
 
 def _beside(torques: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Part of the torques that the columns do not explain."""
+    """Residual of the torques after projection onto the columns."""
     size = np.linalg.norm(columns, axis=0)
     basis, _ = np.linalg.qr(columns[:, size > 0.0] / size[size > 0.0])
     return np.asarray(torques - basis @ (basis.T @ torques))
@@ -157,7 +158,7 @@ def _left(balance: _Balance) -> float:
 
 
 def _lowest(found: Mapping[float, float], step: float) -> float:
-    """Minimum of a parabola through the lowest value and its neighbours; the lowest place at an end."""
+    """Minimum of a parabola through the lowest value and its neighbours; the lowest point itself at an end."""
     places = sorted(found)
     at = min(range(len(places)), key=lambda k: found[places[k]])
     if not 0 < at < len(places) - 1:
@@ -168,7 +169,7 @@ def _lowest(found: Mapping[float, float], step: float) -> float:
 
 
 def _with_deviation(balance: _Balance, angle: float) -> DriveRatio | None:
-    """Standard deviation by leaving out parts of the drives (jackknife), beside the error of the model."""
+    """The ratio with a standard deviation from the jackknife over parts of the drives and from the model error."""
     value, _ = _ratio(balance)
     part = np.arange(len(balance.torques)) * PARTS // len(balance.torques)
     without = [_ratio(_Balance(*(each[part != k] for each in balance)))[0] for k in range(PARTS)]

@@ -1,4 +1,4 @@
-"""Result on friction after a recording, and the notices that belong beside the verdict."""
+"""Result on friction after a recording, and the notices shown beside the verdict."""
 
 from __future__ import annotations
 
@@ -21,48 +21,50 @@ RIGID_WARNING = (
 )
 
 SMALLEST_LEVEL = 0.8
-"""Share of the baseline below which friction is said to have fallen [-]; fault-free drives stayed above 0.9."""
+"""Share of the baseline below which friction is reported to have fallen [-]; fault-free drives stayed above 0.9."""
 
 SMALLEST_NOMINAL = 0.7
 """Share of nominal friction below which the torques or the vehicle file are doubted [-]: four standard deviations of
-the torques' common gain below 1, where halved motor torques give 0.64 to 0.68, simulated."""
+the common torque gain below 1; halved motor torques give 0.64 to 0.68, simulated."""
 
 SMALLEST_PRESENCE = 0.8
-"""Share of the recording with all signals present below which that is said [-]; whole recordings have 0.99 and more."""
+"""Share of the recording with all signals present below which a notice is given [-]; whole recordings have 0.99 and
+more."""
 
 LARGEST_DAMPING = 1.75
 """Multiple of the vehicle file's damping below the torsion bar from which yaw rate and lateral acceleration are
-suspected to be late [-]. 200 ms add 1.1 N*m*s/rad to 0.6, simulated; one in ten cars whose own damping scatters by 40 %
-is above it too."""
+suspected to be late [-]. A delay of 200 ms adds 1.1 N*m*s/rad to 0.6, simulated; one in ten cars whose own damping
+scatters by 40 % exceeds it too."""
 
 LARGEST_INERTIA = 2.5
-"""Multiple of the vehicle file's inertia below the torsion bar from which the angle is suspected to be late [-]: 100 ms
-give 2.9 to 3.6; cars whose own inertia scatters by 30 % at most 1.9, unknown friction laws 2.4, simulated."""
+"""Multiple of the vehicle file's inertia below the torsion bar from which the angle is suspected to be late [-]; a
+delay of 100 ms gives 2.9 to 3.6, cars whose own inertia scatters by 30 % at most 1.9, unknown friction laws 2.4,
+simulated."""
 
 LARGEST_ALIGNING = 2.5
-"""Factor on the self-aligning torque, or one over it, from which the vehicle file is doubted [-]; 3 of 120 cars whose
-trail scatters by 30 % exceed it, simulated."""
+"""Factor on the self-aligning torque, or its reciprocal, from which the vehicle file is doubted [-]; 3 of 120 cars
+whose trail scatters by 30 % exceed it, simulated."""
 
 ONE_SIDED = 0.2
-"""Share of the enabled time that turned to one side below which offsets may leak into friction [-]: an offset then acts
-with three fifths of its magnitude or more."""
+"""Share of the enabled time in turns to one side below which offsets may leak into friction [-]; an offset then acts
+with at least three fifths of its magnitude."""
 
 OPPOSED = 0.1
-"""Share of the worked time with driver and motor against each other from which that is said [-]: ten times that of
+"""Share of the worked time with opposed driver and motor torques from which a notice is given [-]; ten times that of
 fault-free driving, a third of what withholds the verdict."""
 
 
 @dataclass(frozen=True)
 class FrictionRun:
-    """Result of a monitor after a recording.
+    """Result of a friction monitor after a recording.
 
     Args:
-        monitor: its name and variant
-        verdict: the judge that ran
+        monitor: name of monitor and variant
+        verdict: the verdict block that ran
         judged: its output after the last sample
         start_time: time of the first sample in the recording [s]
-        evidence: further named figures of the estimator, with unit in the name
-        parameters: of the vehicle file, as the estimator assumes them; None where that is not known
+        evidence: further named quantities of the estimator, with unit in the name
+        parameters: parameters of the vehicle file as the estimator assumes them; None where unknown
     """
 
     monitor: str
@@ -74,18 +76,18 @@ class FrictionRun:
 
     @property
     def friction(self) -> float:
-        """The estimate [N*m]."""
+        """Estimated friction [N*m]."""
         return self.judged.statement.magnitude
 
     @property
     def limits(self) -> FrictionLimits:
-        """Limits of the vehicle file; without them the torques are raw counts, and there is no verdict."""
+        """Limits of the vehicle file; without them the torques are raw counts, and the verdict is withheld."""
         assert self.verdict.limits is not None
         return self.verdict.limits
 
 
 def notices(run: FrictionRun) -> tuple[str, ...]:
-    """Every warning about a run that has a verdict."""
+    """All warnings about a run with a verdict."""
     found = [GAIN_WARNING, *_levels(run), *_bar(run), *_delays(run), *_signals(run)]
     return tuple(found)
 
@@ -110,14 +112,14 @@ def _levels(run: FrictionRun) -> list[str]:
 
 
 def _bar(run: FrictionRun) -> list[str]:
-    """Notices of the estimator with a torsion bar, the only one that estimates an angle of build-up."""
+    """Notice on a missing torsion bar stiffness, for the only estimator that models the bar and learns a Dahl angle."""
     if run.parameters is None or "dahl_angle_rad" not in run.evidence:
         return []
     return [] if math.isfinite(run.parameters.torsion_bar_stiffness) else [RIGID_WARNING]
 
 
 def _delays(run: FrictionRun) -> list[str]:
-    """Signals that are late by the identified constants of the steering."""
+    """Notices on late signals, concluded from the learnt constants of the steering."""
     warnings = []
     inertia, damping = run.evidence.get("inertia_kgm2", 0.0), run.judged.fit.damping
     if inertia < 0.0:

@@ -16,11 +16,11 @@ Words = tuple[str, str]
 
 
 def obstacles(judged: JudgedFriction, tuning: AlarmTuning) -> list[Obstacle]:
-    """Every reason to withhold the verdict that the block found, the decisive one first.
+    """Every obstacle to the verdict that the block found, the decisive one first.
 
     Args:
-        judged: after the last sample
-        tuning: of the verdict
+        judged: verdict after the last sample
+        tuning: tuning of the verdict
     """
     held = [name for name, there in zip(Obstacles._fields, judged.obstacles, strict=True) if there > 0.5]
     decisive = STATUSES[round(judged.statement.status)]
@@ -163,4 +163,4 @@ _WORDS: dict[str, Callable[[JudgedFriction, AlarmTuning], Words]] = {
     "short_strokes": _short_strokes,
     "uncertain": _uncertain,
 }
-"""Of every field of `Obstacles`."""
+"""Function that gives cause and action of each field of `Obstacles`."""

@@ -13,26 +13,26 @@ from tierod.core.series import Rows, Stride
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence, HysteresisPresenceTest
 
 STRETCHES = 4
-"""Parts of a drive without a change that get a histogram each."""
+"""Number of parts into which a drive without a change is divided, each with a histogram."""
 
 BINS = 60
 
 STROKES, STROKE_SECONDS, STROKE_RATE = 12, 8.0, 25.0
-"""Strokes of one hysteresis view, their length [s] and points per second: enough to see how wide the loops are."""
+"""Number of strokes in a hysteresis view, their length [s] and points per second: enough to show the loop width."""
 
 STROKES_OF = 600.0
-"""Stretch whose busiest strokes are kept [s]."""
+"""Length of the stretches whose busiest strokes are kept [s]."""
 
 
 class EstimateOverDrive:
-    """Friction estimates, one a second, for histograms per stretch of the drive."""
+    """Friction estimates, one per second, for histograms per stretch of the drive."""
 
     def __init__(self, rate: float):
         self._stride = Stride(max(round(rate), 1))
         self._rows = Rows(2)
 
     def add(self, time: np.ndarray, estimate: np.ndarray, ready: np.ndarray) -> None:
-        """Estimates that follow those already added; only those of the ready monitor count."""
+        """Add estimates that follow those already added; only those of the ready monitor count."""
         chosen = np.arange(*self._stride.over(len(time)).indices(len(time)))
         chosen = chosen[ready[chosen] & np.isfinite(estimate[chosen])]
         self._rows.add(np.column_stack([time[chosen], estimate[chosen]]))
@@ -46,6 +46,7 @@ class EstimateOverDrive:
         time, values = self._rows.values.T
         if not len(values):
             return {}
+        # A quantile, so that a few outliers do not stretch the bins; they are clipped into the last one.
         high = float(np.quantile(values, 0.999)) * 1.1
         edges = np.linspace(min(0.0, float(values.min())), max(high, 1e-6), BINS + 1)
         found = {}
@@ -61,7 +62,7 @@ class HysteresisOverDrive:
     Strokes follow one another from the first sample on, however the drive is cut into pieces.
 
     Args:
-        rate: of the samples [Hz]
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, rate: float):
@@ -72,7 +73,7 @@ class HysteresisOverDrive:
         self._closed: list[Stroke] = []
 
     def add(self, time: np.ndarray, angle: np.ndarray, friction: np.ndarray, used: np.ndarray) -> None:
-        """Samples of a piece: angle [rad], friction that acts there [N*m], whether the estimator used the sample."""
+        """Add a piece: angle [rad], acting friction [N*m], and whether the estimator used the sample."""
         acting = np.where(used & np.isfinite(angle), friction, np.nan)
         rows = np.column_stack([time, angle, acting])[self._stride.over(len(time))]
         rows = np.vstack([self._open, rows])
@@ -84,14 +85,14 @@ class HysteresisOverDrive:
         self._open = rows[whole:].copy()
 
     def _keep(self, stroke: Stroke) -> None:
-        """Keep the busiest strokes of the last ten minutes."""
+        """Keep the busiest strokes of every ten minutes."""
         if self._strokes and stroke.start - self._strokes[0].start > STROKES_OF:
             self._closed += _busiest(self._strokes)
             self._strokes = []
         self._strokes.append(stroke)
 
     def views(self, change: float | None) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Name of a stretch -> (angle, friction that acts), a gap after every stroke."""
+        """Name of a stretch -> (angle, acting friction), with a NaN row after every stroke."""
         strokes = [*self._closed, *_busiest(self._strokes)]
         times = np.array([stroke.start for stroke in strokes])
         gap = np.full((1, 2), np.nan)
@@ -109,8 +110,8 @@ class Stroke(NamedTuple):
 
     Args:
         busy: share of the samples that the estimator used []
-        start: of the first sample
-        points: angle [rad] and friction that acts [N*m], (n, 2)
+        start: time of the first sample
+        points: angle [rad] and acting friction [N*m], (n, 2)
     """
 
     busy: float
@@ -119,13 +120,13 @@ class Stroke(NamedTuple):
 
 
 def _busiest(strokes: list[Stroke]) -> list[Stroke]:
-    """The busiest few in the order of time; of equally busy ones the latest."""
+    """The busiest strokes in order of time; of equally busy ones the latest."""
     chosen = sorted(strokes, key=lambda stroke: (stroke.busy, stroke.start))[-STROKES:]
     return sorted(chosen, key=lambda stroke: stroke.start)
 
 
 class SignalsOverDrive:
-    """Signals of the first minutes at half the rate, for tests that need a stretch as a whole."""
+    """Signals of the first ten minutes at half the rate, for tests that need a stretch as a whole."""
 
     SIGNALS = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "motor_torque", "lateral_acceleration")
     LONGEST = 600.0
@@ -136,14 +137,14 @@ class SignalsOverDrive:
         self._stride = Stride(2)
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
-        """Signals that follow those already added."""
+        """Add signals that follow those already added."""
         self._start = float(time[0]) if self._start is None else self._start
         rows = np.arange(*self._stride.over(len(time)).indices(len(time)))
         rows = rows[time[rows] < self._start + self.LONGEST]
         self._rows.add(np.column_stack([time[rows], *(signals[name][rows] for name in self.SIGNALS)]))
 
     def presence(self) -> HysteresisPresence | None:
-        """Whether the driver's torque carries hysteresis; None where that cannot be tested."""
+        """Result of the test for hysteresis in the driver's torque; None where it cannot be tested."""
         time, *signals = self._rows.values.T
         try:
             return HysteresisPresenceTest().test(time, **dict(zip(self.SIGNALS, signals, strict=True)))

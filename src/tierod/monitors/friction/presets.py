@@ -26,10 +26,11 @@ CovarianceUpdate = Literal["printed", "schmidt"]
 
 
 def equal_low_pass(cutoff: float, sample_time: float = 0.01) -> Butterworth:
-    """The low-pass that the monitors of six signals take where the rate is noisy.
+    """The low-pass for the monitors of six signals where the rate is noisy.
 
     Args:
-        cutoff: 5 Hz restores the estimate at a rate noise of 0.05 rad/s, see docs/explanation/friction.md [Hz]
+        cutoff: cutoff frequency [Hz]; 5 restores the estimate at a rate noise of 0.05 rad/s, see
+            docs/explanation/friction.md
         sample_time: dt [s]
     """
     return Butterworth(FrictionSample, sample_time, maximum_gap=0.1, cutoff=cutoff)
@@ -51,7 +52,7 @@ def joint_filter(
     """The filter of the joint model with Q and R named as in eqs (11) and (12).
 
     Args:
-        parameters: of the joint model
+        parameters: parameters of the joint model
         input_variance: Q of driver torque [(N m)^2], motor torque [(N m)^2], lateral acceleration [(m/s^2)^2]
         virtual_variance: Q of self-aligning torque and friction torque [(N m)^2]
         virtual_noise: reading of the last two rows of G: "scaled by sample time" (printed, eq 8: dt) or "per sample"
@@ -60,8 +61,8 @@ def joint_filter(
         initial_friction_variance: P_T [(N m)^2], not printed; it decides how fast the estimate leaves its start.
             With the printed covariance it is forgotten before the gate first opens, whatever it was
         initial_friction: [N m]; 3 as printed
-        measurement_variance: of angle [rad^2], rate and yaw rate [rad^2/s^2]; 1e-4 as printed
-        estimator: kind of filter
+        measurement_variance: variance of angle [rad^2], rate and yaw rate [rad^2/s^2]; 1e-4 as printed
+        estimator: class of the filter
         model: the joint model, linear in its direction or smooth
 
     The rest of P0 is not printed either: 1e-2 for the motions, 100 (N m)^2 for the self-aligning torque [assumed].
@@ -98,10 +99,10 @@ def printed(
     The self-aligning torque is hardly tracked with it (41 N m root mean square) and friction reads 0.4 to 0.9 N m high.
 
     Args:
-        parameters: of the joint model
+        parameters: parameters of the joint model
         initial_friction_variance: P_T [(N m)^2]; from 3 N m, 12.5 N m reads about 11 N m after the printed 50 s of
             enabled time with 1, and 8.6 N m with the steady value of 6e-4
-        operating_point: appendix B
+        operating_point: see `RefinedFrictionMonitor`, appendix B
         virtual_noise: reading of G; "per sample" tracks the self-aligning torque at the price of more scatter
     """
     return RefinedFrictionMonitor(
@@ -123,12 +124,12 @@ def printed_open(
     initial_friction_variance: float = 1.0,
     operating_point: OperatingPoint = "measurement",
 ) -> RefinedFrictionMonitor:
-    """The printed monitor with a self-aligning torque that is free to move: Q of it 1e4.
+    """The printed monitor with Q = 1e4 of the self-aligning torque, so that it is tracked.
 
     Args:
-        parameters: of the joint model
+        parameters: parameters of the joint model
         initial_friction_variance: P_T [(N m)^2], as in `printed`
-        operating_point: appendix B
+        operating_point: see `RefinedFrictionMonitor`, appendix B
     """
     return RefinedFrictionMonitor(
         joint_filter(
@@ -151,14 +152,14 @@ def consistent(
 ) -> RefinedFrictionMonitor:
     """The corrected monitor: Schmidt-Joseph covariance, Q = diag(1, 1, 0.1, 1e4, 0.1), sticking.
 
-    Q of the torques is 1 (N m)^2 instead of 0.01, which covers the error of the model; the self-aligning torque is
-    then known to 6.5 N m and the variance of friction means something.
+    Q of the torques is 1 (N m)^2 instead of 0.01, which covers the model error; the standard deviation of the
+    self-aligning torque is then 6.5 N m, and the variance of friction is meaningful.
 
     Args:
-        parameters: of the joint model
-        initial_friction_variance: P_T [(N m)^2]; (5 N m)^2 covers every level of the paper, and the estimate is there
-            after 10 s of enabled time
-        operating_point: appendix B
+        parameters: parameters of the joint model
+        initial_friction_variance: P_T [(N m)^2]; (5 N m)^2 covers every level of the paper, and the estimate has
+            converged after 10 s of enabled time
+        operating_point: see `RefinedFrictionMonitor`, appendix B
     """
     return RefinedFrictionMonitor(
         joint_filter(
@@ -183,10 +184,10 @@ def unscented(
     """The unscented variant that the paper names as future work: friction T_f tanh(rate/eps), consistent covariance.
 
     In simulation it gains less than 0.2 N m over the consistent Kalman filter. A wider tanh (0.05 rad/s) reads 5 %
-    higher and makes up for part of the pre-sliding bias, by luck and not by knowledge.
+    higher, which compensates part of the pre-sliding bias by coincidence.
 
     Args:
-        parameters: of the joint model
+        parameters: parameters of the joint model
         smoothing_rate: eps, rate at which tanh reaches 76 % [rad/s]
         initial_friction_variance: P_T [(N m)^2], as in `consistent`
 

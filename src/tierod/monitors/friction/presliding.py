@@ -1,4 +1,4 @@
-"""The default friction estimator: a regression on friction as it builds up, with law and length learnt."""
+"""The default friction estimator: a regression on friction as it builds up; law and Dahl angle are learnt."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ from tierod.physics.friction_build_up import RELAXED, BuildUp, build_ups
 from tierod.vehicles import Vehicle
 
 COUNTS_OF_HANDS_ON = 10.0
-"""Driver's torque that opens the gate where torques are raw counts: 0.03 to 0.1 N*m at the
-100 to 300 counts per N*m that are usual [assumed]."""
+"""Driver's torque in raw counts that opens the gate; 0.03 to 0.1 N*m at the usual 100 to 300 counts per N*m
+[assumed]."""
 
 FASTEST_STEERING = 15.0
-"""Rate of the steering wheel above which the gate closes [rad/s]: faster than people turn it even in an emergency, so a
-fault of the signal or a car out of control."""
+"""Rate of the steering wheel above which the gate closes [rad/s]; drivers do not reach it even in an emergency, so a
+higher rate is a signal fault or a car out of control."""
 
 
 @dataclass(frozen=True)
@@ -49,28 +49,28 @@ class PreslidingFrictionFilter:
         Td + n Tm = sum_j F_j h_j + c (|road| - reference) h + road + offset + B w + J w'
         road = (k + d |rho Mz|) rho Mz + rho (lever W sin(delta) + s W phi - share trail X sin(delta))
 
-    where each h_j follows the column by Dahl's law with exponent 1/2, 1, 2, of one common angle that is learnt. The
-    column turns below the torsion bar: steering wheel less Td over its stiffness. Beside the self-aligning torque the
-    road gives what the weight W of the front axle and the turn slip phi of the tyres do, and the drive and brake force
-    X of the steered wheels.
+    where each h_j follows the column by Dahl's law with exponent 1/2, 1, 2; their common Dahl angle is learnt. The
+    column angle is that below the torsion bar: the steering wheel angle less Td over the bar's stiffness. Beside the
+    self-aligning torque, the road torque contains the effects of the weight W of the front axle, of the turn slip phi
+    of the tyres, and of the drive and brake force X of the steered wheels.
 
-    Both sides pass the same low-pass, after the law and not before it: filtering the angle instead would blunt the
-    reversals. One scalar update per sample while the gate is open; outside of it nothing is learnt or forgotten.
+    Both sides pass the same low-pass after the law: filtering the angle before it would blunt the reversals. The filter
+    makes one scalar update per sample while the gate is open; otherwise nothing is learnt or forgotten.
 
     Args:
-        parameters: the vehicle's; `sample_time` of them is that of the samples
+        parameters: parameters of the vehicle; their `sample_time` is that of the samples
         tuning: noises and priors
-        conditioning: of the signals
+        conditioning: conditioning of the signals
         gate: eq (14) for both ends of the torsion bar, with an upper limit on the rate that no driver reaches (the law
             is valid at any rate, and the printed limit biases by -0.2 to -0.7 N*m, simulated), and a lower limit on
-            speed for tyre scrub
-        regressor_cutoff: of the low-pass on both sides of the balance [Hz]; 5 passes steering and stops its noise
+            speed because of tyre scrub
+        regressor_cutoff: cutoff frequency of the low-pass on both sides [Hz]; 5 passes steering and removes noise
 
-    Validity: torques calibrated together: a common factor on both scales everything learnt and is seen by no signal.
-    The driver's torque is that in the bar, so that inertia and damping are without the steering wheel's.
-    Source: docs/explanation/friction.md; grown from the "single-law estimator" there: the low-pass after the law, three
-    laws in place of one, friction that depends on load, a trail that drops, no play, no influence of single outliers,
-    the elastic bar, weight, turn slip, steered drive force. What each one brings is measured there.
+    Validity: both torques calibrated together; a common factor scales everything learnt and is not observable.
+    The driver's torque is that in the bar, so that inertia and damping exclude the steering wheel.
+    Source: docs/explanation/friction.md; developed from the "single-law estimator" there, with the low-pass after the
+    law, three laws in place of one, friction that depends on load, a trail that drops, no play, bounded influence of
+    outliers, elastic bar, weight, turn slip, and drive force of steered wheels. Each contribution is measured there.
     """
 
     parameters: FrictionParameters
@@ -117,10 +117,10 @@ class PreslidingFrictionFilter:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = SAMPLE_TIME) -> PreslidingFrictionFilter:
-        """The filter for a car, with every tuning as measured in docs/explanation/friction.md.
+        """The filter for a vehicle, with every tuning as measured in docs/explanation/friction.md.
 
         Args:
-            vehicle: its parameters
+            vehicle: parameters of the vehicle
             sample_time: time between two samples [s]
 
         Raises:
@@ -133,7 +133,7 @@ class PreslidingFrictionFilter:
         return cls(parameters, conditioning=SteeringConditioning(sample_time), gate=_gate(driver_torque))
 
     def init(self) -> State:
-        """Nothing learnt yet: the priors."""
+        """State before the first sample: the priors."""
         tuning = self.tuning
         mean = Coefficients(
             finite=0.0,
@@ -156,7 +156,7 @@ class PreslidingFrictionFilter:
         )
 
     def step(self, state: State, sample: SteeringSample) -> tuple[State, FrictionTorque]:
-        """One sample on."""
+        """Process one sample."""
         conditioning, clean = self.conditioning.step(state.conditioning, sample)
         column = column_motion(clean, self.parameters.torsion_bar_stiffness, self.conditioning.sample_time)
         angle = exp(state.mean.log_dahl_angle)
@@ -164,6 +164,7 @@ class PreslidingFrictionFilter:
         load = reference_load(self.parameters, self.tuning.reference_lever)
         both_sides = regressors(clean, column, laws, state.mean, self.parameters, load)
         low_pass, passed = self.low_pass.step(state.low_pass, both_sides)
+        # Friction has a direction only where the bar moves at both ends, so the gate takes the slower one.
         slower = minimum(absolute(passed.rate), absolute(passed.steering_wheel_rate))
         conditions = self.gate.conditions(
             passed.driver_torque, passed.motor_torque, slower, clean.signals.vehicle_speed
@@ -222,6 +223,7 @@ class PreslidingFrictionFilter:
     ) -> tuple[Coefficients, tuple[Scalar, ...]]:
         """One scalar update where enabled; elsewhere neither mean nor covariance changes."""
         tuning, sample_time = self.tuning, self.conditioning.sample_time
+        # Huber weight as a noise that grows with the innovation; an infinite innovation is a missing measurement.
         noise = tuning.error_density / sample_time * maximum(1.0, absolute(innovation) / tuning.outlier)
         correction = correct(state.covariance, [row], [where(enabled, innovation, math.inf)], [noise], state.mean)
         mean = Coefficients(*correction.shift)
@@ -255,5 +257,5 @@ def _deviation(covariance: tuple[Scalar, ...]) -> Scalar:
 
 
 def _followed(average: Scalar, value: Scalar, share: Scalar, enabled: Scalar) -> Scalar:
-    """A running mean over the enabled samples."""
+    """Low-pass over the enabled samples; held elsewhere."""
     return where(enabled, average + share * (value - average), average)

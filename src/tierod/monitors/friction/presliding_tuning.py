@@ -16,17 +16,17 @@ class Coefficients(NamedTuple):
     Args:
         finite, exponential, long: shares of the friction torque that build up with Dahl exponent 1/2, 1 and 2; their
             sum is the friction torque [N*m]. One of them may be negative where the true law lies outside the three
-        log_dahl_angle: logarithm of the Dahl angle [rad] they share
+        log_dahl_angle: logarithm of their common Dahl angle [rad]
         aligning_gain: factor on the self-aligning torque of the vehicle file
         trail_drop: change of that factor per torque at the steering wheel, as the pneumatic trail shrinks
-        weight_lever: by which the load of the front axle turns the wheels back to straight ahead
+        weight_lever: lever of the front axle load, which turns the wheels back to straight ahead
         turn_slip: turn slip stiffness of both front tyres over the load of their axle
-        drive_share: factor on the torque that all drive and brake force, if it were at the front axle, would give the
-            steered wheels by the trail of the vehicle file
-        load_share: friction that grows with the magnitude of the road's torque at the steering wheel
+        drive_share: factor on the torque that the whole drive and brake force, at the front axle, would exert on the
+            steered wheels through the trail of the vehicle file
+        load_share: friction per magnitude of the road torque at the steering wheel
         offset: constant torque: offsets of both torque sensors, pull of the car
         damping: viscous damping at the steering wheel axis
-        inertia: at the steering wheel axis, of what turns below the torsion bar
+        inertia: inertia below the torsion bar, at the steering wheel axis
     """
 
     finite: Annotated[Scalar, "N*m"]
@@ -54,20 +54,20 @@ class FrictionTorque(NamedTuple):
 
     Args:
         friction_torque: level of dry friction at the steering wheel axis, at the reference load
-        friction_deviation: its standard deviation, given right torque sensors
-        misfit: factor by which that was widened, because the torque balance fits worse than the tuning expects
+        friction_deviation: its standard deviation, for correct torque sensors
+        misfit: factor by which it was widened because the torque balance fits worse than the tuning expects
         residual: root mean square of `innovation` over the last enabled time
         enabled: 1 where the sample was used
-        hands_on, same_direction, moving, rolling, settled: the conditions for that, one by one
-        dahl_angle: angle over which friction builds up
+        hands_on, same_direction, moving, rolling, settled: the enabling conditions, one by one
+        dahl_angle: travel over which friction builds up
         aligning_gain, trail_drop, weight_lever, turn_slip, drive_share, load_share, offset, damping, inertia: see
             `Coefficients`
-        reference_load: torque of the road at the steering wheel for which friction is stated
+        reference_load: road torque at the steering wheel for which friction is stated
         build_up: share of the full level that friction has reached, with sign
-        excitation: mean magnitude of `build_up` over the enabled time; 1 is sliding all the time, below 0.5 the strokes
+        excitation: mean magnitude of `build_up` over the enabled time; 1 is permanent sliding, below 0.5 the strokes
             end before friction has built up
-        innovation: torque measured less expected
-        innovation_variance: as the filter expects it; set wide for errors that last over many samples
+        innovation: measured less expected torque
+        innovation_variance: variance expected by the filter; set wide for errors that last over many samples
         nis: normalised innovation squared; far below 1 for that reason
     """
 
@@ -114,8 +114,8 @@ PROCESS = Coefficients(
     damping=1e-8,
     inertia=1e-10,
 )
-"""Variance that each coefficient gains per enabled second; for the three shares of friction, in multiples of what the
-memory of the tuning gives."""
+"""Variance that each coefficient gains per enabled second; for the three shares of friction, in multiples of
+error_density / memory**2 of the tuning."""
 
 DEVIATIONS = Coefficients(
     finite=2.0,
@@ -140,30 +140,32 @@ class PreslidingTuning:
     """Noises and priors of the regression.
 
     Args:
-        error_density: of the torque balance's errors, which last: 0.35 N*m over a second [N**2*m**2*s]:
-            12.5 N**2*m**2 per sample of 10 ms
-        error_time: duration of an error [s]; where the innovations are larger than density and time allow, the
-            standard deviation given out grows with them
-        memory: time constant of the friction torque in enabled time [s]. Shorter detects a fault sooner and
+        error_density: spectral density of the torque balance's persistent errors [N**2*m**2*s]; 0.35 N*m over a second,
+            or 12.5 N**2*m**2 per sample of 10 ms
+        error_time: duration of such an error [s]; where the innovations exceed what density and duration allow, the
+            reported standard deviation grows with them
+        memory: time constant of the friction torque in enabled time [s]. A shorter one detects a fault sooner and
             scatters more: 10 s halves the delay for 1.3 times the scatter
         process: variance gained per enabled second by each coefficient, tuned in simulation; for the shares of friction
             in multiples of error_density / memory**2
-        deviations: standard deviations before the first sample. Shares of exponent 1/2 and 2: 2 N*m, so that they learn
-            another law within 50 s and cost nothing where it is exponential (simulated); the vehicle's own constants
-            by their uncertainty in a vehicle file [assumed]
-        initial_friction: where the estimate starts [N*m]; 3 as printed by Mohtat et al.
-        initial_dahl_angle: [rad]; 1 degree, learnt from there
-        smallest_dahl_angle, largest_dahl_angle: limits of what is learnt [rad]; 0.05 and 8 degrees
-        initial_weight_lever: [m]; kingpins inclined by 12 degrees with a scrub radius of 10 mm give 15 mm
-            (`tierod.physics.kingpin.weight_lever`), the round shoulders of the tyres take some away
-        initial_turn_slip: [m**2]; of a patch 160 mm wide with a longitudinal stiffness of 25 times the load
-        initial_drive_share: [-]; of brake forces at the front axle. A front-driven car has more, a rear-driven one less
-        reference_lever: friction is stated for a torque of the road that is the load of the front axle at this lever,
-            usual in curves [m]: a trail of 45 mm at 1.44 m/s**2 across. 4 N*m at the steering wheel of a mid-size car,
-            0.9 of a quadricycle, 6 of a van; a torque that never occurs in a car would leave its friction open
-        outlier: an innovation beyond this weighs no more than one of this size (Huber) [N*m]; above what a step of
-            friction from 4 to 12.5 makes, below a torque sensor's fault
-        excitation_memory: time constant of the excitation in enabled time [s]; that of the friction torque
+        deviations: standard deviations before the first sample. 2 N*m for the shares of exponent 1/2 and 2 lets another
+            law be learnt within 50 s and costs nothing where the law is exponential (simulated); the vehicle's own
+            constants by their uncertainty in a vehicle file [assumed]
+        initial_friction: initial estimate of friction [N*m]; 3 as printed by Mohtat et al.
+        initial_dahl_angle: initial estimate of the Dahl angle [rad]; 1 degree
+        smallest_dahl_angle, largest_dahl_angle: bounds of the learnt Dahl angle [rad]; 0.05 and 8 degrees
+        initial_weight_lever: initial lever of the front axle load [m]; kingpins inclined by 12 degrees with a scrub
+            radius of 10 mm give 15 mm (`tierod.physics.kingpin.weight_lever`), the round tyre shoulders reduce it
+        initial_turn_slip: initial turn slip stiffness over load [m**2]; for a contact patch 160 mm wide with a
+            longitudinal stiffness of 25 times the load
+        initial_drive_share: initial share of the drive and brake force [-]; that of brake forces at the front axle. A
+            front-driven car has more, a rear-driven one less
+        reference_lever: lever of the front axle load that gives the road torque for which friction is stated [m]; usual
+            in curves: a trail of 45 mm at a lateral acceleration of 1.44 m/s**2. 4 N*m at the steering wheel of a
+            mid-size car, 0.9 of a quadricycle, 6 of a van; at a torque that never occurs friction would stay uncertain
+        outlier: innovation beyond which its influence no longer grows (Huber) [N*m]; above that of a step of friction
+            from 4 to 12.5, below a fault of a torque sensor
+        excitation_memory: time constant of the excitation in enabled time [s]; equal to that of the friction torque
     """
 
     error_density: Annotated[float, "N**2*m**2*s"] = 0.125

@@ -29,13 +29,13 @@ OperatingPoint = Literal["measurement", "estimate"]
 
 @dataclass(frozen=True)
 class Sticking:
-    """Behaviour of the filter while the steering sticks: friction leaves the balance, the torque balance is distrusted.
+    """Treatment of a sticking steering: friction leaves the balance, and the noise of the torque input is raised.
 
-    Without it the frozen friction acts on a standing wheel and its error goes into the self-aligning torque.
+    Without it the last friction estimate acts on a standing wheel, and its error enters the self-aligning torque.
 
     Args:
-        rate: below this the steering counts as standing [rad/s]; the lower limit of the gate
-        torque_deviation: standard deviation of the static friction that takes the place of the dynamic one [N m]; the
+        rate: rate below which the steering counts as standing [rad/s]; the lower limit of the gate
+        torque_deviation: standard deviation of the static friction that replaces the dynamic one [N m]; the
             fault-free friction of the paper's car
 
     Source: an addition to Table 3 of Mohtat et al., see docs/explanation/papers/friction.md.
@@ -49,26 +49,26 @@ class Sticking:
 class RefinedFrictionMonitor:
     """Estimate steering friction jointly with the self-aligning torque, and only while it is observable.
 
-    A sample is predicted with the inputs of the sample before, as in Table 3. A missing input is held; a sample with
-    any signal missing does not change the friction torque.
+    A sample is predicted with the inputs of the previous sample, as in Table 3. A missing input is held; a sample with
+    any missing signal does not change the friction torque.
 
     Args:
-        filter: of the joint model (`FrictionEstimation`, or the smooth one with an unscented filter), with
+        filter: filter of the joint model (`FrictionEstimation`, or the smooth one if unscented), with
             `friction_torque` maskable
-        gate: when the friction torque is corrected
+        gate: condition under which the friction torque is corrected
         operating_point: where sgn of the rate is taken, appendix B: the latest "measurement" (printed choice: the
             smaller error) or the a posteriori "estimate" (the tighter distribution)
         sticking: treatment of the standing wheel; None as printed
-        low_pass: one filter for all signals alike, the gate's included, so that none is delayed against another; None
-            as printed. Needed where the rate's noise comes near the lower limit of the gate (`equal_low_pass`)
-        longest_gap: after missing signals for longer, motion and self-aligning torque start anew from the measurement
-            and only the friction torque is kept [s]; inf never does. Without it the held inputs drive the prediction
+        low_pass: equal low-pass on all signals, those of the gate included, so that none is delayed against another;
+            None as printed. Needed where the noise of the rate nears the lower limit of the gate (`equal_low_pass`)
+        longest_gap: gap in the signals beyond which motion and self-aligning torque restart from the measurement and
+            only the friction torque is kept [s]; inf never restarts. Without it the held inputs drive the prediction
             away, and a gap of 10 s in a turn costs 1 to 2 N m, one of 300 s up to 10 N m
-        settling_time: the gate stays closed for so long after such a start [s]
+        settling_time: time after such a restart in which the gate stays closed [s]
 
     Validity: vehicle_speed above 3 m/s, dry friction. With pre-sliding (Dahl) friction the estimate is 4 to 25 %
     low for Dahl angles of 0.3 to 3 degrees, whatever the tuning.
-    Source: Mohtat et al., eqs (5) to (14) and Table 3; the presets below state their corrections.
+    Source: Mohtat et al., eqs (5) to (14) and Table 3; `tierod.monitors.friction.presets` states the corrections.
     """
 
     filter: GaussianFilter
@@ -81,7 +81,7 @@ class RefinedFrictionMonitor:
     learnt: ClassVar[Mapping[str, str]] = {}
 
     class State(NamedTuple):
-        """Belief, sample before (missing signals held), times since the last whole sample and start, low-pass."""
+        """Belief, previous sample (missing signals held), times since the last whole sample and start, low-pass."""
 
         belief: Belief
         before: Any
@@ -112,8 +112,8 @@ class RefinedFrictionMonitor:
     def seen(self, sample: Any, estimate: FrictionEstimate) -> VerdictSample:
         """Input of the verdict from a sample and its estimate.
 
-        This estimator has no build-up of friction, and learns neither balance nor damping: the verdict gets the
-        direction of motion and neutral values in their place.
+        This estimator models no build-up of friction and learns neither balance nor damping: the verdict gets the
+        direction of motion and neutral values instead.
         """
         speed = getattr(sample, "vehicle_speed", 0.0)
         conditions = self.gate.conditions(sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate, speed)
@@ -136,16 +136,17 @@ class RefinedFrictionMonitor:
 
     @property
     def Sample(self) -> type:
-        """Six signals, and the speed where the gate looks at it."""
+        """Type of the input sample: six signals, and the speed where the gate has a minimum speed."""
         return FrictionSample if self.gate.minimum_speed is None else SteeringSample
 
     def init(self) -> State:
-        """At rest, with the filter's initial belief."""
+        """State before the first sample: at rest, with the filter's initial belief."""
         before = skeleton(self.Sample)
+        # An infinite running time: there is no gap yet to settle from.
         return self.State(self.filter.init(), before, 0.0, inf, self.low_pass.init() if self.low_pass else ())
 
     def step(self, state: State, sample: Any) -> tuple[State, FrictionEstimate]:
-        """One sample on (Table 3)."""
+        """Process one sample (Table 3)."""
         memory, sample = self._filtered(state.low_pass, sample)
         whole = all_of(*(present(value) for value in values_of(sample)))
         belief, before, running_time = self._restarted(state, sample, whole)
@@ -183,9 +184,9 @@ class RefinedFrictionMonitor:
         """Inputs of the filter's model: the torques and the acceleration, and the direction of friction.
 
         Args:
-            before: the sample before
-            belief: after the sample before
-            direction: of friction at the operating point
+            before: previous sample
+            belief: belief after the previous sample
+            direction: direction of friction at the operating point
         """
         return FrictionEstimation.Input(
             before.driver_torque, before.motor_torque, before.lateral_acceleration, direction
@@ -196,7 +197,7 @@ class RefinedFrictionMonitor:
         return self.gate.opened(sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate, speed)
 
     def _restarted(self, state: State, sample: Any, whole: Any) -> tuple[Belief, Any, Any]:
-        """Belief, sample before and running time; after a long gap those of a start that keeps the friction torque."""
+        """Belief, previous sample and running time; after a long gap those of a restart that keeps friction."""
         anew = both(whole, state.missing_time > self.longest_gap)
         start, known = self.filter.init(), state.belief
         mean = FrictionEstimation.State(
@@ -206,6 +207,7 @@ class RefinedFrictionMonitor:
             start.mean.self_aligning_torque,
             known.mean.friction_torque,
         )
+        # The last element of the packed covariance is the variance of the friction torque.
         covariance = (*start.covariance[:-1], known.covariance[-1])
         belief = Belief(_chosen(anew, mean, known.mean), _chosen(anew, covariance, known.covariance))
         return belief, _chosen(anew, sample, state.before), where(anew, 0.0, state.running_time)

@@ -11,7 +11,7 @@ from tierod.core.graph.maths import both, maximum, present, where
 
 
 class Moments(NamedTuple):
-    """Number, mean, and sum of squared deviations of some samples."""
+    """Number, mean, and sum of squared deviations of a set of samples."""
 
     number: Scalar
     mean: Scalar
@@ -25,8 +25,8 @@ _NONE = Moments(0.0, 0.0, 0.0)
 class RollingVariance:
     """Variance of the counted samples of the last `blocks` whole blocks.
 
-    Each block has moments of its own, merged without running sums, so that nothing drifts. The result changes once a
-    block. The window is time: a block in which nothing counted still pushes the oldest one out.
+    Each block has its own moments, which are merged instead of running sums, so that rounding does not accumulate. The
+    result changes once per block. The window is one of time: a block without counted samples still replaces the oldest.
 
     Args:
         block_samples: samples per block, counted or not
@@ -45,7 +45,7 @@ class RollingVariance:
         counted: Annotated[float, ""]
 
     class State(NamedTuple):
-        """Samples of the present block, its moments, those of the window's blocks, oldest first, and merged."""
+        """Samples of the present block, its moments, those of the window's blocks, oldest first, and all merged."""
 
         seen: Scalar
         present: Moments
@@ -53,7 +53,7 @@ class RollingVariance:
         merged: Moments
 
     class Spread(NamedTuple):
-        """Variance over the window (0 below two samples) and number of samples that it rests on."""
+        """Variance over the window (0 below two samples), and number of samples behind it."""
 
         variance: float
         samples: Annotated[float, ""]
@@ -69,7 +69,7 @@ class RollingVariance:
         return self.State(0.0, _NONE, (_NONE,) * self.blocks, _NONE)
 
     def step(self, state: State, sample: Sample) -> tuple[State, Spread]:
-        """One sample on."""
+        """Process one sample."""
         counted = both(sample.counted > 0.0, present(sample.value))
         moments = _with(state.present, where(counted, sample.value, 0.0), counted)
         seen = state.seen + 1.0

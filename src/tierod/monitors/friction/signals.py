@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 
 
 class SteeringSample(NamedTuple):
-    """Signals of one sample; NaN where one is missing."""
+    """Seven signals of one sample, with the vehicle speed; NaN where one is missing."""
 
     steering_wheel_angle: Annotated[float, "rad"]
     steering_wheel_rate: Annotated[float, "rad/s"]
@@ -18,7 +18,7 @@ class SteeringSample(NamedTuple):
 
 
 class FrictionSample(NamedTuple):
-    """Signals of one sample; NaN where one is missing."""
+    """Six signals of one sample, as printed, without the vehicle speed; NaN where one is missing."""
 
     steering_wheel_angle: Annotated[float, "rad"]
     steering_wheel_rate: Annotated[float, "rad/s"]
@@ -29,7 +29,7 @@ class FrictionSample(NamedTuple):
 
 
 class Innovation(NamedTuple):
-    """Measured less expected, NaN where not measured."""
+    """Measured less predicted value, NaN where not measured."""
 
     steering_wheel_angle: Annotated[float, "rad"]
     steering_wheel_rate: Annotated[float, "rad/s"]
@@ -37,7 +37,7 @@ class Innovation(NamedTuple):
 
 
 class InnovationVariance(NamedTuple):
-    """Variance that the filter expects of each innovation."""
+    """Variance of each innovation, as predicted by the filter."""
 
     steering_wheel_angle: Annotated[float, "rad**2"]
     steering_wheel_rate: Annotated[float, "rad**2/s**2"]
@@ -48,12 +48,12 @@ class FrictionEstimate(NamedTuple):
     """Output of the refined monitor after a sample.
 
     Args:
-        friction_torque: at the steering wheel axis
-        friction_deviation: standard deviation the filter gives itself; the true error is 5 to 20 times larger in the
-            printed tuning, since Q holds nothing for errors of the friction model
+        friction_torque: friction torque at the steering wheel axis
+        friction_deviation: standard deviation computed by the filter; the true error is 5 to 20 times larger in the
+            printed tuning, since Q contains no errors of the friction model
         enabled: 1 where the sample corrected the friction torque
-        self_aligning_torque: about the kingpins
-        innovation, innovation_variance: of the three measurements
+        self_aligning_torque: self-aligning torque about the kingpins
+        innovation, innovation_variance: innovations of the three measurements, and their variances
         nis: normalised innovation squared over the measurements that were present
         present: number of present measurements
     """

@@ -24,13 +24,13 @@ from tierod.physics.tyre import turn_slip
 
 
 class ColumnMotion(NamedTuple):
-    """Motion below the bar.
+    """Motion of the column below the torsion bar.
 
     Args:
-        angle: [rad]
-        increment: since the sample before [rad]
-        rate: [rad/s]
-        acceleration: [rad/s**2]
+        angle: column angle [rad]
+        increment: change of the angle since the previous sample [rad]
+        rate: column rate [rad/s]
+        acceleration: column acceleration [rad/s**2]
     """
 
     angle: Scalar
@@ -40,14 +40,14 @@ class ColumnMotion(NamedTuple):
 
 
 def column_motion(clean: ConditionedSteering, stiffness: Scalar, sample_time: Any) -> ColumnMotion:
-    """The steering wheel's motion less the twist of the bar.
+    """Motion of the steering wheel less the twist of the torsion bar.
 
-    Angle and torque have passed the same low-pass and the same difference, so that the twist is neither early nor late.
+    Angle and torque have passed the same low-pass and the same difference, so that twist and angle have equal delay.
 
     Args:
-        clean: signals
-        stiffness: of the bar [N*m/rad]; infinite for a rigid one
-        sample_time: [s]
+        clean: conditioned signals
+        stiffness: stiffness of the bar [N*m/rad]; infinite for a rigid one
+        sample_time: time between two samples [s]
     """
     signals = clean.signals
     twist_rate = torsion_bar_twist(clean.driver_torque_rate, stiffness)
@@ -60,7 +60,7 @@ def column_motion(clean: ConditionedSteering, stiffness: Scalar, sample_time: An
 
 
 ROLLING_SPEED = 3.0
-"""Speed of the vehicle below which standing tyres scrub, which the balance does not know [m/s]."""
+"""Speed of the vehicle below which tyres scrub, which the balance does not model [m/s]."""
 
 
 def reference_load(p: FrictionParameters, lever: Scalar) -> Scalar:
@@ -68,20 +68,20 @@ def reference_load(p: FrictionParameters, lever: Scalar) -> Scalar:
 
     Args:
         p: parameters of the vehicle
-        lever: of the load of the front axle about the kingpins [m]
+        lever: lever of the front axle load about the kingpins [m]
     """
     load = front_axle_load(p.mass, p.front_distance, p.rear_distance)
     return torque_at_steering_wheel(lever * load, p.steering_ratio)
 
 
 class RoadTorques(NamedTuple):
-    """Torques of the road at the steering wheel, per coefficient.
+    """Torques of the road at the steering wheel, each per unit of its coefficient.
 
     Args:
         aligning: lateral force of the front axle times the trail of the vehicle file [N*m]
-        weight: of the front axle, per lever [N]
-        turn_slip: per turn slip stiffness over load [N/m]
-        drive: drive and brake force of the whole car, if the front axle had it all, times the trail [N*m]
+        weight: torque of the front axle load per lever [N]
+        turn_slip: torque per turn slip stiffness over load [N/m]
+        drive: drive and brake force of the whole car, as if all at the front axle, times the trail [N*m]
     """
 
     aligning: Scalar
@@ -91,7 +91,7 @@ class RoadTorques(NamedTuple):
 
 
 class Regressors(NamedTuple):
-    """Everything that is low-passed once more before it meets the torque balance."""
+    """Terms and torques of the balance that pass the second low-pass."""
 
     finite: Scalar
     finite_sensitivity: Scalar
@@ -121,15 +121,15 @@ def regressors(
     parameters: FrictionParameters,
     reference_load: Scalar,
 ) -> Regressors:
-    """Both sides of the balance before their low-pass.
+    """Both sides of the balance before the low-pass.
 
     Args:
-        clean: signals
+        clean: conditioned signals
         column: motion below the torsion bar
         laws: build-up of friction, exponent 1/2, 1 and 2
-        mean: estimate of the coefficients, for the load of the gear
-        parameters: of the vehicle
-        reference_load: for which friction is stated [N*m]
+        mean: estimated coefficients, which determine the load of the gear
+        parameters: parameters of the vehicle
+        reference_load: road torque for which friction is stated [N*m]
     """
     signals = clean.signals
     road = road_torques(clean, column, parameters)
@@ -157,7 +157,7 @@ def road_torques(clean: ConditionedSteering, column: ColumnMotion, p: FrictionPa
     """Torques of tyres and weight at the steering wheel; they oppose a turn to the left.
 
     Args:
-        clean: signals
+        clean: conditioned signals
         column: motion below the torsion bar
         p: parameters of the vehicle
     """
@@ -179,6 +179,7 @@ def road_torques(clean: ConditionedSteering, column: ColumnMotion, p: FrictionPa
     about_kingpins = RoadTorques(
         aligning=p.trail * force_across_wheels(across, 0.0, steer),
         weight=weight_torque(load, 1.0, sin(steer)),
+        # The speed is bounded below, or the turn slip would be infinite at rest.
         turn_slip=load * turn_slip(turning, maximum(signals.vehicle_speed, ROLLING_SPEED)),
         drive=p.trail * force_across_wheels(0.0, along, steer),
     )
@@ -186,13 +187,13 @@ def road_torques(clean: ConditionedSteering, column: ColumnMotion, p: FrictionPa
 
 
 def _load(road: RoadTorques, mean: Coefficients) -> Scalar:
-    """Torque [N*m] that presses gear and joints together, by the present estimate of the coefficients."""
+    """Torque [N*m] that loads gear and joints, by the present estimate of the coefficients."""
     aligning = (mean.aligning_gain + mean.trail_drop * absolute(road.aligning)) * road.aligning
     return aligning + mean.weight_lever * road.weight + mean.turn_slip * road.turn_slip + mean.drive_share * road.drive
 
 
 def row_of(mean: Coefficients, given: Regressors) -> Coefficients:
-    """d torque / d coefficient."""
+    """Row of the regression: derivative of the torque with respect to each coefficient."""
     return Coefficients(
         finite=given.finite,
         exponential=given.exponential,
@@ -213,5 +214,5 @@ def row_of(mean: Coefficients, given: Regressors) -> Coefficients:
 
 
 def expected_torque(mean: Coefficients, row: Coefficients) -> Scalar:
-    """Torque of the balance [N*m]: linear in every coefficient but the angle, which acts through the build-up."""
+    """Torque of the balance [N*m]: linear in every coefficient except the Dahl angle, which acts through build-up."""
     return dot(mean, row._replace(log_dahl_angle=0.0))

@@ -18,32 +18,32 @@ from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import is_guess
 
 STRIDE = 5
-"""Every fifth sample is taken: assist changes slower than 10 Hz."""
+"""Decimation: every fifth sample is used, since assist changes more slowly than 10 Hz."""
 
 BLOCK = 1000
-"""Samples summed at a time, so that the sums do not depend on how the recording is cut."""
+"""Samples per partial sum, so that the sums do not depend on how the recording is cut."""
 
 BOTH = ("driver_torque", "motor_torque")
 
 WIDEST = 0.2
-"""Relative standard deviation of the assist map up to which it speaks of sensors [-]. What is typical of a class is
-known to 0.3, and gives other cars of it 1.6 times the right gain."""
+"""Relative standard deviation of the assist map up to which it can reveal a wrong sensor gain [-]. Values typical of a
+class have 0.3, and give 1.6 times the right gain on other cars of it."""
 
 WINDOW = 2
-"""Blocks at the beginning and at the end of a drive whose relations of the torques are compared: 100 s of driving."""
+"""Blocks per window of 100 s of driving; every later window is compared with the first one of the drive."""
 
 _TERMS = 10
-"""Of the regression, see `GainsOverDrive`."""
+"""Number of terms of the regression, see `GainsOverDrive`."""
 
 
 @dataclass(frozen=True)
 class AssistCharacteristic:
-    """The assist map of the car type, as `tierod.physics.assist` writes it.
+    """The assist map of the car type, in the form of `tierod.physics.assist`.
 
     Args:
-        assist_linear_gain: assist per driver's torque at rest
+        assist_linear_gain: assist per driver's torque at standstill
         assist_quadratic_gain: growth of the gain with the driver's torque
-        assist_half_speed: speed at which assist has fallen to a half
+        assist_half_speed: speed at which assist has halved
         motor_ratio: turns of the motor per turn of the column
     """
 
@@ -57,38 +57,39 @@ class AssistCharacteristic:
         """Characteristic of a vehicle; None where its file has none or a guess, or its torques are raw counts.
 
         Args:
-            vehicle: whose characteristic it is
-            widest: relative standard deviation of its values up to which they are no guess
+            vehicle: the vehicle
+            widest: relative standard deviation up to which a value is not a guess
         """
         known = vehicle.calibrated and all(_known(vehicle, field.name, widest) for field in fields(cls))
         return vehicle.parameters_for(cls) if known else None
 
 
 def _known(vehicle: Vehicle, name: str, widest: float) -> bool:
-    """Whether the file gives a value that is more than a guess."""
+    """Whether the file gives a value that is not a guess."""
     parameter = vehicle.parameters.get(name)
     return parameter is not None and not is_guess(parameter, widest)
 
 
 @dataclass(frozen=True)
 class GainLimits:
-    """Limits beyond which a torque's gain is wrong.
+    """Limits beyond which the gain of a torque is reported as wrong.
 
     Args:
         slowest: speed from which assist is compared [m/s]; a standing car is parked against its stops
-        smallest: driver's torque that holds information on assist [N*m]
-        seconds: of such driving that is needed [s]
-        deviation: residual of the characteristic in the motor's torque, root mean square, relative [-]; fault-free
+        smallest: driver's torque above which a sample holds information on assist [N*m]
+        seconds: driving time with such samples that is needed [s]
+        deviation: largest relative residual of the assist map in the motor's torque, root mean square [-]; fault-free
             drives leave 0.04 to 0.17: with more the map is not that of this car
-        ratio: factor by which the motor's torque over the driver's may be off [-]; sensors of 10 % and offsets gave
+        ratio: factor by which the motor's torque over the driver's may be wrong [-]; sensors of 10 % and offsets gave
             0.85 to 1.06 in 12 fault-free drives; worn sensors whose gains differ by 30 % gave 0.58
-        single: factor by which one torque may be off where the ratio of the two fits [-]; 0.71 to 1.18 there
+        single: factor by which one torque may be wrong where the ratio of the two fits [-]; 0.71 to 1.18 in those
+            drives
         change: share of the motor's torque by which its relation to the driver's may change within a drive [-]; 15
-            fault-free drives of 8 virtual cars, and such with a step of friction, change it by 0.01 to 0.07, a
-            quadricycle with little assist by 0.14; a gain that grows to 2 by 0.44 and 1.6, a zero that drifts by two
+            fault-free drives of 8 virtual cars, some with a step of friction, change it by 0.01 to 0.07, a quadricycle
+            with little assist by 0.14; a gain that grows to 2 by 0.44 and 1.6, a zero that drifts by two standard
             deviations of its signal by 0.8 and 2.6
-        unlike: the same, at least so many times the residual of the first window: what the terms miss changes with
-            the road
+        unlike: smallest such change as a multiple of the residual of the first window [-]; the error of the map itself
+            changes with the road
     """
 
     slowest: Annotated[float, "m/s"] = 3.0
@@ -106,8 +107,8 @@ class TorqueGains:
     """Gains of the torques over a drive.
 
     Args:
-        driver, motor: gain of each torque, against the characteristic
-        ratio: of the motor's over the driver's
+        driver, motor: gain of each torque, relative to the assist map
+        ratio: gain of the motor's torque over that of the driver's
     """
 
     driver: float
@@ -116,25 +117,25 @@ class TorqueGains:
 
 
 class GainsOverDrive:
-    """Regresses the motor's torque on the terms of the characteristic; a torque's gain changes each term otherwise.
+    """Regression of the motor's torque on the terms of the assist map, which separates the gains of both torques.
 
     With s the speed factor, T the driver's torque times its gain, u its offset:
 
         n Tm = s (a (T - u) + b |T - u| (T - u)) + return and damping
 
     A gain of the driver's torque acts once on the linear term and twice on the quadratic one, a gain of the motor's
-    once on both, so the two gains follow separately. The terms of the offset are s, s |T| and s sgn(T).
+    once on both, so that both gains are identifiable. The terms of the offset are s, s |T| and s sgn(T).
 
     Args:
-        vehicle: whose characteristic it is
-        rate: of the samples [Hz]
-        limits: when a gain is wrong
+        vehicle: the vehicle, with its assist map
+        rate: sampling rate [Hz]
+        limits: limits of the gains
     """
 
     def __init__(self, vehicle: Vehicle, rate: float, limits: GainLimits | None = None):
         self.limits, self._rate = limits or GainLimits(), rate
         self._known = AssistCharacteristic.of(vehicle) is not None
-        # A change within the drive shows whatever the map is: a guess of the speed factor does.
+        # A change within the drive shows with any map; a guessed speed factor is good enough.
         self._map = AssistCharacteristic.of(vehicle, math.inf)
         self._stride = Stride(STRIDE)
         self._rows: list[np.ndarray] = []
@@ -145,7 +146,7 @@ class GainsOverDrive:
         self._changed = 0.0
 
     def add(self, signals: Mapping[str, np.ndarray]) -> None:
-        """The next piece: signals by name, (n,) each, NaN where missing."""
+        """Add the next piece: signals by name, (n,) each, NaN where missing."""
         if self._map is None or "vehicle_speed" not in signals:
             return
         kept = self._stride.over(len(signals["driver_torque"]))
@@ -159,7 +160,7 @@ class GainsOverDrive:
             self._compare(products)
 
     def _compare(self, products: np.ndarray) -> None:
-        """Keep the greatest change of the relation between the torques from the first window to any later one."""
+        """Update the largest change of the relation between the torques from the first window to any later one."""
         if len(self._first) < WINDOW:
             self._first.append(products)
             return
@@ -169,7 +170,7 @@ class GainsOverDrive:
         if len(self._last) < WINDOW or usual is None or now is None:
             return
         off = usual - now
-        # At the least squares the mixed products vanish: what is left by the first terms beyond the best ones.
+        # The mixed products vanish at the least-squares solution: this is the extra residual of the first terms.
         change = math.sqrt(max(float(off @ last[:-1, :-1] @ off), 0.0) / float(last[-1, -1]))
         residual = _residual(first, usual)
         if residual <= self.limits.deviation and change > max(self.limits.change, self.limits.unlike * residual):
@@ -214,7 +215,7 @@ class GainsOverDrive:
         return TorqueGains(linear / quadratic, linear * linear / quadratic, linear)
 
     def defects(self) -> tuple[Defect, ...]:
-        """Defects of torques with a wrong gain, or with one or a zero that changes in the drive."""
+        """Defects of torques with a wrong gain, or with a gain or zero that changes within the drive."""
         if self._changed > 0.0:
             sentence = (
                 "motor_torque no longer follows driver_torque, vehicle_speed and steering_wheel_angle as at the "
@@ -241,7 +242,7 @@ class GainsOverDrive:
 
 
 def _terms_of(products: np.ndarray) -> np.ndarray | None:
-    """Least squares from the products of terms and motor's torque; None where they do not separate the terms."""
+    """Least-squares terms from the products of terms and motor's torque; None where they cannot be separated."""
     matrix = products[:-1, :-1]
     size = np.sqrt(np.diag(matrix))
     # A term that is zero throughout leaves nothing to scale; its gain is unknown.
@@ -251,6 +252,6 @@ def _terms_of(products: np.ndarray) -> np.ndarray | None:
 
 
 def _residual(products: np.ndarray, terms: np.ndarray) -> float:
-    """Share of the motor's torque that the terms leave, root mean square."""
+    """Share of the motor's torque that the terms leave unexplained, root mean square."""
     power = float(products[-1, -1])
     return math.sqrt(max(power - float(terms @ products[:-1, -1]), 0.0) / power)

@@ -28,15 +28,15 @@ class VarianceParameters:
     """Parameters of the baseline monitor, named as in a vehicle file.
 
     Args:
-        mass: of the vehicle [kg]
-        front_distance, rear_distance: centre of gravity to the axles [m]
+        mass: mass of the vehicle [kg]
+        front_distance, rear_distance: distances of the axles from the centre of gravity [m]
         front_cornering_stiffness, rear_cornering_stiffness: both tyres of an axle together [N/rad]
         trail: mechanical and pneumatic trail together, l_p [m]
         steering_ratio: road wheel angle per steering wheel angle, rho []
         column_inertia: J_eq [kg m^2]
         column_damping: B_eq [N m s/rad], greater than zero
         motor_ratio: turns of the motor per turn of the wheel, n []
-        nominal_friction: T_f of the fault-free steering, known to the observer [N m]
+        nominal_friction: T_f of the fault-free steering, which the observer models [N m]
         sample_time: dt [s]
     """
 
@@ -56,14 +56,14 @@ class VarianceParameters:
 
 @dataclass(frozen=True)
 class VarianceGate:
-    """Gate that opens where the linear single track is valid.
+    """Gate that opens where the linear single-track model is valid.
 
-    Source: Mohtat et al., section 4.2. On simulated drives this opens 2.7 % of the time (printed: 36 %).
+    Source: Mohtat et al., section 4.2. On simulated drives it is open 2.7 % of the time (printed: 36 %).
 
     Args:
-        minimum_angle: of the steering wheel [rad]; 10 degrees as printed
-        minimum_acceleration, maximum_acceleration: lateral [m/s^2]; 0.1 and 0.5 as printed
-        maximum_slip: slip angle of the front tyres [rad]; 5 degrees as printed
+        minimum_angle: least steering wheel angle [rad]; 10 degrees as printed
+        minimum_acceleration, maximum_acceleration: range of lateral acceleration [m/s^2]; 0.1 and 0.5 as printed
+        maximum_slip: largest slip angle of the front tyres [rad]; 5 degrees as printed
     """
 
     minimum_angle: Annotated[float, "rad"] = math.radians(10.0)
@@ -72,7 +72,7 @@ class VarianceGate:
     maximum_slip: Annotated[float, "rad"] = math.radians(5.0)
 
     def opened(self, steering_wheel_angle: Scalar, lateral_acceleration: Scalar, front_slip: Scalar) -> Scalar:
-        """Whether the sample counts; a missing signal closes the gate."""
+        """Whether the sample counts towards the variance; a missing signal closes the gate."""
         acceleration = absolute(lateral_acceleration)
         return all_of(
             absolute(steering_wheel_angle) > self.minimum_angle,
@@ -83,7 +83,7 @@ class VarianceGate:
 
 
 class AligningTorqueObserver(NamedTuple):
-    """State of the disturbance observer: the column and the torque of the tyres on it."""
+    """State of the disturbance observer: motion of the column, and torque of the tyres on it."""
 
     steering_wheel_angle: Scalar
     steering_wheel_rate: Scalar
@@ -96,11 +96,11 @@ class VarianceOutput(NamedTuple):
     Args:
         external_torque: self-aligning torque from the motion of the vehicle, eq (1)
         internal_torque: self-aligning torque from the column, eq (2)
-        variance: of their difference over the window
-        samples: number of samples that the variance rests on
-        ready: 1 where these are enough
+        variance: variance of their difference over the window
+        samples: number of samples in that variance
+        ready: 1 where there are enough samples
         enabled: 1 where the sample counted
-        fault: 1 where the variance lies above the threshold
+        fault: 1 where the variance is above the threshold
     """
 
     external_torque: Annotated[float, "N*m"]
@@ -116,21 +116,21 @@ class VarianceOutput(NamedTuple):
 class VarianceFrictionMonitor:
     """Infer friction from the variance of the difference of two self-aligning torques.
 
-    A Luenberger observer of angle, rate and self-aligning torque knows the nominal friction only; friction beyond it
-    shows as a self-aligning torque with the sign of the rate. The observer takes the sign from the measured rate.
+    A Luenberger observer of angle, rate and self-aligning torque models the nominal friction only; friction beyond it
+    appears as a self-aligning torque with the sign of the rate. The observer takes the sign from the measured rate.
 
     Args:
-        parameters: of vehicle and column
+        parameters: parameters of vehicle and column
         threshold: variance above which friction is faulty [(N m)^2]; inf gives no verdict. Take it from healthy drives
             of the same car with `calibrated`: it depends on every parameter error
         gate: the printed conditions, or None to count every sample
         literal_sign: eq (1) with the printed minus, which compares the torque with its negative; to show its effect
-        pole_rate: of the observer's triple pole [1/s]; 15 follows steering and still filters [assumed]
-        minimum_speed: eq (1) divides by the speed, and tyre scrub is no self-aligning torque [m/s]
+        pole_rate: triple pole of the observer [1/s]; 15 follows steering and still filters [assumed]
+        minimum_speed: least vehicle speed [m/s]; eq (1) divides by it, and tyre scrub is not a self-aligning torque
         block_samples, blocks: the window, 15 s at 100 Hz in steps of 1 s [assumed]
-        minimum_samples: fewer give no variance; a fifth of the window []
+        minimum_samples: least number of samples for a variance []; a fifth of the window
 
-    The distance of a variance is its share of the threshold; what is above one is a fault.
+    The decision statistic is the variance over the threshold; a value above one is a fault.
 
     Source: Mohtat et al., eqs (1) and (2), section 4.1, after Lin and Ghoneim, 2016. In eq (1) the sign is plus and
     the last numerator C_r, see `tierod.physics.aligning`.
@@ -150,7 +150,7 @@ class VarianceFrictionMonitor:
     Sample = SteeringSample
 
     class State(NamedTuple):
-        """Observer, torques of the sample before, and window."""
+        """State of the observer, last torques and rate, and window."""
 
         observer: AligningTorqueObserver
         driver_torque: Scalar
@@ -159,11 +159,11 @@ class VarianceFrictionMonitor:
         window: RollingVariance.State
 
     def init(self) -> State:
-        """At rest, with an empty window."""
+        """State before the first sample: at rest, with an empty window."""
         return self.State(AligningTorqueObserver(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, self._window.init())
 
     def step(self, state: State, sample: SteeringSample) -> tuple[State, VarianceOutput]:
-        """One sample on."""
+        """Process one sample."""
         observer = self._observe(state, sample.steering_wheel_angle)
         external = self._external_torque(sample)
         enabled = both(self._complete(sample), self._gated(sample, external))
@@ -193,7 +193,7 @@ class VarianceFrictionMonitor:
         return RollingVariance(self.block_samples, self.blocks)
 
     def _observe(self, state: State, angle: Scalar) -> AligningTorqueObserver:
-        """Eq (2) one sample on, corrected by the angle; a missing angle corrects nothing."""
+        """Observer of eq (2) for one sample, corrected by the measured angle; a missing angle corrects nothing."""
         p, before = self.parameters, state.observer
         angle_gain, rate_gain, torque_gain = self.observer_gains()
         # The correction belongs to the sample before: the observer predicts, as the poles were placed.
@@ -211,12 +211,12 @@ class VarianceFrictionMonitor:
         )
 
     def observer_gains(self) -> tuple[Scalar, Scalar, Scalar]:
-        """Gains of angle [], rate [1/s] and torque [N m/rad] on the angle's error that make the triple pole."""
+        """Gains of angle [], rate [1/s] and torque [N m/rad] on the angle error that place the triple pole."""
         p = self.parameters
         decay, gain = rate_hold(p.sample_time, p.column_damping, p.column_inertia)
         coupling = gain * p.steering_ratio
         step = share_reached(self.pole_rate * p.sample_time)
-        # Gains of the predictor by comparing coefficients of (z - 1 + step)^3, then those of the corrector: A^-1 L.
+        # Predictor gains by comparing coefficients of (z - 1 + step)^3, then the gains of the corrector: A^-1 L.
         angle_gain = 3.0 * step - (1.0 - decay)
         rate_gain = (3.0 * step * step - angle_gain * (1.0 - decay)) / p.sample_time
         torque_gain = -step * step * step / (p.sample_time * coupling)
@@ -240,7 +240,7 @@ class VarianceFrictionMonitor:
         return -torque if self.literal_sign else torque
 
     def _complete(self, sample: SteeringSample) -> Scalar:
-        """Whether every signal is there and the vehicle fast enough for eq (1)."""
+        """Whether every signal is present and the vehicle fast enough for eq (1)."""
         return all_of(
             sample.vehicle_speed > self.minimum_speed,
             *(present(value) for value in values_of(sample)),
@@ -254,16 +254,16 @@ class VarianceFrictionMonitor:
 
 
 def calibrated(monitor: VarianceFrictionMonitor, healthy: Sequence[Result], quantile: float) -> VarianceFrictionMonitor:
-    """The monitor with its threshold from drives of the fault-free car.
+    """The monitor with a threshold from drives of the fault-free car.
 
     Args:
-        monitor: that was run on the drives
+        monitor: monitor that was run on the drives
         healthy: its outputs
         quantile: share of the fault-free windows that stays below the threshold, 0.5 to 1 (1 takes the largest)
 
     Raises:
         ParameterError: a quantile out of range
-        InputError: no variance at all: the gate never opened long enough
+        InputError: no variance at all: the gate was never open long enough
     """
     if not 0.5 <= quantile <= 1.0:
         raise ParameterError(f"the quantile of a threshold is {quantile}; expected 0.5 to 1")

@@ -1,4 +1,4 @@
-"""The baseline monitor over one recording: windows of variance, and a verdict where a threshold is known."""
+"""The baseline monitor over one recording: windows of variance, and a verdict where the threshold is given."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from tierod.monitors.harness.verdict import Obstacle, withheld
 QUANTITY = "variance between two self-aligning torques about the kingpins"
 
 NEEDED_WINDOWS = 4
-"""Windows without which there is no verdict: one alone may hold one manoeuvre."""
+"""Least number of windows for a verdict: a single one may contain a single manoeuvre."""
 
 
 class VarianceSession(BlockSession):
-    """Collects the variance of every full window.
+    """Run the baseline monitor over a recording and collect the variance of every full window.
 
     Args:
-        name: of monitor and variant
-        block: the monitor, with its threshold; inf where none is known
-        rate: of the samples [Hz]
+        name: name of monitor and variant
+        block: the monitor, with its threshold; inf where none is given
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, name: str, block: VarianceFrictionMonitor, rate: float):
@@ -50,7 +50,7 @@ class VarianceSession(BlockSession):
         self._variances: list[np.ndarray] = []
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """The windows of one piece."""
+        """Collect the windows of one piece."""
         ready = result["ready"] > 0.5
         self._spread.add(time, result["variance"], ready)
         chosen = np.arange(*self._stride.over(len(time)).indices(len(time)))
@@ -61,7 +61,7 @@ class VarianceSession(BlockSession):
         self._variances.append(result["variance"][chosen])
 
     def conclude(self) -> Conclusion:
-        """The finding: the median of the later half of the windows, so that a late fault has an effect."""
+        """The finding, from the median of the later half of the windows, so that a late fault has an effect."""
         variances = np.concatenate(self._variances or [np.empty(0)])
         share = self._enabled / max(self._seen, 1)
         evidence = {"windows": float(len(variances)), "enabled_share": share}
@@ -94,6 +94,7 @@ class VarianceSession(BlockSession):
         fault = alarms_at(self.monitor.alarm, median / self.threshold)
         status = Status.FAULT if fault else Status.HEALTHY
         since = self._began(above) if fault else None
+        # Standard error of a median of Gaussian values: sqrt(pi / 2) times that of their mean.
         deviation = float(1.2533 * np.std(later) / math.sqrt(len(later)))
         return Finding(
             self.name,
@@ -109,12 +110,12 @@ class VarianceSession(BlockSession):
         )
 
     def _began(self, above: np.ndarray) -> float | None:
-        """Time [s] from which on most windows lie above the limit; None where they do from the first one on.
+        """Time [s] from which most windows lie above the limit; None where they do from the first window on.
 
-        Asking for all of them would be late: the variance also falls where the road is straight for a while.
+        Requiring all windows would date it late: the variance also falls on straight roads.
 
         Args:
-            above: whether each window lies above the limit
+            above: whether each window is above the limit
         """
         majority = np.cumsum((above - 0.5)[::-1])[::-1]
         first = int(np.argmax(majority))

@@ -28,11 +28,11 @@ from tierod.vehicles import Vehicle
 HEALTHY = code_of(Status.HEALTHY)
 
 BY_BASELINE, BY_LIMIT = 1.0, 2.0
-"""Kinds of a statement on friction: risen above the car's own baseline, or above a limit of the vehicle file alone."""
+"""Kinds of a friction statement: above the car's own baseline, or above a limit of the vehicle file alone."""
 
 OPPOSED_SHARE = 0.3
-"""Share of worked time with driver and motor against each other above which lane keeping is taken to be active.
-Fault-free driving has below 0.01 (simulated); a recorded minute under lane keeping has 0.47."""
+"""Share of worked time with opposed driver and motor torques above which lane keeping is assumed to be active [-].
+Fault-free driving stays below 0.01 (simulated); a recorded minute under lane keeping has 0.47."""
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,9 @@ class FrictionLimits:
     """Limits of a car's friction, named as in a vehicle file.
 
     Args:
-        nominal_friction: of the fault-free steering [N*m]
-        rising_friction: from here on friction is reported as rising [N*m]
-        fault_friction: from here on as a fault [N*m]
+        nominal_friction: friction of the fault-free steering [N*m]
+        rising_friction: friction from which it is reported as rising [N*m]
+        fault_friction: friction from which it is reported as a fault [N*m]
     """
 
     nominal_friction: Annotated[float, "N*m"]
@@ -59,22 +59,23 @@ class FrictionLimits:
 
 @dataclass(frozen=True)
 class FrictionVerdict:
-    """Judge a friction estimate while it runs; works for every friction estimator.
+    """Running verdict on the estimate of any friction estimator.
 
-    The distance from a limit is friction over it, less one, in standard deviations of the estimate's wander. An alarm
-    is a sum of that over time (Page's CUSUM with the limit itself as drift) on four limits: rising and fault, absolute
-    and relative. The relative ones see a change of this car whatever the gain of its torque sensors; the absolute ones
-    see a car that was bad from the start.
+    The excess over a limit is the ratio of friction to it, less one, in standard deviations of the estimate's wander.
+    An alarm is the sum of the excess over time (Page's CUSUM with the limit itself as drift) for four limits: rising
+    and fault, absolute and relative. The relative limits detect a change of this car whatever the gain of its torque
+    sensors; the absolute limits detect a car that was faulty from the start.
 
     Args:
-        limits: the vehicle's; None where its torques are not in N*m, so that the ratio to the baseline alone alarms
-        tuning: of the alarms
+        limits: limits of the vehicle; None where its torques are not in N*m, so that only the ratio to the baseline
+            alarms
+        tuning: tuning of the alarms
         sample_time: time between two samples [s]
         learnt_level: baseline from earlier drives [N*m]; None learns it in this recording
-        learnt_deviation: its standard deviation [N*m]
+        learnt_deviation: standard deviation of that baseline [N*m]
 
-    The estimate wanders slowly, so the run length of white noise does not apply: it was measured on fault-free drives,
-    see `tierod.monitors.friction.decisions`.
+    The estimate wanders slowly, so that the run length for white noise does not apply; it was measured on fault-free
+    drives, see `tierod.monitors.friction.decisions`.
     """
 
     limits: FrictionLimits | None
@@ -87,7 +88,7 @@ class FrictionVerdict:
     Sample = VerdictSample
 
     class State(NamedTuple):
-        """Learnt baseline, the sums of excess, when the change began, and figures of the run."""
+        """Learnt baseline, sums of excess, onset of the change, and counters of the run."""
 
         own: LearntBaseline
         sums: tuple[Cusum.State, Cusum.State, Cusum.State, Cusum.State]
@@ -103,7 +104,7 @@ class FrictionVerdict:
     def of_vehicle(
         cls, vehicle: Vehicle, sample_time: float, learnt_level: float | None = None, learnt_deviation: float = 0.0
     ) -> FrictionVerdict:
-        """The judge for a car; without calibrated torques no absolute limit is used.
+        """The verdict for a vehicle; without calibrated torques no absolute limit is used.
 
         Raises:
             ParameterError: the vehicle file lacks a limit; the message names it
@@ -117,17 +118,18 @@ class FrictionVerdict:
         if self.learnt_level is not None:
             own = LearntBaseline(self.learnt_level, self.learnt_deviation, self.tuning.learning_time)
         zeros = FrictionFigures(*[0.0] * len(FrictionFigures._fields))
+        # Counts as unfit from the start: the balance must have fitted once before the first verdict.
         figures = zeros._replace(unfit_seconds=self.tuning.unfit_time)
         start = self.alarm.init()
         return self.State(own, (start, start, start, start), Onset(-1.0, -1.0, 0.0, 0.0), figures)
 
     def step(self, state: State, sample: VerdictSample) -> tuple[State, JudgedFriction]:
-        """One sample on."""
+        """Process one sample."""
         friction, deviation = sample.friction_torque, sample.friction_deviation / sample.misfit
         figures = self._count(state.figures, sample)
         obstacles = self._obstacles(figures, sample)
         ready = figures.enabled_seconds > self.tuning.ready_time
-        # Here the deviation counts without the misfit: a step of friction misfits, and must not mute its own alarm.
+        # The deviation counts without the misfit here: a step of friction misfits and must not suppress its own alarm.
         identifiable = both(negated(any_of(*obstacles[4:9])), deviation < self.tuning.largest_deviation * friction)
         judged = all_of(sample.enabled > 0.5, ready, identifiable)
         cautious = self._cautious(friction, deviation)
@@ -199,7 +201,7 @@ class FrictionVerdict:
         return Obstacles(*(where(each, 1.0, 0.0) for each in (*early, *(both(enough, each) for each in late))))
 
     def _count(self, figures: FrictionFigures, sample: VerdictSample) -> FrictionFigures:
-        """The figures one sample on."""
+        """The counters after one more sample."""
         settled = sample.settled > 0.5
         hands_on, moving, rolling = sample.hands_on > 0.5, sample.moving > 0.5, sample.rolling > 0.5
         enabled = sample.enabled > 0.5
@@ -229,35 +231,36 @@ class FrictionVerdict:
         return figures._replace(**counted, unfit_seconds=where(enabled, unfit, figures.unfit_seconds))
 
     def _cautious(self, friction: Scalar, deviation: Scalar) -> Scalar:
-        """Friction less the possible error by the torques' gain and the estimate, for absolute limits."""
+        """Friction less its margin (errors of torque gain and estimate), for the absolute limits."""
         gain = self.tuning.gain_deviation * friction
         return friction - self.tuning.confidence * sqrt(deviation * deviation + gain * gain)
 
     def acts_from(self, limit: float, deviation: float) -> float:
-        """Friction from which an absolute limit acts: the limit and its margin.
+        """Friction from which an absolute limit acts: the limit plus its margin.
 
         Args:
             limit: absolute limit of friction [N*m]
             deviation: standard deviation of the estimate, without misfit [N*m]
 
         Returns:
-            the friction [N*m] at which friction less its margin is the limit
+            the friction [N*m] that equals the limit after its margin is subtracted
         """
         share = 1.0 - (self.tuning.confidence * self.tuning.gain_deviation) ** 2
+        # Solves friction - margin(friction) = limit, a quadratic since the gain error scales with friction.
         own = (self.tuning.confidence * deviation) ** 2
         return (limit + math.sqrt(limit * limit - share * (limit * limit - own))) / share
 
     def relative_level(self, level: Scalar) -> Scalar:
-        """The baseline that the ratios are taken of: one handed in is raised by its standard deviation."""
+        """The level that the ratio limits multiply: a given baseline is raised by its standard deviation."""
         return level if self.learnt_level is None else level + self.tuning.confidence * self.learnt_deviation
 
     def _learn(self, own: LearntBaseline, friction: Scalar, deviation: Scalar, fault_free: Scalar) -> LearntBaseline:
-        """The baseline one sample on: a mean, frozen while friction is suspicious and once enough is learnt.
+        """Update the baseline: a mean, frozen while friction is suspicious and once enough is learnt.
 
         Args:
-            own: so far
-            friction, deviation: of this sample [N*m]
-            fault_free: whether friction is judged, and below the absolute limit
+            own: baseline so far
+            friction, deviation: friction and its standard deviation in this sample [N*m]
+            fault_free: whether friction is judged and below the absolute limit
         """
         tuning = self.tuning
         unsuspicious = either(
@@ -275,7 +278,7 @@ class FrictionVerdict:
     def _alarms(
         self, sums: tuple[Cusum.State, ...], own: LearntBaseline, friction: Scalar, cautious: Scalar, judged: Scalar
     ) -> tuple[tuple[Cusum.State, Cusum.State, Cusum.State, Cusum.State], Scalar, Scalar]:
-        """Sums of excess, and the alarms by the baseline and by the absolute limits: 0 none, 1 rising, 2 fault."""
+        """Sums of excess, and the alarms by baseline and by absolute limits: 0 none, 1 rising, 2 fault."""
         tuning, level = self.tuning, self.relative_level(own.level)
         absolute_excesses = (0.0, 0.0)
         if self.limits is not None:
@@ -315,7 +318,7 @@ class FrictionVerdict:
 
 
 def _withheld_status(obstacles: Obstacles, figures: FrictionFigures, otherwise: Scalar) -> Scalar:
-    """Code of the status that the first obstacle gives; `otherwise` where there is none."""
+    """Status code of the first obstacle; `otherwise` where there is none."""
     not_enabled, not_ready = code_of(Status.NOT_ENABLED), code_of(Status.NOT_READY)
     early = {
         "no_signals": code_of(Status.NOT_AVAILABLE),

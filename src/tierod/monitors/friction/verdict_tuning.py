@@ -1,4 +1,4 @@
-"""Conditions of the verdict on friction for an alarm and for a withheld verdict: every limit with its reason."""
+"""Conditions of the verdict on friction for an alarm and for a withheld verdict, each limit with its reason."""
 
 from __future__ import annotations
 
@@ -16,49 +16,51 @@ class AlarmTuning:
     Args:
         ready_time: enabled time before any verdict [s]; 50 as printed by Mohtat et al., section 5
         learning_time: enabled time over which the baseline is learnt, after ready_time [s]; it averages the wander of
-            the estimate (1 to 2 % over a drive, simulated) and is over after six minutes of mixed driving
-        shortest_learning: the ratio speaks from here on [s]; one time constant of the estimator
-        learning_tolerance: while friction is above the learnt level by more than this share, nothing is learnt [-];
+            the estimate (1 to 2 % over a drive, simulated) and ends after six minutes of mixed driving
+        shortest_learning: learning time after which the ratio is used [s]; one time constant of the estimator
+        learning_tolerance: excess of friction over the learnt level, as a share, above which nothing is learnt [-];
             twice what fault-free drives with scatter reached. Nor is anything learnt above the limit of rising friction
-        rising_ratio, fault_ratio: of friction to the baseline [-]; 1.2 and 1.6. Fault-free drives with scatter
+        rising_ratio, fault_ratio: limits of friction over the baseline [-]; 1.2 and 1.6. Fault-free drives with scatter
             stayed within 0.96 to 1.05
-        wander: standard deviation of a fault-free car's estimate about its baseline, as a share of it [-]: the unit of
-            the distance from a limit. 0.036 in wind, ruts and banked bends, the worst of fault-free cars (24 drives);
+        wander: standard deviation of a fault-free car's estimate about its baseline, as a share of it [-]; the unit of
+            the excess over a limit. 0.036 in wind, ruts and banked bends, the worst of fault-free cars (24 drives);
             0.008 on usual roads (48 cars, simulated)
-        excess: time integral of the excess over a limit, as a share of the limit [s]: 0.25 is 10 % for 2.5 s or
-            50 % for 0.5 s. Larger alarms later and rides out longer excursions; see `RISING_DESIGN` for what it costs
-        ceiling: the excess counted is held to this [s], so an alarm ends that soon after friction is back
-        gain_deviation: standard deviation of the torques' common gain, relative [-]; two torques of 10 % each, the
-            motor with the larger share. An absolute limit must be exceeded by `confidence` of it
-        confidence: standard deviations that friction must be above an absolute limit, and that a level handed in is
-            raised by [-]. With 1, and limits 1.2 times nominal, one fault-free car in 14 000 is "rising" at a gain
+        excess: time integral of the excess over a limit at which the alarm is raised, as a share of the limit [s]; 0.25
+            is 10 % for 2.5 s or 50 % for 0.5 s. A larger one alarms later and tolerates longer excursions; see
+            `RISING_DESIGN` for its cost
+        ceiling: upper bound of that integral [s], so that an alarm ends soon after friction has fallen
+        gain_deviation: standard deviation of the common torque gain, relative [-]; two torques of 10 % each, the
+            motor with the larger share. An absolute limit must be exceeded by `confidence` times it
+        confidence: standard deviations by which friction must exceed an absolute limit, and by which a given baseline
+            is raised [-]. With 1, and limits 1.2 times nominal, one fault-free car in 14 000 is "rising" at a gain
             deviation of 8 %
-        onset_ratio: onset of a change is when friction was last below this multiple of the level [-]
+        onset_ratio: multiple of the level below which friction counts as unchanged, which dates the onset [-]
         largest_deviation: standard deviation over friction above which the value is withheld [-]; half of the smallest
-            change to be seen is 0.1, with a reserve for poor roads
+            change to be detected is 0.1, with a reserve for poor roads
         smallest_excitation: mean build-up of friction below which it cannot be separated from stiffness [-]; simulated
             strokes shorter than the Dahl angle give 0.3, usual roads 0.8 to 0.95
-        largest_residual: residual allowed in the torque balance (root mean square), as a share of friction [-]. Where
-            it leaves more than `fitting_misfit` allows, 63 fault-free drives without a step (50 ms of delay and unknown
-            laws among them) gave at most 0.10, and with gusts and ruts 0.21 for 19 s; a wrong sign of the rate gives
-            0.36 to 0.54, a yaw rate in degrees 0.13 to 0.29, no lateral acceleration 0.15 to 0.27, simulated
-        fitting_misfit: misfit up to which the balance fits whatever the friction [-]; 1.5, as friction of 2 N*m is
+        largest_residual: largest residual of the torque balance (root mean square), as a share of friction [-]. With a
+            misfit above `fitting_misfit`, 63 fault-free drives without a step (50 ms of delay and unknown laws among
+            them) gave at most 0.10, and with gusts and ruts 0.21 for 19 s; a wrong sign of the rate gives 0.36 to 0.54,
+            a yaw rate in degrees 0.13 to 0.29, no lateral acceleration 0.15 to 0.27, simulated
+        fitting_misfit: misfit up to which the balance fits, whatever the friction [-]; 1.5, as friction of 2 N*m is
             small against the errors that the tuning of the estimator expects
-        unfit_time: enabled time without a break for which the balance must not fit until the verdict is withheld [s].
+        unfit_time: uninterrupted enabled time without fit of the balance after which the verdict is withheld [s].
             After a step of friction it does not fit for up to 57 s (4 to 25 N*m), so nearly twice that. The balance
             must have fitted once before the first verdict
         smallest_damping: learnt damping below which the signals contradict each other [N*m*s/rad]. In every sample of
             72 fault-free drives it stayed above -0.1 (torques 50 ms late), else above 0.3; a wrong sign of the rate
             gives -3.1 to -5.6, a lateral acceleration in g -2.3 to -4, simulated
-        falling_share: share of friction by which it may fall per rad/s of the steering wheel before its fall is taken
-            for a contradiction [s/rad]. Friction that is higher at rest (Stribeck) lowers the learnt damping by so
-            much of itself: a line through F e exp(-(w / 0.3 rad/s)^2) up to 1 rad/s falls by 1.06 e F, so with e = 0.1
-            by 1.3 of 12.5 N*m, more than all viscous damping. 0.5 of 4 N*m, where `smallest_damping` was measured; a
-            wrong sign of the rate grows with friction too, to -0.7 to -2.6 of it, simulated from 4 to 25 N*m
-        largest_aligning_factor: the learnt factor on the self-aligning torque must lie between one over this and this
-            [-]. Cars whose trail scatters by 30 % ended between 0.43 and 3.2; a lateral acceleration in g gives 6 to
+        falling_share: share of friction per rad/s of the steering wheel by which friction may fall before the fall
+            counts as a contradiction [s/rad]. Friction that is higher at rest (Stribeck) lowers the learnt damping by
+            such a share: a line through F e exp(-(w / 0.3 rad/s)^2) up to 1 rad/s falls by 1.06 e F, so with e = 0.1
+            by 1.3 of 12.5 N*m, more than all viscous damping. The value allows 0.5 at 4 N*m, where `smallest_damping`
+            was measured; with a wrong sign of the rate the damping grows with friction too, to -0.7 to -2.6 of it,
+            simulated from 4 to 25 N*m
+        largest_aligning_factor: largest factor on the self-aligning torque, and reciprocal of the smallest one [-].
+            Cars whose trail scatters by 30 % ended between 0.43 and 3.2; a lateral acceleration in g gives 6 to
             10, a yaw rate in degrees 0.04 to 0.09, simulated
-        smallest_friction: share of nominal friction below which an estimate is implausible [-]: four standard
+        smallest_friction: share of nominal friction below which an estimate is implausible [-]; four standard
             deviations of a new steering's friction (0.5 of 4 N*m, Mohtat et al., Table 1) below one. A motor torque
             clipped at a tenth of its range gives 0.36 to 0.6, a halved one 0.59 to 0.73, simulated
     """
@@ -87,7 +89,7 @@ class AlarmTuning:
 
     @property
     def alarm(self) -> Cusum:
-        """The sum of distances from a limit [s], for values times the sample time: the limit is its drift."""
+        """CUSUM of the excess over a limit [s], for values times the sample time; the limit itself is the drift."""
         return Cusum(0.0, self.excess / self.wander, self.ceiling / self.wander, "upper")
 
     def __post_init__(self) -> None:

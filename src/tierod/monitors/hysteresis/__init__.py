@@ -1,1 +1,1 @@
-"""Friction from a turn lock to lock, on the hoist or on the ground."""
+"""Friction from a lock-to-lock turn, on the hoist or on the ground."""

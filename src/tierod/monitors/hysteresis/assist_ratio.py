@@ -1,4 +1,4 @@
-"""The two torques of a lock-to-lock test held against the assist characteristic of the vehicle file."""
+"""Comparison of the torques of a lock-to-lock test with the assist characteristic of the vehicle file."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.vehicles import Vehicle
 
 LEAST_SAMPLES = 300
-"""Three seconds of the test."""
+"""Least number of samples, three seconds of the test."""
 
 
 def torque_defects(
     driver_torque: np.ndarray, motor_torque: np.ndarray, vehicle: Vehicle, limits: GainLimits | None = None
 ) -> tuple[Defect, ...]:
-    """Whether the motor helps the driver as the assist of this car type does at rest; none where the file has no map.
+    """Defects where the motor does not assist as in this car type at standstill; none where the file has no map.
 
     Args:
-        driver_torque, motor_torque: of a standing car [N*m], (n,); NaN where missing
-        vehicle: whose characteristic it is
-        limits: when the ratio of the torques is wrong; virtual cars on hoist and ground give 0.97 to 1.00, with 2 to
+        driver_torque, motor_torque: torques of a standing car [N*m], (n,); NaN where missing
+        vehicle: vehicle with the assist characteristic
+        limits: limits of the ratio of the torques; virtual cars on hoist and ground give 0.97 to 1.00, with 2 to
             12 N*m of friction
     """
     limits = limits or GainLimits()

@@ -9,7 +9,7 @@ from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.monitors.harness.decision import Decision, Demonstrated
 
 INCREASE_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=1000.0, shift=8.0, spacing=math.inf)
-"""One look at a test."""
+"""One decision per test."""
 
 INCREASE = Decision(
     name="friction has risen",
@@ -23,5 +23,5 @@ INCREASE = Decision(
     unit="recording",
     design=INCREASE_DESIGN,
 )
-"""Beyond it the limits of the vehicle file say how much is rising, and how much a fault; short of it a friction above a
-limit is suspect."""
+"""Decision on an increase; above its threshold the limits of the vehicle file grade it as rising or fault, below it a
+friction above a limit is suspect."""

@@ -1,4 +1,4 @@
-"""The lock-to-lock test as users see it: friction from the work of a closed turn of the steering wheel."""
+"""The lock-to-lock test: friction from the work of a closed turn of the steering wheel."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ SIGNALS_USED = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", 
 
 @dataclass(frozen=True)
 class IncreaseLimits:
-    """Limits of an increase over the unfaulted loop, named as in a vehicle file.
+    """Limits of an increase over the fault-free loop, named as in a vehicle file.
 
     Args:
-        nominal_friction, rising_friction, fault_friction: the limits, whose distances to nominal judge an increase
+        nominal_friction, rising_friction, fault_friction: limits, whose distances from nominal judge an increase
     """
 
     nominal_friction: Annotated[float, "N*m"]
@@ -41,12 +41,12 @@ class IncreaseLimits:
     fault_friction: Annotated[float, "N*m"]
 
     def status(self, above_nominal: float, deviation: float, rule: HeldThreshold) -> Status:
-        """The status of a friction above the nominal one; suspect where it is above a limit but may be by chance.
+        """Status of a friction above the base level; suspect where it exceeds a limit but may do so by chance.
 
         Args:
-            above_nominal: [N m]
-            deviation: one standard deviation of it [N m]
-            rule: for the distance, above_nominal over its deviation
+            above_nominal: friction above the base level [N m]
+            deviation: its standard deviation [N m]
+            rule: rule on above_nominal over its deviation
         """
         if not above_nominal > self.rising_friction - self.nominal_friction:
             return Status.HEALTHY
@@ -55,19 +55,19 @@ class IncreaseLimits:
         return Status.FAULT if above_nominal > self.fault_friction - self.nominal_friction else Status.RISING
 
     def above(self, base: float) -> dict[str, float]:
-        """The frictions [N m] from which a car that had `base` when it was fault-free is rising and faulted."""
+        """Frictions [N m] from which a car with the fault-free level `base` is rising or faulty."""
         distances = {"rising": self.rising_friction, "fault": self.fault_friction}
         return {name: base + limit - self.nominal_friction for name, limit in distances.items()}
 
 
 @dataclass(frozen=True)
 class GroundSuspicion:
-    """Limits beyond which a test that is called one on the hoist looks like one on the ground.
+    """Limits beyond which a test labelled as on the hoist looks like one on the ground.
 
     Args:
-        noticeable_friction: that a driver notices [N*m]
-        ratio: to it, above which the tyres probably scrub [-]. Faults reach 1.1 (12.5 N·m, Mohtat et al., Table 1), the
-            fault-free car on the ground 2.6 (simulated); between them
+        noticeable_friction: friction that a driver notices [N*m]
+        ratio: friction over that, above which the tyres probably scrub [-]; faults reach 1.1 (12.5 N·m, Mohtat et al.,
+            Table 1), the fault-free car on the ground 2.6 (simulated); the limit lies between them
     """
 
     noticeable_friction: Annotated[float, "N*m"]
@@ -85,18 +85,18 @@ class GroundSuspicion:
 
 
 INCREASES = ("increase_Nm", "increase_standard_deviation_Nm")
-"""Figures of the evidence: above what was held against, and one standard deviation of it."""
+"""Names in the evidence of the friction above the reference, and of its standard deviation."""
 
 
 class HysteresisSession:
-    """Keeps the test, which lasts a minute or two, and judges it as a whole.
+    """Collect the test, which lasts a minute or two, and judge it as a whole.
 
     Args:
-        name: of monitor and variant
+        name: name of monitor and variant
         support: "hoist" or "ground"
-        vehicle: under test
-        rate: of the samples [Hz]
-        baseline: friction of the unfaulted vehicle on the same support
+        vehicle: vehicle under test
+        rate: sampling rate [Hz]
+        baseline: friction of the fault-free vehicle on the same support
     """
 
     signals: tuple[str, ...] = SIGNALS_USED
@@ -113,7 +113,7 @@ class HysteresisSession:
         """Refuse nothing: the finding states what cannot be judged."""
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Take in one more piece."""
+        """Store one more piece."""
         self._pieces.append(aligned)
         return {}
 
@@ -126,7 +126,7 @@ class HysteresisSession:
         )  # fmt: skip
         loops = {f"lock to lock, {self.support}": (found.angle, found.torque)}
         finding = self._finding(found)
-        # On the ground the first test defines the unfaulted loop: there is nothing else to hold it against.
+        # On the ground the first test defines the fault-free loop: there is no other reference for the scrub of tyres.
         first = self.support == "ground" and self.baseline is None and self.vehicle.calibrated
         fault_free = finding.status is Status.HEALTHY or first
         increase, spread = (finding.evidence.get(name) for name in INCREASES)
@@ -136,7 +136,7 @@ class HysteresisSession:
         return Conclusion(finding, loops=loops, baseline=kept, defects=defects, distances=distances)
 
     def _torques(self) -> tuple[np.ndarray, np.ndarray]:
-        """Driver's and motor's torque at the same instants, (n,) each; NaN where missing."""
+        """Torques of driver and motor at the same instants, (n,) each; NaN where missing."""
         values = np.vstack([piece.values for piece in self._pieces])
         driver, motor = (values[:, self.signals.index(name)] for name in ("driver_torque", "motor_torque"))
         return driver, motor

@@ -1,1 +1,1 @@
-"""The angle of a motor from its currents and voltages, beside the sensor that is watched."""
+"""The angle of a motor from its currents and voltages, compared with its angle sensor."""

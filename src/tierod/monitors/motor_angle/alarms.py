@@ -1,4 +1,4 @@
-"""The alarms of the motor angle's monitor: the meaning of each, and the courses of their trouble codes over a drive."""
+"""Alarms of the motor angle monitor: the meaning of each, and the courses of their trouble codes over a drive."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from tierod.core.statement import STATUSES, code_of
 from tierod.monitors.harness.session import StatusChange
 
 KEPT = 0.25
-"""An alarm counts for so long at least [s]: longer than a fault memory's sample of a recording."""
+"""Least duration for which an alarm counts [s]; longer than the sampling interval of a fault memory."""
 
 
 class Alarm(NamedTuple):
-    """One alarm.
+    """An alarm with its meaning.
 
     Args:
-        name: of its output
-        decision: that raises it
-        code: trouble code that stands for it
+        name: name of its output
+        decision: decision that raises it
+        code: its trouble code
         cause: its meaning
         action: the remedy
     """
@@ -140,19 +140,19 @@ ALARMS = (
         "check the sensors of these angles, and the gear's ratios in the vehicle file",
     ),
 )
-"""From root to consequence; the kind in a statement is the place here, from 1 on."""
+"""Alarms from root cause to consequence; the kind of a statement is the position here, counted from 1."""
 
 BY_NAME = {each.name: each for each in ALARMS}
 
 CODES = {code: [each.name for each in ALARMS if each.code == code] for code in {each.code: None for each in ALARMS}}
-"""Alarms behind every trouble code."""
+"""Alarms behind each trouble code."""
 
 
 class AlarmCourses:
-    """Collects first instants of alarms and courses of trouble codes over the pieces of a recording.
+    """Collector of first alarm times and of the courses of trouble codes over the pieces of a recording.
 
     Args:
-        rate: of the samples [Hz]
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, rate: float):
@@ -163,10 +163,10 @@ class AlarmCourses:
         self._since = dict.fromkeys((*CODES, ""), self._kept + 1)
 
     def add(self, time: np.ndarray, result: Result) -> None:
-        """The next piece."""
+        """Add the next piece."""
         stated = result["statement.status"]
         fault = stated == code_of(Status.FAULT)
-        # Beside a fault of another code, a code without one is fault-free.
+        # While another code is in fault, a code without an alarm counts as fault-free.
         otherwise = np.where(fault, code_of(Status.HEALTHY), stated)
         self._follow(self.course, "", time, fault, otherwise)
         for code, names in CODES.items():
@@ -180,8 +180,8 @@ class AlarmCourses:
         """The course of one trouble code.
 
         Args:
-            name: of the code
-            mute: whether its alarms are consequences of another fault, and show nothing
+            name: name of the code
+            mute: whether its alarms are consequences of another fault and carry no information
         """
         if not mute:
             return tuple(self.codes[name])
@@ -192,8 +192,9 @@ class AlarmCourses:
     def _follow(
         self, course: list[StatusChange], name: str, time: np.ndarray, flags: np.ndarray, otherwise: np.ndarray
     ) -> None:
-        """Changes of one course; an alarm stays for `KEPT`."""
+        """Append the changes of one course; an alarm is held for `KEPT`."""
         place = np.arange(len(flags))
+        # The negative start carries the time since the last alarm over from the previous piece.
         last = np.maximum.accumulate(np.where(flags, place, -1 - self._since[name]))
         self._since[name] = min(int(place[-1] - last[-1]), self._kept + 1)
         code = np.where(place - last <= self._kept, code_of(Status.FAULT), otherwise)

@@ -1,4 +1,4 @@
-"""The motor's angle sensor against the observer: when their difference counts, and the sums that decide on it."""
+"""Comparison of the motor's angle sensor with the observer: when their difference counts, and the CUSUMs on it."""
 
 from __future__ import annotations
 
@@ -13,30 +13,31 @@ from tierod.methods.detectors.threshold import Debounce
 from tierod.monitors.motor_angle.second_tests import Increments, SensorBesideObserver, Stuck
 
 ANGLE_DRIFT, ANGLE_THRESHOLD = 0.044, 0.9
-"""Of the electrical angle's sum, one value a millisecond [rad]: see docs/explanation/motor-angle.md, Monitoring."""
+"""CUSUM of the electrical angle residual, one value per millisecond [rad]: see docs/explanation/motor-angle.md,
+Monitoring."""
 
 SPEED_DRIFT, SPEED_THRESHOLD = 0.5, 2.0
-"""Of the speed's sum, one value in 10 ms [rad/s]: see docs/explanation/motor-angle.md, Monitoring."""
+"""CUSUM of the speed residual, one value per 10 ms [rad/s]: see docs/explanation/motor-angle.md, Monitoring."""
 
 BACKWARDS = 3.0
-"""So many more windows against the observer than with it: sine and cosine, or two phases, are swapped []."""
+"""Excess of windows against the observer over those with it that shows swapped sine and cosine, or phases []."""
 
 
 @dataclass(frozen=True)
 class ResidualGate:
-    """Lets the residual count where the currents determine the angle well, one value in a millisecond.
+    """Gate for the residual: open where the currents determine the angle well, one value per millisecond.
 
     Args:
-        pole_pairs: of the motor []
-        nominal_flux: of its magnets, from the vehicle file [V s]
-        sample_time: [s]
-        least_speed: electrical; slower, an uncertain resistance hides the back-EMF [rad/s]
-        most_deviation: of the observer's angle, mechanical [rad]
-        hold: for so long all conditions must hold [s]
-        start: after so long the observer has learnt resistance and flux [s]
-        widest_flux: magnets from -40 to 120 degrees stay within 10 % of their flux: a logarithm beyond this is an
-            observer that has not settled, and magnets so weak are a fault of their own []
-        spacing: of the values that count: residuals nearer to each other are not independent [s]
+        pole_pairs: pole pairs of the motor []
+        nominal_flux: flux of its magnets, from the vehicle file [V s]
+        sample_time: sampling interval [s]
+        least_speed: least electrical speed [rad/s]; below it an uncertain resistance hides the back-EMF
+        most_deviation: largest standard deviation of the observer's mechanical angle [rad]
+        hold: time for which all conditions must hold [s]
+        start: time in which the observer learns resistance and flux [s]
+        widest_flux: largest logarithm of the flux over the nominal one []; magnets from -40 to 120 degrees stay within
+            10 % of their flux: beyond, the observer has not settled, and magnets so weak are a fault of their own
+        spacing: spacing of the values that count [s]; closer residuals are not independent
     """
 
     pole_pairs: Annotated[float, "", POSITIVE]
@@ -53,14 +54,14 @@ class ResidualGate:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """Time since the start and since a value counted, up to their limits, and the hold."""
+        """Times since the start and since a value counted, up to their limits, and the hold."""
 
         elapsed: Annotated[Scalar, "s"]
         since: Annotated[Scalar, "s"]
         held: Debounce.State
 
     class Output(NamedTuple):
-        """Whether the angle is known from the turning motor, whether this very value counts (1.0, 0.0)."""
+        """Whether the angle of the turning motor is known, and whether this value counts (1.0, 0.0)."""
 
         known: Annotated[Scalar, ""]
         counts: Annotated[Scalar, ""]
@@ -74,7 +75,7 @@ class ResidualGate:
         return self.State(0.0, self.spacing, self.holding.init())
 
     def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
-        """One sample on."""
+        """Process one sample."""
         half, seen = 0.5 * self.sample_time, sample.estimate
         elapsed = minimum(state.elapsed + self.sample_time, self.start + self.sample_time)
         flux = log(maximum(seen.motor_flux / self.nominal_flux, 1e-6))
@@ -95,14 +96,14 @@ class ResidualGate:
 
 @dataclass(frozen=True)
 class SensorComparison:
-    """Comparison of the sensor with the observer: sums of the differences of angle and speed, and two more tests.
+    """Comparison of the sensor with the observer: CUSUMs of the differences of angle and speed, and two more tests.
 
     Args:
-        gate: when the difference counts
-        increments: of both over a window
-        stuck: whether the sensor stands still while the observer turns
-        backwards: sum of windows in which the sensor turns against the observer, less those with it
-        angle, speed: sums of the differences of angle and of speed
+        gate: gate for the difference
+        increments: increments of both over a window
+        stuck: test for a sensor that stands still while the observer turns
+        backwards: CUSUM of windows in which the sensor turns against the observer, less those with it
+        angle, speed: CUSUMs of the differences of angle and of speed
     """
 
     gate: ResidualGate
@@ -125,9 +126,10 @@ class SensorComparison:
         speed: Cusum.State
 
     class Output(NamedTuple):
-        """Whether the difference counts, the sums, both gains, 1 while a test alarms, and the statistics of two tests.
+        """Whether the difference is known and counts, the sums, both increments, alarms, and statistics of two tests.
 
-        `early` is 1 while the observer still learns; `complete` where a window ends over which both gains are known.
+        `sensor_gain` and `observer_gain` are angles turned over a window; `early` is 1 while the observer still learns;
+        `complete` where a window ends over which both are known.
         """
 
         known: Annotated[Scalar, ""]
@@ -158,7 +160,7 @@ class SensorComparison:
         )
 
     def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
-        """One sample on."""
+        """Process one sample."""
         gate, gated = self.gate.step(state.gate, sample)
         residual = sample.estimate.angle_residual_electrical
         angle, summed = self.angle.step(state.angle, residual, enabled=gated.counts)

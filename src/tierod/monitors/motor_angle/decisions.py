@@ -1,4 +1,4 @@
-"""Decisions of the monitor of the motor's angle, and the design of their thresholds."""
+"""Decisions of the motor angle monitor, and the design of their thresholds."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tierod.monitors.motor_angle.plausibility import AnglePlausibility
 from tierod.monitors.motor_angle.second_tests import NotFollowing, Stuck
 
 BORNE: Annotated[float, "rad"] = 2.5 * 0.0066
-"""Standard deviation of the residuals that the sum of the angle is laid out for: two and a half times the bench's."""
+"""Standard deviation of the residuals that the CUSUM of the angle is designed for; two and a half times the bench's."""
 
 ANGLE_DESIGN = RuleDesign(
     CusumRule(ANGLE_DRIFT / BORNE),
@@ -32,11 +32,11 @@ ANGLE_DESIGN = RuleDesign(
     spacing=1e-3,
     line=RunLengthLine(start=7.794, slope=14.55 * BORNE, observed=0.69 * 3.6e6),
 )
-"""Counted on residuals that were made two and a half times as large, 239 and 13 alarms at 0.1 and 0.3 rad in 0.69 h of
-turning (docs/explanation/motor-angle.md), and carried on to 0.9 rad."""
+"""Design of the CUSUM of the angle: counted on residuals scaled by two and a half, 239 and 13 alarms at 0.1 and 0.3 rad
+in 0.69 h of turning (docs/explanation/motor-angle.md), and extrapolated to 0.9 rad."""
 
 TURNING, DRIVEN = Demonstrated(10.4), Demonstrated(15.0)
-"""Hours of 900 fault-free drives with wrong parameters: turning, and in all; docs/explanation/motor-angle.md."""
+"""Hours of 900 fault-free drives with wrong parameters: turning, and in total; docs/explanation/motor-angle.md."""
 
 _SOURCE = (
     "fault-free drives on the bench, voltages measured, with resistance, flux and inductance astray "
@@ -45,7 +45,7 @@ _SOURCE = (
 
 
 def _numbers(part: type, words: str) -> OwnRule:
-    """The rule of a part in words, with the numbers that its class has."""
+    """Rule of a part in words, filled with the default values of its class."""
     values = {name: float(getattr(part, name)) for _, name, _, _ in Formatter().parse(words) if name}
     return OwnRule(words.format(**values), values)
 
@@ -206,4 +206,4 @@ DECISIONS = (
         for quantity, unit in (("current", "A"), ("voltage", "V"))
     ),
 )
-"""Of every variant: those fed with commands decide alike, but only measured voltages were driven for so long."""
+"""Decisions of every variant; those on commanded voltages decide alike, but only measured ones were tested so long."""

@@ -1,4 +1,4 @@
-"""The monitor of the motor's angle sensor, as users see it."""
+"""The monitor of the motor's angle sensor and its variants."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _open(voltages: str, vehicle: Vehicle, rate: float, baseline: Baseline | Non
 
 
 def _if_given(vehicle: Vehicle, kind: type[Part]) -> Part | None:
-    """Parameters that a vehicle file may leave out."""
+    """Parameters of this kind; None where the vehicle file leaves them out."""
     try:
         return vehicle.parameters_for(kind)
     except ParameterError:
@@ -72,7 +72,7 @@ MOTOR_ANGLE = Monitor(
     ),
     rate=10_000.0,
     minimum_rate=500.0,
-    # Slow channels count where they bring a reading, not in between: a held angle would be one that stands still.
+    # A slow channel is valid at its readings only: a held angle would look like a stuck sensor.
     maximum_age=0.6e-4,
     variants={
         each.name: each
@@ -92,6 +92,6 @@ MOTOR_ANGLE = Monitor(
         )
     },
     default=VARIANTS[MEASURED],
-    # A sensor of the motor's angle that stands still is the fault that it looks for.
+    # A stuck angle sensor is a fault that this monitor detects itself.
     subjects=("motor_angle_mechanical", "resolver_sine", "resolver_cosine"),
 )

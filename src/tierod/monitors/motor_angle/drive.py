@@ -1,4 +1,4 @@
-"""Results over a drive of the motor: time with a known angle, residuals, gains, learnt parameters."""
+"""Statistics over a drive of the motor: time with a known angle, residuals, increments, learnt parameters."""
 
 from __future__ import annotations
 
@@ -21,21 +21,22 @@ from tierod.physics.clarke_park import StatorVector
 from tierod.physics.inverter import phase_signs
 
 SURPRISING = 20.0
-"""An innovation beyond this comes in one of 6000 samples by chance: three measurements have a mean of three."""
+"""NIS above which a sample is surprising; chance exceeds it in one of 6000 samples: three measurements have a mean of
+three."""
 
 KNEE_REACHED = 0.95
-"""Share of the way to the end of what is learnt, from which the knee may lie beyond."""
+"""Share of the range in which the knee is learnt, from which the true knee may lie outside."""
 
 
 class InverterLoss(NamedTuple):
     """Voltage loss of the inverter, estimated against its command.
 
     Args:
-        voltage_loss: of a phase far above the knee
-        knee_current: below which it falls
-        knee_deviation: standard deviation of the logarithm of that
-        nominal_knee: of the vehicle file
-        widest: that the logarithm over that may reach
+        voltage_loss: loss of a phase far above the knee
+        knee_current: current below which the loss falls
+        knee_deviation: standard deviation of its logarithm
+        nominal_knee: knee current of the vehicle file
+        widest: bound of the logarithm of the knee over the nominal one
     """
 
     voltage_loss: Annotated[float, "V"]
@@ -46,12 +47,12 @@ class InverterLoss(NamedTuple):
 
     @property
     def apart(self) -> float:
-        """Logarithm of the knee over the vehicle file's."""
+        """Logarithm of the knee over that of the vehicle file."""
         return math.log(max(self.knee_current, 1e-9) / self.nominal_knee)
 
     @property
     def beyond(self) -> bool:
-        """Whether the knee may lie further away than is learnt."""
+        """Whether the knee may lie outside the range that is learnt."""
         return abs(self.apart) > KNEE_REACHED * self.widest
 
 
@@ -59,21 +60,22 @@ class Drive(NamedTuple):
     """Results over a drive.
 
     Args:
-        seconds, known: of the drive, and of these with a known angle
-        counted: values that counted
-        offset, offset_deviation: electrical difference: while the sum alarmed, or over all
-        rms: of all that counted
-        windows, slope, agreement: of the gains of sensor and observer, gain over gain, and their correlation
-        nis, surprised: mean of the normalised innovations, and share of surprising ones since `model` alarmed
-        resistance, flux: over those of the vehicle file
-        suspect: code of the angle that plausibility suspects
-        starts: first instants of alarms
-        voltages: that the observer was fed with
+        seconds, known: duration of the drive, and time with a known angle
+        counted: number of residuals that counted
+        offset, offset_deviation: mean and standard deviation of the electrical residual: while its CUSUM alarmed, or
+            over all that counted
+        rms: root mean square of all residuals that counted
+        windows, slope, agreement: number of windows, increment of the sensor over the observer's, their correlation
+        nis, surprised: mean NIS, and share of surprising samples since `model` alarmed
+        resistance, flux: estimates over the values of the vehicle file
+        suspect: code of the angle that the plausibility test suspects
+        starts: first times of alarms
+        voltages: source of the observer's voltages
         lost: voltage loss of the inverter; None where the voltages were measured
-        misread: cause and cure, where the whole recording is consistent once it is read otherwise
-        contradicting: share of the induced voltage that contradicts its turning since `model` alarmed; else NaN
-        mismatch: greatest one of the three angles while they did not fit, at the pinion
-        untwisted: whether the three angles were not compared for want of the driver's torque
+        misread: cause and action, where the whole recording is consistent after another reading
+        contradicting: share of the induced voltage that contradicts its rotation since `model` alarmed; else NaN
+        mismatch: largest mismatch of the three angles during its alarm, at the pinion
+        untwisted: whether the three angles were not compared for lack of the driver's torque
     """
 
     seconds: Annotated[float, "s"]
@@ -105,11 +107,11 @@ class Drive(NamedTuple):
 
 
 class DriveFigures:
-    """Figures over the pieces of a recording.
+    """Accumulated statistics over the pieces of a recording.
 
     Args:
-        monitor: whose outputs they are of
-        rate: of the samples [Hz]
+        monitor: monitor that gives the outputs
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, monitor: MotorAngleMonitor, rate: float) -> None:
@@ -129,7 +131,7 @@ class DriveFigures:
         self.pinion = self.torque = False
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """The next piece: time [s], signals and outputs by name, (n,) each."""
+        """Add the next piece: time [s], signals and outputs by name, (n,) each."""
         self.courses.add(time, result)
         self._add_voltages(signals, result)
         self.pinion |= bool(np.isfinite(signals["pinion_angle"]).any())
@@ -170,7 +172,7 @@ class DriveFigures:
         self._balance.add(_complex(current), voltage, signals["motor_angle_mechanical"], _complex(taken))
 
     def drive(self) -> Drive:
-        """The figures so far."""
+        """The results so far."""
         monitor, rate = self._monitor, self._rate
         count, total, squares = self.alarmed if self.alarmed[0] else self.residuals
         mean = float(total) / max(count, 1.0)

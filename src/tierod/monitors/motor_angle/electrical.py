@@ -29,18 +29,18 @@ from tierod.monitors.motor_angle.signals import MotorAngleSample
 from tierod.physics.angle import wrapped
 
 LEARNT = 0.2
-"""The amplitude of sine and cosine is taken over so long from the start [s]."""
+"""Initial time over which the amplitude of sine and cosine is averaged [s]."""
 
 
 class ElectricalAlarms(NamedTuple):
-    """1 while a check fails, 0 while it does not, or its inputs are missing.
+    """1 while a check fails, 0 while it passes or its inputs are missing.
 
     Args:
-        supply_low: of the controller
+        supply_low: supply of the controller too low
         angle_timeout: no reading of the angle for too long
         angle_gradient: a step that no motor can make
-        resolver_amplitude: sine and cosine do not lie on the circle that they began on
-        resolver_mismatch: the angle is not that of its sine and cosine
+        resolver_amplitude: sine and cosine have left their initial circle
+        resolver_mismatch: the angle differs from that of its sine and cosine
         current_sum: phase currents do not add up to zero
         current_saturated, voltage_saturated: a signal stands still at its peak while the motor turns
     """
@@ -56,16 +56,16 @@ class ElectricalAlarms(NamedTuple):
 
 
 class ElectricalFigures(NamedTuple):
-    """Figures that the checks compare with their limits; 0 where an input is missing.
+    """Statistics that the checks compare with their limits; 0 where an input is missing.
 
     Args:
-        angle_age: of the last reading of the angle
-        angle_step: from one reading to the next, over what a motor can make
-        resolver_amplitude: over that of the start, less one
+        angle_age: age of the last reading of the angle
+        angle_step: step between two readings, over the largest that a motor can make
+        resolver_amplitude: amplitude over the initial one, less one
         resolver_mismatch: electrical angle less that of sine and cosine
-        current_sum: of the phases
-        same_current, same_voltage: samples for which a current or a voltage has stood still at a peak, the longest,
-            while the motor turned
+        current_sum: sum of the phase currents
+        same_current, same_voltage: longest standstill of a current or a voltage at a peak, in samples, while the motor
+            turned
     """
 
     angle_age: Annotated[Scalar, "s"]
@@ -78,7 +78,7 @@ class ElectricalFigures(NamedTuple):
 
 
 class Clipped(NamedTuple):
-    """A signal, for how many samples it has stood still, away from zero, and the angle when it began to."""
+    """A signal, the number of samples for which it has stood still away from zero, and the angle at their start."""
 
     last: Annotated[Scalar, ""]
     same: Annotated[Scalar, ""]
@@ -87,22 +87,24 @@ class Clipped(NamedTuple):
 
 @dataclass(frozen=True)
 class ElectricalChecks:
-    """Range, gradient, timeout, amplitude, sums and saturation.
+    """Checks of range, gradient, timeout, amplitude, sums and saturation.
 
     Args:
-        pole_pairs: of the motor []
-        sample_time: [s]
-        least_supply: below it the inverter of a 12 V system is not sure to make its voltage [V]
-        longest_gap: of the angle: ten frames of a millisecond [s]
-        greatest_speed: of the motor: twice that at which the back-EMF equals the supply [rad/s]
-        step_margin: of the angle over that, noise and resolution [rad]
+        pole_pairs: pole pairs of the motor []
+        sample_time: sampling interval [s]
+        least_supply: supply below which the inverter of a 12 V system may not reach its voltage [V]
+        longest_gap: longest time without a reading of the angle, ten frames of a millisecond [s]
+        greatest_speed: largest speed of the motor, twice that at which the back-EMF equals the supply [rad/s]
+        step_margin: additional step of the angle, for noise and resolution [rad]
         amplitude_margin: share by which the amplitude may change []
-        greatest_mismatch: of the electrical angle: noise of both, and half a sample at full speed [rad]
-        greatest_sum: of the phase currents, ten times the noise of one [A]
-        least_peak_current, least_peak_voltage: below these nothing saturates [A], [V]
-        same_samples: with noise, no signal stays equal for so many samples []
-        least_turn: electrical, meanwhile: the top of a sine falls by 3 % over it, more than a converter's step [rad]
-        hold: for so long a check must fail [s]
+        greatest_mismatch: largest mismatch of the electrical angle: noise of both, and half a sample at full speed
+            [rad]
+        greatest_sum: largest sum of the phase currents, ten times the noise of one [A]
+        least_peak_current, least_peak_voltage: values below which nothing saturates [A], [V]
+        same_samples: number of equal samples that noise rules out without saturation []
+        least_turn: electrical turn meanwhile, over which the top of a sine falls by 3 %, more than a converter's step
+            [rad]
+        hold: time for which a check must fail [s]
     """
 
     pole_pairs: Annotated[float, "", POSITIVE]
@@ -151,7 +153,7 @@ class ElectricalChecks:
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (fresh,) * 7, (self.holding.init(),) * 4)
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
-        """One sample on."""
+        """Process one sample."""
         age, timeout, gradient, leap = self._angle(state, sample)
         amplitude, learnt, strange, mismatched, resolver = self._resolver(state, sample)
         total = sample.motor_current_a + sample.motor_current_b + sample.motor_current_c
@@ -183,7 +185,7 @@ class ElectricalChecks:
         return after, self.Output(alarms, ElectricalFigures(age, leap, *resolver, summed, *same))
 
     def _angle(self, state: State, sample: MotorAngleSample) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-        """Age of the last reading, whether it is too old, or the new one too far, and its step over the longest."""
+        """Age of the last reading, timeout, leap of the new reading, and its step over the largest possible one."""
         fresh = present(sample.motor_angle_mechanical)
         waited = minimum(state.age + self.sample_time, 1.0)
         age = where(fresh, 0.0, waited)
@@ -196,7 +198,7 @@ class ElectricalChecks:
     def _resolver(
         self, state: State, sample: MotorAngleSample
     ) -> tuple[Scalar, Scalar, tuple[Scalar, Scalar], Scalar, tuple[Scalar, Scalar]]:
-        """Amplitude as learnt and for how long; whether the present one is strange, the angle another; both figures."""
+        """Learnt amplitude and learning time; wrong amplitude and whether judged; angle mismatch; both statistics."""
         there = both(present(sample.resolver_sine), present(sample.resolver_cosine))
         sine, cosine = where(there, sample.resolver_sine, 0.0), where(there, sample.resolver_cosine, 0.0)
         size = hypot(sine, cosine)
@@ -207,6 +209,7 @@ class ElectricalChecks:
         strange = absolute(size - amplitude) > self.amplitude_margin * amplitude
         known = both(there, present(sample.motor_angle_mechanical))
         angle = self.pole_pairs * where(known, sample.motor_angle_mechanical, 0.0)
+        # Cross and dot product with the resolver vector need neither unwrapping nor a division by its amplitude.
         across = sine * cos(angle) - cosine * sin(angle)
         along = sine * sin(angle) + cosine * cos(angle)
         mismatch = any_of(along < 0.0, absolute(across) > self.greatest_mismatch * size)
@@ -219,7 +222,7 @@ class ElectricalChecks:
     def _saturation(
         self, state: State, sample: MotorAngleSample
     ) -> tuple[tuple[Clipped, ...], tuple[Scalar, Scalar], tuple[Scalar, Scalar]]:
-        """Stuck signals, whether a current or a voltage is saturated, and for how many samples it has been so."""
+        """Signals that stand still, saturation of a current or voltage, and the longest standstill of each."""
         names = (
             "current_alpha",
             "current_beta",

@@ -14,54 +14,55 @@ from tierod.monitors.motor_angle.which_angle import MOTOR, NOT_MOTOR, PINION, WH
 from tierod.vehicles import Vehicle
 
 LEAST_KNOWN = 1.0
-"""Time for which the motor must turn before its sensor is called healthy [s]."""
+"""Least time with a turning motor for a healthy sensor [s]."""
 
 LEAST_WINDOWS = 30
-"""Windows of 10 ms from which the scale of the angle is determined."""
+"""Least number of 10 ms windows for the scale of the angle."""
 
 AGREEMENT = 0.98
-"""Correlation of what sensor and observer gain, from which a wrong scale is that of the numbers, not of a fault."""
+"""Correlation of the increments of sensor and observer from which a wrong scale is an error of the recording or file,
+not a fault."""
 
 SCALE_MARGIN = 0.1
-"""Share by which a scale may be off and still be called by name: pole pairs are whole numbers."""
+"""Relative tolerance within which a scale is attributed to a number of pole pairs, which are whole numbers."""
 
 FIVE_DEGREES = math.radians(5.0)
 
 TOGETHER = 1.0
-"""Alarms that begin within this have one root [s]."""
+"""Time within which alarms have one root cause [s]."""
 
 DISTURBING = ("stuck", "backwards", "electrical.resolver_mismatch", "electrical.angle_gradient", "not_following")
 """Sensor faults that disturb the observer: the drive stalls, as with swapped currents, or the angle leaps while the
 motor is slow and its increments count."""
 
 PASSING = 0.05
-"""Share of surprising innovations since `model` alarmed, below which the motor's model held again at once."""
+"""Share of surprising innovations since `model` alarmed, below which the motor's model was valid again at once."""
 
 ONCE = (
     "currents, voltages and the steps of the angle did not fit each other for a moment, and do again",
     "check whether the angle sensor's zero leapt while the motor was slow; then the motor's flux and resistance",
 )
-"""What `model` means where it passed, and what to do."""
+"""Cause and action of `model` where the contradiction has passed."""
 
 SENSOR_ALONE = (
     "the motor's angle contradicts currents and voltages, which fit each other",
     "check the sensor and its line: sign, noise, and the unit of motor_angle_mechanical in the channel map",
 )
-"""What `model` means where the induced voltage turns as its magnitude requires."""
+"""Cause and action of `model` where the induced voltage rotates as its magnitude requires."""
 
 UNSETTLED = (
     "the angle sensor differs from the angle that currents and voltages give, and these contradict each other too: "
     "either may be wrong",
     "check sign, gain and phases of currents and voltages, and the sensor's magnet and its zero",
 )
-"""What `angle` and `speed` mean where the induced voltage then turns otherwise than its magnitude requires."""
+"""Cause and action of `angle` and `speed` where the induced voltage rotates otherwise than its magnitude requires."""
 
 CONFIRMED = (
     "the motor's angle stays away from target_motor_angle_mechanical, though currents and voltages confirm the sensor: "
     "the target is not the one that the motor follows, or it cannot follow",
     "check sign, scale and time of the target in the channel map; then the control and the load of the motor",
 )
-"""What `not_following` means where the sensor turns as the currents indicate."""
+"""Cause and action of `not_following` where the sensor turns as the currents indicate."""
 
 UNTWISTED = (
     "the angles of motor, steering wheel and pinion are not compared: without driver_torque the twist of the torsion "
@@ -69,7 +70,7 @@ UNTWISTED = (
 )
 
 MOST_TORQUE = 10.0
-"""A driver's torque beyond this is none [N m]: power steering keeps it below 5."""
+"""Upper bound of a plausible driver's torque [N m]; power steering keeps it below 5."""
 
 SUSPECTS = {
     MOTOR: "the motor's angle",
@@ -79,18 +80,18 @@ SUSPECTS = {
 }
 
 KNEE_APART, KNEE_SIGMAS = 1.4, 4.0
-"""A knee is another than the vehicle file's where it lies beyond this factor, and by so many standard deviations."""
+"""Factor and number of standard deviations beyond which the knee differs from that of the vehicle file."""
 
 NOT_THE_SENSOR = ("model", "angle", "speed", "stuck", "backwards", "not_following", "electrical.angle_gradient")
-"""Alarms that a wrong recording raises."""
+"""Alarms that a wrong recording can raise."""
 
 
 def judge(drive: Drive, vehicle: Vehicle) -> Finding:
-    """The finding over a drive; it names the voltages it rests on.
+    """The finding over a drive, with remarks on the voltages behind it.
 
     Args:
-        drive: its results
-        vehicle: whose motor it is
+        drive: results of the drive
+        vehicle: vehicle of the motor
     """
     finding = _judged(drive, vehicle)
     untwisted = (UNTWISTED,) if drive.untwisted else ()
@@ -99,7 +100,7 @@ def judge(drive: Drive, vehicle: Vehicle) -> Finding:
 
 
 def _wrong_recording(drive: Drive, vehicle: Vehicle) -> tuple[str, str] | None:
-    """Cause and cure of a defect that makes the sensor unjudgeable."""
+    """Cause and action of an error of the recording that prevents a judgement of the sensor; None without one."""
     if wrong := _wrong_scale(drive, vehicle["motor_pole_pairs"]):
         return wrong
     suspect = root_of(drive) in NOT_THE_SENSOR or (not drive.starts and drive.known < LEAST_KNOWN)
@@ -143,8 +144,8 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Finding:
 def root_of(drive: Drive) -> str | None:
     """The alarm from which the others follow; None without any.
 
-    Currents that do not fit their voltages never do; a sensor that stalls the drive, or leaps, only disturbs the
-    observer once.
+    A contradiction of currents and voltages persists, whereas a sensor that stalls the drive, or leaps, disturbs the
+    observer only once.
     """
     if not drive.starts:
         return None
@@ -188,7 +189,7 @@ def _fault(drive: Drive, vehicle: Vehicle, estimate: Estimate | None, evidence: 
 
 
 def _cause_of(root: str, drive: Drive) -> tuple[str, str]:
-    """Cause of the first alarm, and the remedy."""
+    """Cause and action of the root alarm."""
     if root == "model" and drive.surprised < PASSING:
         return ONCE
     if root == "model" and drive.voltages == MEASURED and drive.contradicting < FITS:
@@ -202,7 +203,7 @@ def _cause_of(root: str, drive: Drive) -> tuple[str, str]:
 
 
 def _or_torque(drive: Drive, vehicle: Vehicle) -> str:
-    """The driver's torque as another cause: the twist of the bar that it indicates lies between wheel and pinion."""
+    """The driver's torque as an alternative cause: it gives the twist of the bar between wheel and pinion."""
     if drive.suspect not in (NOT_MOTOR, 0.0) or not drive.mismatch > 0.0:
         return ""
     torque = drive.mismatch * vehicle["torsion_bar_stiffness"] / vehicle["superposition_input_ratio"]
@@ -212,7 +213,7 @@ def _or_torque(drive: Drive, vehicle: Vehicle) -> str:
 
 
 def _wrong_scale(drive: Drive, pole_pairs: float) -> tuple[str, str] | None:
-    """A scale that is wrong throughout: the error turns with the angle."""
+    """Cause and action of a scale that is wrong throughout, so that the error grows with the angle."""
     if drive.windows < LEAST_WINDOWS or drive.agreement < AGREEMENT:
         return None
     slope = drive.slope
@@ -254,11 +255,11 @@ def _evidence(drive: Drive) -> dict[str, float]:
 
 
 def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...]:
-    """Voltages that a finding rests on, and whether the inverter is another than the vehicle file's.
+    """Remarks on the voltages behind a finding, and on an inverter that differs from the vehicle file.
 
     Args:
         lost: estimated voltage loss of the inverter; None where the voltages were measured
-        voltages: that the observer was fed with
+        voltages: source of the observer's voltages
     """
     if lost is None:
         return ()
@@ -276,7 +277,7 @@ def inverter_remarks(lost: InverterLoss | None, voltages: str) -> tuple[str, ...
 
 
 def knee_beyond(lost: InverterLoss) -> tuple[str, str] | None:
-    """Cause and cure where the knee may be beyond the range of an observer's estimate."""
+    """Cause and action where the knee may lie outside the range that is learnt; None where it does not."""
     if not lost.beyond:
         return None
     return (

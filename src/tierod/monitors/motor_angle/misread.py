@@ -1,4 +1,4 @@
-"""Errors of the recording, by name: signs, phases and scales, found with the balance of the voltage."""
+"""Errors of the recording by name: signs, phases and scales, found with the voltage balance."""
 
 from __future__ import annotations
 
@@ -8,37 +8,39 @@ from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.voltage_balance import AXES_SWAPPED, Balance, VoltageBalance
 
 LEAST_WINDOWS = 100
-"""Half a second of balance."""
+"""Least number of windows, half a second of driving."""
 
 CLEAN = 0.1
-"""A reading explains a recording where it leaves no more of the voltage than this: fault-free ones leave 0.01 to 0.05,
-and one that changed on the way, as with a fault, 0.2 and more."""
+"""Largest unexplained share of the voltage for a valid reading; fault-free recordings leave 0.01 to 0.05, and one that
+changed during the drive, as with a fault, 0.2 and more."""
 
 WARMTH = 1.5
-"""A winding from -40 to 120 degrees has 0.76 to 1.4 of its resistance at 20."""
+"""Factor of a resistance's change with temperature; a winding from -40 to 120 degrees has 0.76 to 1.4 of its resistance
+at 20."""
 
 ALIKE = 1.15
-"""Magnets from -40 to 120 degrees and a data sheet's inductance stay within this factor; so do two equal scales."""
+"""Factor within which two scales count as equal; magnets from -40 to 120 degrees and a data sheet's inductance stay
+within it."""
 
 
 LEAST_TURN = 0.05
-"""Electrical turn of a window, root mean square, from which the flux is found [rad]: 25 times the noise of a sensor."""
+"""Least electrical turn over a window for the flux, root mean square [rad]; 25 times the noise of a sensor."""
 
 SAME_DIRECTION = 0.1
-"""Electrical angle by which the flux of a half may point elsewhere than that of the whole [rad]: an inductance that is
-wrong by half turns it by some 0.05, and a sensor whose angle leaps by more than that is at fault itself."""
+"""Largest difference between the flux directions of a half and of the whole, electrical [rad]; an inductance that is
+wrong by half turns it by some 0.05, and a sensor whose angle leaps by more is itself faulty."""
 
 LEAST_CHANGE = 5.0
-"""Change of the current over a window from which the inductance is found, over the noise of the current: noise of both
-ends makes it too small by 2 / 5^2 = 8 %, less than what `ALIKE` allows."""
+"""Least change of the current over a window for the inductance, over the noise of the current; noise of both ends makes
+the inductance too small by 2 / 5^2 = 8 %, less than `ALIKE` allows."""
 
 
 def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:
-    """Cause and cure, where one reading explains the whole recording and is not that of the recording.
+    """Cause and action of an error of the whole recording; None where there is none, or no reading explains it.
 
     Args:
-        collected: over the whole recording
-        p: of the motor, from the vehicle file
+        collected: balance over the whole recording
+        p: parameters of the motor, from the vehicle file
         current_noise: standard deviation [A]
     """
     balance = collected.best()
@@ -52,18 +54,18 @@ def misread(collected: VoltageBalance, p: SampledMotorParameters, current_noise:
 
 
 def _agrees(half: Balance | None, whole: Balance) -> bool:
-    """Whether the first half agrees with the whole: a later change is then a fault and no error of the recording."""
+    """Whether a half agrees with the whole; a change during the drive is a fault, not an error of the recording."""
     if half is None or abs(math.remainder(half.flux_direction - whole.flux_direction, math.tau)) > SAME_DIRECTION:
         return False
     return all(_near(getattr(half, name) / getattr(whole, name), 1.0) for name in ("resistance", "inductance", "flux"))
 
 
 def cause_of(balance: Balance, p: SampledMotorParameters, current_noise: float) -> tuple[str, str] | None:
-    """Cause and cure of a balance; None where it is that of the motor in the vehicle file.
+    """Cause and action from a balance; None where it is that of the motor in the vehicle file.
 
     Args:
-        balance: over the whole recording
-        p: of the motor
+        balance: balance over the whole recording
+        p: parameters of the motor
         current_noise: standard deviation [A]
     """
     named = _phases(balance) or _sign(balance)
@@ -118,7 +120,7 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
                 f"resistance, inductance and flux are all {flux:.2g} of the vehicle file's: so is the voltage's scale",
                 "correct factor and unit of the voltages in the channel map",
             )
-    # Currents that are scaled wrongly scale resistance and inductance alike.
+    # A wrong scale of the currents changes resistance and inductance by the same factor.
     alone = _near(resistance, 1.0, WARMTH) and abs(math.log(resistance)) < abs(math.log(resistance / inductance))
     if p.motor_saliency is None and alone and _near(flux, 1.0) and not _near(inductance, 1.0):
         return _other_inductance(inductance)
@@ -132,7 +134,7 @@ def _scale(balance: Balance, p: SampledMotorParameters) -> tuple[str, str] | Non
 
 
 def _other_inductance(ratio: float) -> tuple[str, str]:
-    """Cause and cure where only the inductance differs: currents across the flux show that across it alone."""
+    """Cause and action where only the inductance differs; currents across the flux show only the one across it."""
     return (
         f"the inductance is {ratio:.2f} of the vehicle file's, resistance and flux are those of the file: it gives one "
         "inductance, and those along and across the flux may differ",

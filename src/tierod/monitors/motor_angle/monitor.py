@@ -1,4 +1,4 @@
-"""The motor's angle sensor watched from all sides: observer, stopping rules, second tests, electrical checks."""
+"""Monitor of the motor's angle sensor: observer, CUSUMs, further tests, electrical checks."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from tierod.monitors.motor_angle.signals import MEASURED, MotorAngleSample, Moto
 from tierod.vehicles import Vehicle
 
 MODEL_DRIFT, MODEL_THRESHOLD = 8.0, 400.0
-"""Of the innovations' sum, one value a sample: three measurements have a mean of three; it stays below 20 without a
+"""CUSUM of the NIS, one value per sample; three measurements have a mean of three, and the sum stays below 20 without a
 fault."""
 
 
 CONFIRMED: Annotated[float, "rad"] = 0.1
-"""Electrical difference within which the observer confirms the sensor; fault-free ones stay below 0.05 rad."""
+"""Electrical residual within which the observer confirms the sensor; fault-free ones stay below 0.05 rad."""
 
 
 class Alarms(NamedTuple):
     """1 while a test of the angle alarms.
 
     Args:
-        angle: the sum of the difference from the observer
-        speed: that of what both gain
+        angle: CUSUM of the difference from the observer
+        speed: CUSUM of the difference of the increments
         backwards: the sensor turns against the observer
-        stuck: the observer turns on, the sensor does not
+        stuck: the observer turns, the sensor stands still
         model: currents and voltages are not those of one motor
         not_following: the sensor stays away from its target
-        plausibility: pinion, motor and steering wheel do not fit each other
+        plausibility: pinion, motor and steering wheel disagree
         electrical: see `ElectricalAlarms`
     """
 
@@ -52,18 +52,18 @@ class Alarms(NamedTuple):
     electrical: ElectricalAlarms
 
     def in_order(self) -> list[Scalar]:
-        """Values of all alarms, in the order of `ALARMS`."""
+        """All alarms, in the order of `ALARMS`."""
         flags = dict(leaves(self))
         return [flags[each.name] for each in ALARMS]
 
 
 class Tested(NamedTuple):
-    """Statistics that the tests compare with their thresholds and other outputs do not hold.
+    """Test statistics that no other output contains.
 
     Args:
-        model_sum: of the innovations
+        model_sum: CUSUM of the innovations
         backwards_sum: windows in which the sensor turned against the observer, less those with it
-        turned_meanwhile: by the observer, while the sensor stood still
+        turned_meanwhile: turn of the observer while the sensor stood still
         following_error: target less sensor; 0 without a target
         electrical: see `ElectricalFigures`
     """
@@ -77,16 +77,16 @@ class Tested(NamedTuple):
 
 @dataclass(frozen=True)
 class MotorAngleMonitor:
-    """Observer of the motor's angle, and every test that its sensor has to pass.
+    """Observer of the motor's angle, with every test of its sensor.
 
     Args:
-        observer: from currents and voltages
-        comparison: of the sensor with it
+        observer: observer from currents and voltages
+        comparison: comparison of the sensor with the observer
         electrical: checks of the sensor's own signals, currents and supply
-        not_following: of the sensor beside its target
-        plausibility: of the three angles of a superposition; None for a motor on a bench
-        voltages: that the observer is fed with
-        model: sum of the innovations
+        not_following: test of the sensor against its target
+        plausibility: test of the three angles of a superposition; None for a motor on a bench
+        voltages: source of the observer's voltages
+        model: CUSUM of the innovations
     """
 
     observer: MotorAngleObserver
@@ -102,7 +102,7 @@ class MotorAngleMonitor:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """State of the parts, in order; the time, and since when a fault has been stated."""
+        """State of the parts, in order; the time, and the start of the present fault."""
 
         observer: MotorAngleObserver.State
         comparison: SensorComparison.State
@@ -115,10 +115,10 @@ class MotorAngleMonitor:
         since: Annotated[Scalar, "s"]
 
     class Output(NamedTuple):
-        """Estimate of the observer, test statistics, alarms, the statement, and the voltage it all rests on.
+        """Estimate of the observer, test statistics, alarms, statement, and the voltage that the observer used.
 
-        The kind of the statement is the place of the alarm in `ALARMS`, its magnitude the electrical difference of the
-        sensor from the observer.
+        The kind of the statement is the position of the alarm in `ALARMS`, its magnitude the electrical difference of
+        the sensor from the observer.
         """
 
         estimate: MotorAngleObserver.Output
@@ -137,16 +137,16 @@ class MotorAngleMonitor:
         plausibility: AnglePlausibility | None = None,
         voltages: MotorVoltages | None = None,
     ) -> MotorAngleMonitor:
-        """The monitor of a vehicle's motor.
+        """The monitor for a vehicle's motor.
 
         Args:
-            vehicle: with the motor's parameters
-            sample_time: [s]
-            plausibility: where the vehicle has a superposition
-            voltages: that the observer is fed with; measured ones where None
+            vehicle: vehicle with the motor's parameters
+            sample_time: sampling interval [s]
+            plausibility: test of the angles, where the vehicle has a superposition
+            voltages: source of the observer's voltages; measured ones where None
 
         Raises:
-            ParameterError: a parameter is missing or cannot be
+            ParameterError: a parameter is missing or invalid
         """
         voltages = voltages or MotorVoltages()
         observer = MotorAngleObserver.of_vehicle(vehicle, sample_time, commanded=voltages.source != MEASURED)
@@ -175,7 +175,7 @@ class MotorAngleMonitor:
         )
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
-        """One sample on."""
+        """Process one sample."""
         voltages, voltage = self.voltages.step(state.voltages, sample)
         sensor = sample.motor_angle_mechanical
         fed = self.observer.Sample(sample.motor_current_alpha, sample.motor_current_beta, *voltage, sensor)
@@ -234,6 +234,7 @@ class MotorAngleMonitor:
         known = both(compared.known > 0.5, present(estimate.angle_residual_electrical))
         pole_pairs = self.observer.parameters.motor_pole_pairs
         kind: Scalar = 0.0
+        # Backwards, so that of several alarms the first in the order of causes is stated.
         for place in range(len(flags), 0, -1):
             kind = where(flags[place - 1] > 0.5, float(place), kind)
         sums = (

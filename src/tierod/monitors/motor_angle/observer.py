@@ -1,4 +1,4 @@
-"""The angle of a motor from its currents and voltages, without the sensor that it serves to watch."""
+"""Observer of a motor's angle from its currents and voltages, independent of the sensor that is monitored."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ class Pace(NamedTuple):
     """Whether the motor turns fast enough for its currents to determine the angle.
 
     Args:
-        speed: smoothed [rad/s]
-        standing: 1 while the back-EMF determines no angle
-        slow: 1 while increments of the sensor give the speed too
-        against: samples for which the speed has contradicted `standing`
+        speed: smoothed speed [rad/s]
+        standing: 1 while the back-EMF does not determine the angle
+        slow: 1 while increments of the sensor serve as speed measurements
+        against: number of samples for which the speed has contradicted `standing`
     """
 
     speed: Annotated[Scalar, "rad/s"]
@@ -49,11 +49,11 @@ class Pace(NamedTuple):
 
 
 class Surprise(NamedTuple):
-    """Innovations squared and normalised by their variances, and how often they were too large.
+    """NIS, and the recent number of samples with a surprising one.
 
     Args:
-        last: of the sample before
-        often: surprising samples, each forgotten over `MotorAngleTuning.step_memory`
+        last: NIS of the previous sample
+        often: number of surprising samples, decaying with `MotorAngleTuning.step_memory`
     """
 
     last: Annotated[Scalar, ""]
@@ -61,29 +61,29 @@ class Surprise(NamedTuple):
 
 
 _LONGEST_WAIT = 1e6
-"""Samples beyond which none are counted."""
+"""Upper bound of the sample count between readings."""
 
 
 @dataclass(frozen=True)
 class MotorAngleObserver:
-    """Extended Kalman filter in the stator's axes: angle, speed, load torque, resistance and flux from the currents.
+    """Extended Kalman filter in stator coordinates: angle, speed, load torque, resistance and flux from the currents.
 
-    The sensor begins it, and helps while the motor is slow by its *increments*; its value is never taken afterwards,
-    so that an offset or a slipped magnet shows in the difference. Standing, the currents show nothing: the angle then
-    follows the increments with a variance that grows, and nothing drifts.
+    The sensor initialises it, and supports it at low speed by its *increments*; the sensor's value is never used
+    afterwards, so that an offset or a slipped magnet appears in the residual. At standstill the currents hold no
+    information on the angle: it then follows the increments with a growing variance, and does not drift.
 
     Args:
-        parameters: of the motor; a vehicle file gives them. Those of `CommandedMotorParameters` state that its samples
-            bring the voltages that the inverter is commanded to make, and not those that were measured
+        parameters: parameters of the motor, from a vehicle file. `CommandedMotorParameters` state that the samples
+            contain the voltages commanded to the inverter instead of measured ones
         tuning: noises, limits and times
 
-    Where only the command is known, what the inverter takes from it and the knee of that are states too; the knee is
-    learnt while the motor turns faster than `slow_speed`, since beside a slow rotor it takes the place of the back-EMF.
+    With commanded voltages, the voltage loss of the inverter and the knee of that loss are states too; the knee is
+    learnt only above `slow_speed`, since at low speed it cannot be separated from the back-EMF.
 
-    Missing currents correct nothing, a missing voltage holds the estimate; neither reaches the state.
+    Missing currents cause no correction, a missing voltage holds the estimate; neither enters the state.
 
-    Source: Reinelt et al., eqs (17), (18), (34) to (45) in the stator's axes, with load, resistance, flux and angle as
-    states: the paper feeds the measured angle into Park's transform and finds an extra state wanting at standstill.
+    Source: Reinelt et al., eqs (17), (18), (34) to (45) in stator coordinates, with load, resistance, flux and angle as
+    states: the paper uses the measured angle in Park's transform, and finds an additional state poor at standstill.
     """
 
     parameters: SampledMotorParameters
@@ -91,7 +91,7 @@ class MotorAngleObserver:
     filter: KalmanFilter = field(init=False, repr=False)
 
     class Sample(NamedTuple):
-        """Currents, mean voltages over the sample that ends, and the angle sensor that is watched."""
+        """Currents, mean voltages over the sample that ends, and the angle sensor that is monitored."""
 
         motor_current_alpha: Annotated[Scalar, "A"]
         motor_current_beta: Annotated[Scalar, "A"]
@@ -100,7 +100,7 @@ class MotorAngleObserver:
         motor_angle_mechanical: Annotated[Scalar, "rad"]
 
     class State(NamedTuple):
-        """Estimate of the filter, whether it has begun, the sensor's last angle, its gain and number of samples."""
+        """Belief of the filter, whether it has begun, last sensor angle, its increment and number of samples, mode."""
 
         belief: Belief
         begun: Annotated[Scalar, ""]
@@ -111,9 +111,9 @@ class MotorAngleObserver:
         surprise: Surprise
 
     class Output(NamedTuple):
-        """The estimate, and how the sensor differs from it: electrical, within half a turn; zero until it has begun.
+        """The estimate, and the electrical residual of the sensor, within half a turn; zero until it has begun.
 
-        The deviation of the knee is that of its logarithm; nothing is lost where voltages are measured.
+        The deviation of the knee is that of its logarithm; the inverter's loss is zero for measured voltages.
         """
 
         motor_angle: Annotated[Scalar, "rad"]
@@ -143,7 +143,7 @@ class MotorAngleObserver:
 
     @property
     def commanded(self) -> bool:
-        """Whether its voltages are those that the inverter is commanded to make."""
+        """Whether the voltages are those commanded to the inverter."""
         return isinstance(self.parameters, CommandedMotorParameters)
 
     @classmethod
@@ -153,13 +153,13 @@ class MotorAngleObserver:
         """The observer of a vehicle's motor.
 
         Args:
-            vehicle: with the parameters of `SampledMotorParameters`, or of `CommandedMotorParameters`
-            sample_time: [s]
-            tuning: the usual one where None
-            commanded: whether the voltages are those that the inverter is commanded to make
+            vehicle: vehicle with the parameters of `SampledMotorParameters`, or of `CommandedMotorParameters`
+            sample_time: sampling interval [s]
+            tuning: tuning; the default where None
+            commanded: whether the voltages are those commanded to the inverter
 
         Raises:
-            ParameterError: a parameter is missing or cannot be
+            ParameterError: a parameter is missing or invalid
         """
         kind = CommandedMotorParameters if commanded else SampledMotorParameters
         parameters = replace(vehicle.parameters_for(kind), sample_time=sample_time)
@@ -167,11 +167,11 @@ class MotorAngleObserver:
 
     def init(self) -> State:
         """State before the first sample."""
-        # A motor that stands at first, as most do, would be turned by what resistance and voltages are wrong by.
+        # Starts as standing: errors of resistance and voltage would otherwise turn a motor that stands, as most do.
         return self.State(self.filter.init(), 0.0, 0.0, 0.0, 0.0, Pace(0.0, 1.0, 1.0, 0.0), Surprise(0.0, 0.0))
 
     def step(self, state: State, sample: Sample) -> tuple[State, Output]:
-        """One sample on."""
+        """Process one sample."""
         filter_ = self.filter
         belief, begun = self._begun(state, sample)
         pace = state.pace
@@ -185,7 +185,7 @@ class MotorAngleObserver:
         measured = StatorFrameMotor.Output(sample.motor_current_alpha, sample.motor_current_beta, rate)
         free = where(standing, 0.0, 1.0)
         current = hypot(sample.motor_current_alpha, sample.motor_current_beta)
-        # A small current does not show the resistance, and its noise would drive it.
+        # A small current holds no information on the resistance; its noise would make the estimate drift.
         masks: tuple[Scalar, ...] = (free, where(current > self.tuning.least_current, 1.0, 0.0), free)
         masks = (*masks, where(pace.slow, 0.0, 1.0)) if self.commanded else masks
         enabled = get_type_hints(filter_.Sample)["enabled"](*masks)
@@ -202,7 +202,7 @@ class MotorAngleObserver:
         return self.State(after, begun, sensed, gained, waited, advanced, surprise), output
 
     def _begun(self, state: State, sample: Sample) -> tuple[Belief, Scalar]:
-        """The belief, begun by the first sample with currents and angle."""
+        """The belief, initialised by the first sample with currents and angle."""
         whole = all_of(
             present(sample.motor_current_alpha),
             present(sample.motor_current_beta),
@@ -217,26 +217,26 @@ class MotorAngleObserver:
         return Belief(mean, state.belief.covariance), where(whole, 1.0, state.begun)
 
     def _increment(self, state: State, sample: Sample) -> Scalar:
-        """Increment of the sensor since its last reading, within half a turn [rad]; 0 at its first one."""
+        """Increment of the sensor since its last reading, within half a turn [rad]; 0 at the first one."""
         gained = sample.motor_angle_mechanical - state.sensed
         return where(state.begun, wrapped(gained), 0.0 * gained)
 
     def _rate(self, state: State, increment: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-        """Speed by increments while the motor is slow, gain of the sensor since, number of its samples."""
+        """Speed from increments while the motor is slow; sum of the increments; number of its samples."""
         known, time = present(increment), self.parameters.sample_time
         gained, waited = state.gained + where(known, increment, 0.0), minimum(state.waited + 1.0, _LONGEST_WAIT)
         window = maximum(self.tuning.increment_time / time, 1.0)
         due = both(known, waited > window - 0.5)
-        # After a gap the sum still moves a standing angle, but gives no speed of the moment.
+        # After a gap the sum still moves the angle at standstill, but is no measurement of the present speed.
         recent = all_of(due, waited < 2.0 * window + 0.5, state.pace.slow, state.begun)
         return where(recent, gained / (waited * time), math.inf), where(due, 0.0, gained), where(due, 0.0, waited)
 
     def _process_noise(
         self, filter_: KalmanFilter, standing: Scalar, sample: Sample, surprise: Surprise
     ) -> tuple[Scalar, ...]:
-        """Variances of this sample; after a surprise that no wander explains the load has stepped, and speed with it.
+        """Variances of this sample; after a surprise the load, and with it the speed, may have stepped.
 
-        A model that does not hold surprises on end, and no step explains it.
+        With a wrong model the surprises persist, and a step is no explanation.
         """
         noise, t = list(filter_.process_noise), self.tuning
         stepped = both(surprise.last > t.surprising, surprise.often < t.most_surprises)
@@ -249,16 +249,16 @@ class MotorAngleObserver:
         return tuple(noise)
 
     def _surprise(self, before: Surprise, estimate: Tree, begun: Scalar) -> Surprise:
-        """Innovations of currents, and of increments of a slow motor, against predictions; missing ones add nothing."""
+        """NIS of currents, and of increments at low speed; missing measurements add nothing."""
         last = where(begun, estimate.nis, 0.0)
         if self.commanded:
-            # A knee that is not learnt yet surprises as a load does, and more often.
+            # A knee that is not learnt yet causes surprises as a load step does, and more often.
             last = where(estimate.variance.log_knee < self.tuning.learnt_knee**2, last, 0.0)
         keep = 1.0 - share_reached(self.parameters.sample_time / self.tuning.step_memory)
         return Surprise(last, keep * before.often + where(last > self.tuning.surprising, 1.0, 0.0))
 
     def _kept(self, before: Belief, after: Belief, begun: Scalar) -> Belief:
-        """Nothing before the beginning; logarithms within their limits."""
+        """The belief unchanged until the observer has begun, then with logarithms within their bounds."""
         widest = {"log_knee": self.tuning.widest_knee}
         logarithms = [name for name in after.mean._fields if name.startswith("log_")]
         bounds = {name: widest.get(name, self.tuning.widest) for name in logarithms}
@@ -271,7 +271,7 @@ class MotorAngleObserver:
         return Belief(type(mean)(*kept[:size]), tuple(kept[size:]))
 
     def _pace(self, pace: Pace, after: Belief, estimate: Tree) -> Pace:
-        """Standing below the speed at which the drop of an uncertain resistance is as large as the back-EMF."""
+        """Mode of the motor: standing below the speed at which the resistance error matches the back-EMF."""
         t, p = self.tuning, self.parameters
         share = share_reached(p.sample_time / t.lag)
         speed = pace.speed + share * (after.mean.speed - pace.speed)
@@ -284,6 +284,7 @@ class MotorAngleObserver:
         differs = where(pace.standing, size > 1.5 * least, size < least)
         against = where(differs, pace.against + 1.0, 0.0)
         needed = where(pace.standing, 0.5, t.standing_time / p.sample_time - 0.5)
+        # Leaving standstill takes one sample, entering it `standing_time`: a reversal only passes through zero speed.
         turns = against > needed
         standing = where(turns, 1.0 - pace.standing, pace.standing)
         slow = where(where(pace.slow, size < 1.5 * t.slow_speed, size < t.slow_speed), 1.0, 0.0)

@@ -1,4 +1,4 @@
-"""Whether the angles of motor, steering wheel and pinion fit each other, and which of them does not."""
+"""Plausibility of the angles of motor, steering wheel and pinion, and isolation of a wrong one."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Superposition:
     Args:
         superposition_motor_ratio: turns of the motor per turn of the pinion, i_M []
         superposition_input_ratio: turns of the steering wheel's shaft per turn of the pinion, i_D []
-        torsion_bar_stiffness: between gear and pinion, which twists under the driver's torque [N m/rad]
+        torsion_bar_stiffness: stiffness of the bar between gear and pinion, twisted by the driver's torque [N m/rad]
     """
 
     superposition_motor_ratio: Annotated[float, ""]
@@ -32,11 +32,11 @@ class Superposition:
 
 @dataclass(frozen=True)
 class VariableGain:
-    """Turn added by the superposition to the steering wheel's, over the speed; named as in a vehicle file.
+    """Turn that the superposition adds to the steering wheel's, over the speed; named as in a vehicle file.
 
     Args:
         superposition_gain_standing, superposition_gain_fast: turn of the pinion over that without motor []
-        superposition_gain_speed: at which it is half way between both [m/s]
+        superposition_gain_speed: speed at which the gain is half way between both [m/s]
     """
 
     superposition_gain_standing: Annotated[float, ""]
@@ -45,27 +45,27 @@ class VariableGain:
 
 
 class Held(NamedTuple):
-    """Last reading of a slow signal, and its age [s]: 1 before the first one, and less ever after."""
+    """Last reading of a slow signal, and its age [s]; an age of 1 means no reading yet, later ages stay below 1."""
 
     value: Annotated[Scalar, ""]
     age: Annotated[Scalar, "s"]
 
     def after(self, value: Scalar, time: Scalar) -> Held:
-        """One sample on: the new value where it is present."""
+        """The state after one sample; the value changes where a new one is present."""
         fresh = present(value)
         older = where(self.age < 1.0, minimum(self.age + time, 0.999), self.age)
         return Held(where(fresh, value, self.value), where(fresh, 0.0, older))
 
 
 class Moved(NamedTuple):
-    """An angle in turns of the pinion: last reading, last step, travel since the angles last agreed."""
+    """An angle at its own shaft: last reading, last step, and travel since the angles last agreed."""
 
     last: Annotated[Scalar, "rad"]
     step: Annotated[Scalar, "rad"]
     travel: Annotated[Scalar, "rad"]
 
     def after(self, value: Scalar, compares: Scalar, agrees: Scalar) -> Moved:
-        """The next value, where angles are compared; travel begins anew where they agree."""
+        """The state after a new value, where angles are compared; travel restarts where they agree."""
         step = value - self.last
         new = Moved(value, step, where(agrees, 0.0, self.travel + absolute(step)))
         return Moved(*(where(compares, a, b) for a, b in zip(new, self, strict=True)))
@@ -73,25 +73,25 @@ class Moved(NamedTuple):
 
 @dataclass(frozen=True)
 class AnglePlausibility:
-    """Alarm when the pinion is not where motor and steering wheel put it.
+    """Alarm for a pinion that is not where motor and steering wheel put it.
 
-    The angle that stood still while the disagreement grew, or that jumped with it, is suspected; `which` decides. What
-    the three disagree in at the start is taken as their zeros.
+    The angle that stood still while the mismatch grew, or that jumped with it, is suspected; `which` decides. The
+    initial mismatch of the three angles is taken as their zeros.
 
     Args:
         gear: ratios and stiffness
-        sample_time: [s]
-        greatest: disagreement at the pinion: resolution of the slow angles and their different age while turning [rad]
-        hold: for so long [s]
-        learning: readings from which the zeros are taken []
-        longest_gap: angles and torques older than this are not compared [s]
-        gain: of the superposition over the speed; None where the vehicle file does not give it
-        which: decides which angle is wrong, with the observer of the motor as a fourth opinion
+        sample_time: sampling interval [s]
+        greatest: largest mismatch at the pinion [rad]; resolution of the slow angles, and their different ages in turns
+        hold: time for which the mismatch must be larger [s]
+        learning: number of readings from which the zeros are taken []
+        longest_gap: largest age of angles and torques that are compared [s]
+        gain: gain of the superposition over the speed; None where the vehicle file does not give it
+        which: isolation of the wrong angle, with the motor's observer as further evidence
 
-    Where the gain is known, the motor is compared with its target for the steering wheel's angle, too: a detour that
-    grows while motor and pinion agree otherwise shows that the recorded angle of the wheel is wrong.
+    Where the gain is known, the motor is also compared with its target for the steering wheel's angle: a deviation that
+    grows while motor and pinion otherwise agree shows that the recorded steering wheel angle is wrong.
 
-    Source: Reinelt et al., eqs (1) and (4); the twist of the torsion bar, which the paper leaves out, is added: under
+    Source: Reinelt et al., eqs (1) and (4); the twist of the torsion bar, which the paper omits, is added: under
     4 N m it turns the pinion by more than the motor does at 13 degrees.
     """
 
@@ -108,7 +108,7 @@ class AnglePlausibility:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Last readings and turn of the motor; increments of all angles; zeros and compared angles; holds."""
+        """Last readings and turn of the motor; steps of all angles; learnt zeros and last differences; holds."""
 
         motor: Held
         turned: Annotated[Scalar, "rad"]
@@ -126,10 +126,10 @@ class AnglePlausibility:
         which: WhichAngle.State
 
     class Output(NamedTuple):
-        """Pinion angle less that of the other two, whether the difference is too large, and the wrong angle (code).
+        """Pinion angle less that of the other two, whether the mismatch is too large, and the code of the wrong angle.
 
-        The detour is the pinion angle by the motor less that by the gain over the speed; 0 where unknown.
-        `by_motion` is the angle that stood still or jumped; `suspect` is decided with the observer beside it.
+        The detour is the pinion angle from the motor less that from the gain over the speed; 0 where unknown.
+        `by_motion` is the angle that stood still or jumped; `suspect` also takes the motor's observer into account.
         """
 
         mismatch: Annotated[Scalar, "rad"]
@@ -165,13 +165,13 @@ class AnglePlausibility:
     def step(
         self, state: State, sample: MotorAngleSample, residual: Scalar = 0.0, counts: Scalar = 0.0
     ) -> tuple[State, Output]:
-        """One sample on; angles are compared where the pinion's brings a reading.
+        """Process one sample; angles are compared at readings of the pinion angle.
 
         Args:
-            state: before
-            sample: of all signals
-            residual: the motor's sensor less its observer, electrical [rad]
-            counts: 1 where that value is known
+            state: state of the previous sample
+            sample: sample of all signals
+            residual: motor angle sensor less observer, electrical [rad]
+            counts: 1 where that residual is known
         """
         motor = state.motor.after(sample.motor_angle_mechanical, self.sample_time)
         followed = both(present(sample.motor_angle_mechanical), state.motor.age < 1.0)
@@ -219,13 +219,13 @@ class AnglePlausibility:
         return after, self.Output(mismatch, out.active, by_motion, detour, decided.suspect)
 
     def _expected(self, motor: Scalar, wheel: Scalar, torque: Scalar) -> Scalar:
-        """Pinion angle by motor and steering wheel [rad]."""
+        """Pinion angle from motor, steering wheel and twist of the torsion bar [rad]."""
         g = self.gear
         superposed = superposed_angle(motor, wheel, g.superposition_motor_ratio, g.superposition_input_ratio)
         return superposed - torque * g.superposition_input_ratio / g.torsion_bar_stiffness
 
     def _detour(self, motor: Scalar, wheel: Scalar, speed: Scalar) -> Scalar:
-        """Difference of the pinion angle by the motor from that by the variable gain [rad]."""
+        """Pinion angle from the motor less that from the variable gain [rad]."""
         if self.gain is None:
             return 0.0
         ratios = self.gear.superposition_motor_ratio, self.gear.superposition_input_ratio
@@ -234,19 +234,20 @@ class AnglePlausibility:
         return (motor - superposed_target(wheel, wanted, *ratios)) / ratios[0]
 
     def _still(self, now: tuple[Moved, ...]) -> Scalar:
-        """The one angle that has not moved since all agreed, while another has."""
+        """The only angle that has not moved since all agreed, while the others have."""
         sizes = [m.travel / ratio for m, ratio in zip(now, self._ratios(), strict=True)]
         still = [size < 0.1 * self.greatest for size in sizes]
         alone = [all_of(still[k], *(sizes[j] > 0.5 * self.greatest for j in range(3) if j != k)) for k in range(3)]
         return where(alone[0], MOTOR, where(alone[1], WHEEL, where(alone[2], PINION, NONE)))
 
     def _jumped(self, state: State, now: tuple[Moved, ...], change: Scalar, agrees: Scalar) -> Scalar:
-        """The angle whose step changed by as much as the disagreement did, if that was a jump."""
+        """The angle whose step changed by as much as the mismatch, if that was a jump."""
         pairs = zip(now, state.moved, self._ratios(), strict=True)
         kinks = [absolute(new.step - old.step) / ratio for new, old, ratio in pairs]
         most = maximum(kinks[0], maximum(kinks[1], kinks[2]))
         which = where(kinks[0] >= most, MOTOR, where(kinks[1] >= most, WHEEL, PINION))
         jumps = both(absolute(change) > 0.6 * self.greatest, most > 0.6 * absolute(change))
+        # The first jump counts until the angles agree again: later motion itself depends on the fault.
         first = both(jumps, state.jumped < 0.5)
         return where(first, which, where(both(agrees, negated(jumps)), NONE, state.jumped))
 

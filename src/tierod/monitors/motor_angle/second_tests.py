@@ -1,4 +1,4 @@
-"""Tests for sensors that stand still, turn backwards, or too far, which a cumulative sum of the angle misses."""
+"""Tests for sensors that stand still, turn backwards or too far, which a CUSUM of the angle misses."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class SensorBesideObserver(NamedTuple):
     """Estimate of the observer, and the sensor's reading.
 
     Args:
-        estimate: of the observer
-        motor_angle_mechanical: of the sensor; NaN where the sample brings none
+        estimate: output of the observer
+        motor_angle_mechanical: reading of the sensor; NaN where the sample has none
     """
 
     estimate: MotorAngleObserver.Output
@@ -28,12 +28,12 @@ class SensorBesideObserver(NamedTuple):
 
 @dataclass(frozen=True)
 class Increments:
-    """Increments of sensor and observer over windows in which the motor turns: compared, they show direction and scale.
+    """Increments of sensor and observer over windows with a turning motor, for a comparison of direction and scale.
 
     Args:
-        sample_time: [s]
-        window: long beside the sensor's noise, short beside a reversal [s]
-        least_speed: of the observer on average over a window, mechanical [rad/s]
+        sample_time: sampling interval [s]
+        window: window, long against the sensor's noise, short against a reversal [s]
+        least_speed: least mean speed of the observer over a window, mechanical [rad/s]
 
     A window that begins or ends with a standing motor does not count.
     """
@@ -45,7 +45,7 @@ class Increments:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """Last reading, whether there is one, gain of the sensor, the observer's start, time, standing."""
+        """Last reading, whether there is one, increment of the sensor, the observer's start, time, standing."""
 
         last: Annotated[Scalar, "rad"]
         begun: Annotated[Scalar, ""]
@@ -55,7 +55,7 @@ class Increments:
         stood: Annotated[Scalar, ""]
 
     class Output(NamedTuple):
-        """Gains over the window so far, and whether one ends here in which the motor turned throughout (1.0, 0.0)."""
+        """Increments over the window so far, and whether one with a turning motor ends here (1.0, 0.0)."""
 
         sensor: Annotated[Scalar, "rad"]
         observer: Annotated[Scalar, "rad"]
@@ -69,7 +69,7 @@ class Increments:
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
     def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
-        """One sample on; windows end with a reading."""
+        """Process one sample; windows end with a reading."""
         fresh = present(sample.motor_angle_mechanical)
         step = wrapped(where(fresh, sample.motor_angle_mechanical, state.last) - state.last)
         gained = state.gained + where(both(fresh, state.begun), step, 0.0)
@@ -97,11 +97,11 @@ class Increments:
 
 @dataclass(frozen=True)
 class Stuck:
-    """Alarm when the observer turns on and the sensor does not move.
+    """Alarm for a sensor that does not move while the observer turns.
 
     Args:
-        still: a sensor that stays within this has not moved: four times its noise and step [rad]
-        travel: of the observer meanwhile, mechanical: far more than its error [rad]
+        still: range within which a sensor has not moved [rad]; four times its noise and step
+        travel: turn of the observer meanwhile, mechanical [rad]; far more than its error
     """
 
     still: Annotated[float, "rad", POSITIVE] = 0.006
@@ -110,7 +110,7 @@ class Stuck:
     Sample = SensorBesideObserver
 
     class State(NamedTuple):
-        """Angles of sensor and observer when the sensor last moved; whether there is such a place; the alarm."""
+        """Angles of sensor and observer when the sensor last moved, whether they are valid, and the alarm."""
 
         sensor: Annotated[Scalar, "rad"]
         observer: Annotated[Scalar, "rad"]
@@ -118,7 +118,7 @@ class Stuck:
         alarm: Annotated[Scalar, ""]
 
     class Output(NamedTuple):
-        """Angle that the observer has turned meanwhile, and whether that is too far (1.0, 0.0)."""
+        """Turn of the observer since the sensor last moved, and whether it is too far (1.0, 0.0)."""
 
         turned: Annotated[Scalar, "rad"]
         alarm: Annotated[Scalar, ""]
@@ -131,9 +131,9 @@ class Stuck:
         return self.State(0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: State, sample: SensorBesideObserver, enabled: Scalar | bool = True) -> tuple[State, Output]:
-        """One sample on, judged where it brings a reading.
+        """Process one sample; the alarm can rise at a reading only.
 
-        A standing motor, and a sample that is not enabled (logic), begin anew: the angle is unknown then.
+        A standing motor, or a sample that is not enabled (logic), restarts the test: the angle is then unknown.
         """
         fresh = present(sample.motor_angle_mechanical)
         away = where(fresh, sample.motor_angle_mechanical, state.sensor) - state.sensor
@@ -148,18 +148,18 @@ class Stuck:
 
 @dataclass(frozen=True)
 class NotFollowing:
-    """Alarm when the sensor stays away from its target: the drive has stalled, so that its currents determine no angle.
+    """Alarm for a sensor that stays away from its target: the drive has stalled, and its currents give no angle.
 
     A sensor that is stuck, or whose sine and cosine are swapped, makes the current control hold the rotor; so does a
     blocked motor. This test cannot separate them.
 
     Args:
-        widest: following error of a fault-free drive, with a margin [rad]
-        hold: for so long [s]
-        confirmed_hold: for so long where currents and voltages confirm the sensor: a load beyond the motor's torque, or
-            a target beyond its speed, is no fault while it passes [s]
-        sample_time: [s]
-        least_course: a target that has never changed by so much is not the one that is controlled [rad]
+        widest: largest following error of a fault-free drive, with a margin [rad]
+        hold: time for which the error must be larger [s]
+        confirmed_hold: the same time where currents and voltages confirm the sensor [s]; a load beyond the motor's
+            torque, or a target beyond its speed, is not a fault while it passes
+        sample_time: sampling interval [s]
+        least_course: least change of a target for the test [rad]; a smaller one is not the target of the control
     """
 
     sample_time: Annotated[float, "s", POSITIVE] = 1e-4
@@ -173,7 +173,7 @@ class NotFollowing:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Target, sensor, whether each was received, the first target, whether it has moved since, and the holds."""
+        """Target, sensor, whether each was received, first target, whether it has moved since, and the holds."""
 
         target: Annotated[Scalar, "rad"]
         sensor: Annotated[Scalar, "rad"]
@@ -200,7 +200,7 @@ class NotFollowing:
         return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, self.holding.init(), self.holding_on.init())
 
     def step(self, state: State, sample: MotorAngleSample, confirmed: Scalar | bool = False) -> tuple[State, Output]:
-        """One sample on; `confirmed` (logic) where currents and voltages give the angle that the sensor reads."""
+        """Process one sample; `confirmed` (logic) where currents and voltages agree with the sensor."""
         wanted, fresh = present(sample.target_motor_angle_mechanical), present(sample.motor_angle_mechanical)
         target = where(wanted, sample.target_motor_angle_mechanical, state.target)
         sensor = where(fresh, sample.motor_angle_mechanical, state.sensor)

@@ -1,4 +1,4 @@
-"""Session of the motor angle's monitor over one recording: its results on the way, and its finding at the end."""
+"""Session of the motor angle monitor over one recording: collection piece by piece, and the finding at the end."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from tierod.monitors.motor_angle.signals import DUTY_CYCLES, SIGNALS
 from tierod.vehicles import Vehicle
 
 LEAST_SHARE = 0.8
-"""Share of the samples that currents and voltages must bring."""
+"""Least share of the samples with currents and voltages."""
 
 SLICE = 200_000
-"""Samples that are judged at once, so that the outputs of a long piece do not lie in memory together."""
+"""Samples processed at once, so that the outputs of a long piece are not in memory together."""
 
 TRACES = {
     "estimate.angle_residual_electrical": ("angle_residual_electrical", "rad"),
@@ -56,22 +56,22 @@ AT_READINGS = (
     "resolver_mismatch_electrical",
     "sum_of_phase_currents",
 )
-"""Traces that are known at readings only; 0 stands for none in between."""
+"""Traces that are defined at readings only; 0 stands for no value in between."""
 
 INVERTER_TRACES = {
     "estimate.inverter_voltage_loss": ("estimated_inverter_voltage_loss", "V"),
     "estimate.inverter_knee_current": ("estimated_inverter_knee_current", "A"),
 }
-"""Those that it shows besides where the voltage is commanded."""
+"""Additional traces where the voltage is commanded."""
 
 
 class MotorAngleSession(BlockSession):
-    """Runs the block, and collects the grounds of the finding about the sensor of the motor's angle.
+    """Run the block over a recording, and collect the grounds of the finding on the motor's angle sensor.
 
     Args:
         block: the monitor
-        vehicle: whose motor it is
-        rate: of the samples [Hz]
+        vehicle: vehicle of the motor
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, block: MotorAngleMonitor, vehicle: Vehicle, rate: float):
@@ -82,17 +82,17 @@ class MotorAngleSession(BlockSession):
         self._figures = DriveFigures(block, rate)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
-        """Take in one more piece and give the traces over it, (n,) each."""
+        """Process one more piece and return the traces over it, (n,) each."""
         parts = [self._slice(aligned, start) for start in range(0, len(aligned.time), SLICE)]
         return {name: np.concatenate([part[name] for part in parts]) for name in self.traces}
 
     def refuse(self, aligned: Aligned) -> None:
-        """Refuse currents and voltages that come too slowly, and duty cycles without a supply."""
+        """Refuse currents and voltages at too low a rate, and duty cycles without a supply voltage."""
         self._refuse_slow(aligned)
         self._refuse_without_supply(aligned)
 
     def _refuse_slow(self, aligned: Aligned) -> None:
-        """Held currents would be ones that stand still: they must come as fast as the observer runs."""
+        """Refuse slow currents and voltages: held values would look like signals that stand still."""
         for name in ("motor_current_alpha", "motor_current_beta", *SIGNALS[self.monitor.voltages.source]):
             there = np.isfinite(aligned.values[:, aligned.names.index(name)])
             share = float(there.mean()) if there.any() else 1.0
@@ -112,7 +112,7 @@ class MotorAngleSession(BlockSession):
             )
 
     def _slice(self, aligned: Aligned, start: int) -> dict[str, np.ndarray]:
-        """The traces of one slice; differences are shown where they count."""
+        """The traces of one slice; residuals are shown where they count."""
         time, values = aligned.time[start : start + SLICE], aligned.values[start : start + SLICE]
         result = scan(self.block, Aligned(time, values, aligned.names), self.memory)
         self.memory = result.state
@@ -131,7 +131,7 @@ class MotorAngleSession(BlockSession):
         return shown
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Alarms and figures of one piece."""
+        """Collect alarms and statistics of one piece."""
         self._figures.add(time, signals, result)
 
     def conclude(self) -> Conclusion:
@@ -148,7 +148,7 @@ class MotorAngleSession(BlockSession):
 
 
 def _stood(values: np.ndarray, fresh: np.ndarray, samples: int) -> np.ndarray:
-    """Values that each stand for so many samples from where they are fresh, else NaN: single points make no line."""
+    """Values held for so many samples from where they are fresh, else NaN, since single points draw no line."""
     place = np.arange(len(values))
     last = np.maximum.accumulate(np.where(fresh, place, -1))
     return np.where((last >= 0) & (place - last <= samples), values[last], np.nan)

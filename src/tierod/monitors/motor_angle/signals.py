@@ -1,4 +1,4 @@
-"""Signals of the monitor of the motor's angle, and the choice of the voltages for its observer."""
+"""Signals of the motor angle monitor, and the choice of the voltages for its observer."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SIGNALS = {
     COMMANDED: ("motor_target_voltage_alpha", "motor_target_voltage_beta"),
     DUTY_CYCLES: ("motor_duty_cycle_a", "motor_duty_cycle_b", "motor_duty_cycle_c"),
 }
-"""What each source of the voltage needs with every sample; duty cycles a supply besides, however seldom."""
+"""Signals that each voltage source needs in every sample; duty cycles also need a supply voltage, however seldom."""
 
 VARIANTS = {MEASURED: "stator-frame", COMMANDED: "commanded-voltage", DUTY_CYCLES: "duty-cycles"}
 """Names of the monitor's variants."""
@@ -27,11 +27,11 @@ IN_WORDS = {
     COMMANDED: "those that the inverter was commanded to make, less what it was found to take",
     DUTY_CYCLES: "duty cycles times the supply, less what the inverter was found to take",
 }
-"""Voltages that were not measured."""
+"""Voltage sources other than measurement, in words."""
 
 
 class MotorAngleSample(NamedTuple):
-    """Currents, mean voltages over the sample that ends, and the angle; then whatever else is recorded, or NaN.
+    """Currents, mean voltages over the sample that ends, and the angle; then all further signals, or NaN.
 
     Targets and duty cycles are those of the period that ends with the sample.
     """
@@ -61,7 +61,7 @@ class MotorAngleSample(NamedTuple):
 
 @dataclass(frozen=True)
 class MotorVoltages:
-    """The voltage in the stator's axes; a supply that comes seldom is held.
+    """Voltage in stator coordinates, from the chosen source; a supply voltage at a low rate is held.
 
     Args:
         source: "measured", "commanded", or "duty cycles"
@@ -72,13 +72,13 @@ class MotorVoltages:
     Sample = MotorAngleSample
 
     class State(NamedTuple):
-        """Last supply, and whether there is one."""
+        """Last supply voltage, and whether there is one."""
 
         supply_voltage: Annotated[Scalar, "V"]
         known: Annotated[Scalar, ""]
 
     class Output(NamedTuple):
-        """In the stator's axes."""
+        """Voltage in stator coordinates."""
 
         alpha: Annotated[Scalar, "V"]
         beta: Annotated[Scalar, "V"]
@@ -92,7 +92,7 @@ class MotorVoltages:
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: MotorAngleSample) -> tuple[State, Output]:
-        """One sample on."""
+        """Process one sample."""
         if self.source == MEASURED:
             return state, self.Output(sample.motor_voltage_alpha, sample.motor_voltage_beta)
         if self.source == COMMANDED:
@@ -100,7 +100,7 @@ class MotorVoltages:
         fresh = present(sample.supply_voltage)
         supply = where(fresh, sample.supply_voltage, state.supply_voltage)
         known = where(fresh, 1.0, state.known)
-        # Before the first supply the missing one itself makes the voltage missing.
+        # Before the first supply reading the NaN itself makes the voltage missing.
         voltage = where(known, supply, sample.supply_voltage)
         duty = PhaseValues(sample.motor_duty_cycle_a, sample.motor_duty_cycle_b, sample.motor_duty_cycle_c)
         return self.State(supply, known), self.Output(*commanded_voltage(duty, voltage))

@@ -1,4 +1,4 @@
-"""Noises, limits and times of the motor angle's observer, and the Kalman filter inside it."""
+"""Noises, limits and times of the motor angle observer, and its Kalman filter."""
 
 from __future__ import annotations
 
@@ -16,41 +16,44 @@ from tierod.models.stator_frame_motor import (
 )
 
 _TINY = 1e-14
-"""Variance that the angle gains per sample besides that of the speed [rad^2]: keeps the covariance positive."""
+"""Variance that the angle gains per sample besides that of the speed [rad^2]; keeps the covariance positive."""
 
 
 @dataclass(frozen=True)
 class MotorAngleTuning:
-    """Assumptions of the observer about its measurements and itself.
+    """Assumptions of the observer on its measurements, the motor and the inverter.
 
     Args:
         current_noise: standard deviation of a measured current; shunts and converters of such a drive
-        voltage_noise: of the mean voltage over a sample, with what the model leaves out
-        sensor_noise: of one reading of the angle sensor, used for increments only
-        speed_wander: that the balance of torques leaves out, per sample
-        load_wander: of the load torque, per sample: it may reverse within some 10 ms
-        surprising: square of the normalised innovations, from which the load has
-            stepped: noise of two currents goes beyond once in 22 000 samples, of increments besides once in 6 000
-        stepped_speed, stepped_load: possible change of both by then: a load at its limit within one sample
-        most_surprises, step_memory: a step surprises less often than this within that time; more is a wrong model
-        resistance_wander: of its logarithm per square root of a second: a winding heats over seconds
-        flux_wander: the same of the flux: magnets warm over minutes
-        loss_wander: of what the inverter takes, per square root of a second: its semiconductors warm over seconds
-        knee_wander: the same of the logarithm of its knee
-        standing_wander: of the angle while its currents do not show it: what increments of the sensor may be wrong by
-        first_angle, first_speed, first_load: standard deviations at the first sample
-        first_resistance, first_flux: of their logarithms: temperatures from -40 to 120 degrees
-        first_loss: of what the inverter takes from a command: its data sheet gives it within so much
-        first_knee: of the logarithm of its knee, which no data sheet gives; 0 takes it as known
-        learnt_knee: deviation of that logarithm below which a surprise is one of the load
-        least_current: below it the resistance is left alone, since noise alone would drive it
-        standing_speed: below it the back-EMF determines no angle
-        standing_time: for so long it must be below
-        slow_speed: below it increments of the sensor give the speed too
-        increment_time: they are summed for so long: their noise does not add up, and the motor hardly accelerates
-        lag: of the speed that decides about this
-        widest: logarithms of resistance and flux stay within this
-        widest_knee: that of the knee: from a fifth to five times its value
+        voltage_noise: standard deviation of the mean voltage over a sample, with unmodelled effects
+        sensor_noise: standard deviation of one reading of the angle sensor, used for increments only
+        speed_wander: standard deviation of the unmodelled change of speed per sample
+        load_wander: random walk of the load torque per sample; it may reverse within some 10 ms
+        surprising: NIS above which the load has stepped; noise of two currents exceeds it once in 22 000 samples,
+            with increments once in 6 000
+        stepped_speed, stepped_load: standard deviations of both after a step: a load at its limit within one sample
+        most_surprises, step_memory: number of surprises within that time up to which they are steps; more show a wrong
+            model
+        resistance_wander: random walk of its logarithm; a winding heats over seconds
+        flux_wander: random walk of the logarithm of the flux; magnets warm over minutes
+        loss_wander: random walk of the inverter's voltage loss; its semiconductors warm over seconds
+        knee_wander: random walk of the logarithm of its knee
+        standing_wander: random walk of the angle at standstill, the possible error of the sensor's increments
+        first_angle, first_speed, first_load: initial standard deviations
+        first_resistance, first_flux: initial standard deviations of their logarithms; temperatures from -40 to 120
+            degrees
+        first_loss: initial standard deviation of the inverter's voltage loss; the accuracy of its data sheet
+        first_knee: initial standard deviation of the logarithm of its knee, which no data sheet gives; 0 takes it as
+            known
+        learnt_knee: standard deviation of that logarithm below which a surprise is attributed to the load
+        least_current: current below which the resistance is not estimated, since noise alone would make it drift
+        standing_speed: speed below which the back-EMF does not determine the angle
+        standing_time: time for which the speed must be below
+        slow_speed: speed below which increments of the sensor serve as speed measurements
+        increment_time: time over which they are summed: their noise does not add up, and the motor hardly accelerates
+        lag: time constant of the speed that selects the mode
+        widest: bound of the logarithms of resistance and flux
+        widest_knee: bound of that of the knee; from a fifth to five times its value
     """
 
     current_noise: Annotated[float, "A", POSITIVE] = 0.2
@@ -90,11 +93,11 @@ class MotorAngleTuning:
 
 
 def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilter:
-    """The filter of a motor whose voltages are measured, or commanded where its parameters are those of an inverter.
+    """The filter of a motor with measured voltages, or with commanded ones where its parameters include an inverter.
 
     Args:
-        p: of the motor
-        t: noises and first deviations
+        p: parameters of the motor
+        t: noises and initial standard deviations
     """
     voltage = (t.voltage_noise * p.sample_time / _least_inductance(p)) ** 2
     first: tuple[float, ...] = (
@@ -107,6 +110,7 @@ def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilte
         t.first_flux,
     )
     wander: tuple[float, ...] = (t.resistance_wander**2 * p.sample_time, t.flux_wander**2 * p.sample_time)
+    # Two readings bound an increment, and both have noise.
     reading = 2.0 * (t.sensor_noise / max(t.increment_time, p.sample_time)) ** 2
     model: Any = StatorFrameMotor
     mean: tuple[float, ...] = (0.0,) * 7
@@ -126,10 +130,10 @@ def stator_filter(p: SampledMotorParameters, t: MotorAngleTuning) -> KalmanFilte
 
 
 def _least_inductance(p: SampledMotorParameters) -> float:
-    """Along or across the flux: of the axis that a voltage moves most [H]."""
+    """Smaller inductance of both axes, in which the voltage noise moves the current most [H]."""
     return minimum(p.motor_inductance, p.inductance_across)
 
 
 def angle_variance_place(states: int) -> int:
-    """Place of the angle's variance in a packed covariance of so many states: three rows come before it."""
+    """Index of the angle's variance in a packed covariance of so many states, after the first three rows."""
     return 3 * states - 3

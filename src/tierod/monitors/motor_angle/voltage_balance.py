@@ -1,4 +1,4 @@
-"""The voltage equation of a motor held against a whole recording: as a balance, and without the angle sensor."""
+"""Test of a motor's voltage equation over a whole recording: as a balance, and without the angle sensor."""
 
 from __future__ import annotations
 
@@ -12,43 +12,44 @@ import numpy as np
 from tierod.methods.identification.regression import solved
 
 WINDOW: Annotated[float, "s"] = 5e-3
-"""Over which the equation is integrated: at 400 rad/s electrical the rotor turns by 2 rad meanwhile."""
+"""Time over which the equation is integrated; at 400 rad/s electrical the rotor turns by 2 rad meanwhile."""
 
 PART = 100
-"""Windows that are kept together: halves are cut between them."""
+"""Windows per part; halves are cut between parts."""
 
 MOST_PARTS = 1000
-"""Kept apart; beyond, neighbours are put together."""
+"""Largest number of parts; beyond, neighbours are merged."""
 
 _CURRENT, _GAIN, _ROTOR, _SIGNS, _SALIENT, _VOLTAGE = 0, 2, 4, 6, 8, 12
-"""Places of the columns, each followed by its mirror image; the signs stay empty where the voltages are measured."""
+"""Indices of the columns, each followed by its mirror image; the signs are zero where the voltages are measured."""
 
 _TURNED = {(False, False): 0, (True, True): 1, (True, False): 2, (False, True): 3}
-"""Which of the four columns of saliency belongs to currents mirrored and an angle backwards."""
+"""Which of the four saliency columns belongs to mirrored currents and a backward angle."""
 
 _THIRD = 2.0 * math.pi / 3.0
 
 AXES_SWAPPED: Annotated[float, "rad"] = 0.5 * math.pi
-"""A mirrored vector turned by this has alpha and beta exchanged."""
+"""Rotation of a mirrored vector by which alpha and beta are exchanged."""
 
 SLOWEST, FASTEST = 0.2, 1.7
-"""Change of the flux over a window, in multiples of the flux: below, noise counts; at 2 the turn is half a circle."""
+"""Range of the change of flux over a window, in multiples of the flux; below it noise dominates, and a change of 2 is
+half a turn."""
 
 LEAST_TURNING = 100
-"""Half a second of turning."""
+"""Least number of windows, half a second of turning."""
 
 FITS = 0.04
-"""Share of the induced voltage that may contradict its own turning: fault-free drives leave 0.008 to 0.021, a clipped
-current 0.075 and more, any other change of currents or voltages more than 0.13."""
+"""Share of the induced voltage up to which it may contradict its own rotation [-]; fault-free drives leave 0.008 to
+0.021, a clipped current 0.075 and more, any other change of currents or voltages more than 0.13."""
 
 
 class Reading(NamedTuple):
-    """One way of reading currents and angle.
+    """One hypothesis on how currents and angle must be read.
 
     Args:
         mirrored: currents with two phases swapped
-        shifted: currents with their phases moved on, by this angle [rad]
-        backwards: an angle that turns the other way
+        shifted: currents with their phases rotated by this angle [rad]
+        backwards: an angle with reversed direction
     """
 
     mirrored: bool = False
@@ -59,23 +60,23 @@ class Reading(NamedTuple):
 AS_RECORDED = Reading()
 _PHASES = tuple(Reading(*each) for each in product((False, True), (0.0, _THIRD, -_THIRD), (False, True)))
 READINGS = (*_PHASES, Reading(True, AXES_SWAPPED), Reading(True, AXES_SWAPPED, True))
-"""As recorded first; the last two with the stator's axes swapped."""
+"""All readings: the recorded one first, the last two with the stator's axes swapped."""
 
 
 @dataclass(frozen=True)
 class Balance:
-    """Least squares of the voltage over one reading.
+    """Least-squares fit of the voltage for one reading.
 
     Args:
-        reading: of currents and angle
-        resistance: [ohm]
-        inductance: mean of those along and across the flux [H]
-        flux: [V s]
-        flux_direction: electrical, relative to its direction by the sensor [rad]
-        unexplained: root mean square of what is left over, share of the voltage's
-        windows: number of counted ones
-        change: of the current over a window, root mean square [A]
-        turn: of the rotor's direction over a window, likewise, electrical [rad]
+        reading: reading of currents and angle
+        resistance: resistance [ohm]
+        inductance: mean of the inductances along and across the flux [H]
+        flux: flux of the magnets [V s]
+        flux_direction: electrical direction of the flux, relative to that of the sensor [rad]
+        unexplained: root mean square of the residual, as a share of the voltage's
+        windows: number of windows
+        change: change of the current over a window, root mean square [A]
+        turn: turn of the rotor's direction over a window, root mean square, electrical [rad]
     """
 
     reading: Reading
@@ -90,15 +91,15 @@ class Balance:
 
 
 class VoltageBalance:
-    """Collects u = R i + L di/dt + d(psi e^(j theta))/dt over windows that begin and end with a reading of the angle.
+    """Sums for u = R i + L di/dt + d(psi e^(j theta))/dt over windows that begin and end with a reading of the angle.
 
     Args:
         pole_pairs: electrical turns per turn of the shaft
-        sample_time: [s]
+        sample_time: sampling interval [s]
         apart: L_sd less L_sq, over their sum
 
-    Vectors are complex numbers; the flux of a salient motor's current is L (i + apart e^(2j theta) conj(i)), L the mean
-    of both inductances. Source: Reinelt et al., eqs (17), (18), integrated over a window.
+    Vectors are complex numbers; the flux of a salient motor's current is L (i + apart e^(2j theta) conj(i)), with L the
+    mean of both inductances. Source: Reinelt et al., eqs (17), (18), integrated over a window.
     """
 
     def __init__(self, pole_pairs: float, sample_time: float, apart: float = 0.0):
@@ -108,13 +109,13 @@ class VoltageBalance:
         self._rest = np.zeros((4, 0), complex)
 
     def add(self, current: np.ndarray, voltage: np.ndarray, angle: np.ndarray, signs: np.ndarray) -> None:
-        """The next piece.
+        """Add the next piece.
 
         Args:
-            current: in the stator's axes [A], (n,)
-            voltage: mean over the sample that ends [V], (n,)
-            angle: of the sensor, mechanical; NaN where a sample brings none [rad], (n,)
-            signs: of the phase currents, where the inverter takes a voltage with them, else zeros (n,)
+            current: current in stator coordinates [A], (n,)
+            voltage: mean voltage over the sample that ends [V], (n,)
+            angle: mechanical angle of the sensor; NaN where a sample has none [rad], (n,)
+            signs: signs of the phase currents, where the inverter loses a voltage with them, else zeros (n,)
         """
         whole = np.concatenate([self._rest, np.vstack([current, voltage, angle, signs])], axis=1)
         readings = np.flatnonzero(np.isfinite(whole[2].real))
@@ -148,17 +149,17 @@ class VoltageBalance:
             self._merge()
 
     def _merge(self) -> None:
-        """Neighbours become one part, so that days of driving do not fill the memory."""
+        """Merge pairs of neighbouring parts, so that memory stays bounded over days of driving."""
         pairs = range(0, len(self._parts), 2)
         self._parts = [np.sum(self._parts[k : k + 2], axis=0) for k in pairs]
         self._windows = [sum(self._windows[k : k + 2]) for k in pairs]
 
     def over(self, reading: Reading, share: tuple[float, float] = (0.0, 1.0)) -> Balance | None:
-        """The balance of one reading; None where the windows do not determine its numbers.
+        """The balance of one reading; None where the windows do not determine its coefficients.
 
         Args:
-            reading: of currents and angle
-            share: of the windows that count, from and to
+            reading: reading of currents and angle
+            share: first and last share of the windows that count
         """
         at = np.cumsum(self._windows) / max(sum(self._windows), 1)
         counted = np.flatnonzero((at > share[0]) & (at <= share[1] + 1e-9))
@@ -167,12 +168,13 @@ class VoltageBalance:
         gram = np.sum([self._parts[k] for k in counted], axis=0)
         windows = sum(self._windows[k] for k in counted)
         balance = self._fitted(gram, reading, windows, 0.0)
+        # Saliency depends on the flux direction, which a first fit without it gives.
         if balance is None or not self._apart:
             return balance
         return self._fitted(gram, reading, windows, balance.flux_direction)
 
     def _fitted(self, gram: np.ndarray, reading: Reading, windows: int, zero: float) -> Balance | None:
-        """The balance with saliency beside a flux of this direction, electrical [rad]."""
+        """The balance with the saliency of a flux in this direction, electrical [rad]."""
         columns = self._columns(reading, zero, signs=gram[_SIGNS, _SIGNS].real > 0.0)
         normal = (np.conj(columns) @ gram @ columns.T).real
         right = (np.conj(columns) @ gram[:, _VOLTAGE]).real
@@ -194,7 +196,7 @@ class VoltageBalance:
         )
 
     def _columns(self, reading: Reading, zero: float, signs: bool) -> np.ndarray:
-        """Weights of the rows under a reading: one line each for R, L, flux along, across, and signs."""
+        """Weights of the rows for a reading: one line each for R, L, flux along, flux across, and signs."""
         side, turn = int(reading.mirrored), np.exp(1j * reading.shifted)
         rotor = _ROTOR + int(reading.backwards)
         weights = np.zeros((5 if signs else 4, _VOLTAGE + 1), complex)
@@ -207,7 +209,7 @@ class VoltageBalance:
         return weights
 
     def best(self) -> Balance | None:
-        """The reading that leaves least, and the recorded one where another is no clear improvement."""
+        """The reading with the least residual, or the recorded one where another is no clear improvement."""
         found = [balance for balance in map(self.over, READINGS) if balance is not None]
         if not found:
             return None
@@ -221,16 +223,16 @@ class VoltageBalance:
 
 
 class InducedVoltage:
-    """Collects how the voltage that the magnets induce turns, and how large it is.
+    """Comparison of the rotation of the voltage induced by the magnets with its magnitude.
 
-    The change of the flux over a window is the chord 2 psi sin(turn / 2), and successive chords turn as the rotor does:
-    size and turning of the induced voltage give the same speed, whatever the sensor reads.
+    The change of the flux over a window is the chord 2 psi sin(turn / 2), and successive chords rotate as the rotor
+    does: magnitude and rotation of the induced voltage must give the same speed, independent of the sensor.
 
     Args:
-        resistance: [ohm]
-        inductance: across the flux [H]
-        flux: of the magnets [V s]
-        sample_time: [s]
+        resistance: resistance [ohm]
+        inductance: inductance across the flux [H]
+        flux: flux of the magnets [V s]
+        sample_time: sampling interval [s]
         apart: inductance along the flux less that across [H]: current along the flux then adds to the flux of the
             magnets, as the active flux psi + (L_sd - L_sq) i_sd
 
@@ -247,7 +249,7 @@ class InducedVoltage:
         self._windows, self._apart, self._power = 0, 0.0, 0.0
 
     def add(self, current: np.ndarray, voltage: np.ndarray) -> None:
-        """The next piece: vectors in the stator's axes as complex numbers, current [A] and voltage [V], (n,) each."""
+        """Add the next piece: complex vectors in stator coordinates, current [A] and voltage [V], (n,) each."""
         whole = np.concatenate([self._rest, np.vstack([current, voltage])], axis=1)
         count = (whole.shape[1] - 1) // self._window
         if count < 1:
@@ -265,10 +267,10 @@ class InducedVoltage:
         self._compare(self._of_magnets(chords, edges) if self._salient else chords)
 
     def _of_magnets(self, chords: np.ndarray, edges: np.ndarray) -> np.ndarray:
-        """Chords of the magnets' flux alone, one less at both ends: the active flux stands across its own change.
+        """Chords of the magnets' flux alone, one less at both ends; the active flux is normal to its own change.
 
         Args:
-            chords: of the active flux (n,)
+            chords: chords of the active flux (n,)
             edges: currents between them (n + 1,)
         """
         units = chords / np.maximum(np.abs(chords), 1e-12)
@@ -278,7 +280,7 @@ class InducedVoltage:
         return np.asarray(chords[1:-1] - np.diff(self._salient * along * rotor))
 
     def _compare(self, chords: np.ndarray) -> None:
-        """Size of every chord against the turn from the one before to the one after."""
+        """Compare the magnitude of every chord with the rotation between its neighbours."""
         if len(chords) < 3:
             return
         turns = np.angle(chords[1:] * np.conj(chords[:-1]))
@@ -290,5 +292,5 @@ class InducedVoltage:
         self._power += float(size[counts] @ size[counts])
 
     def share(self) -> float:
-        """Share of the induced voltage that contradicts its own turning; NaN where the motor hardly turned."""
+        """Share of the induced voltage that contradicts its rotation; NaN where the motor hardly turned."""
         return math.sqrt(self._apart / self._power) if self._windows >= LEAST_TURNING else math.nan

@@ -1,4 +1,4 @@
-"""Isolation of the wrong one of three angles: motion, the motor's observer, and the variable ratio together."""
+"""Isolation of the wrong one of three angles, from motion, the motor's observer, and the variable ratio."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from tierod.core.graph.maths import absolute, all_of, any_of, limit, where
 from tierod.methods.detectors.threshold import Debounce
 
 NONE, MOTOR, WHEEL, PINION, NOT_MOTOR = 0.0, 1.0, 2.0, 3.0, 4.0
-"""Codes of the angle that is suspected; the last: the steering wheel's or the pinion's."""
+"""Codes of the suspected angle; the last one means the steering wheel's or the pinion's."""
 
 
 class Opinions(NamedTuple):
-    """Comparison of the angles at one instant.
+    """Evidence from the comparison of the angles in one sample.
 
     Args:
-        mismatch, alarm, suspect, detour: of `AnglePlausibility`
-        residual: the motor's sensor less its observer, electrical
-        counts: 1 where that value is known
+        mismatch, alarm, suspect, detour: outputs of `AnglePlausibility`
+        residual: motor angle sensor less observer, electrical
+        counts: 1 where that residual is known
     """
 
     mismatch: Annotated[Scalar, "rad"]
@@ -33,20 +33,21 @@ class Opinions(NamedTuple):
 
 @dataclass(frozen=True)
 class WhichAngle:
-    """The wrong one of motor's, steering wheel's and pinion's angle, by its code.
+    """Code of the wrong one of the motor's, the steering wheel's and the pinion's angle.
 
-    The observer is a fourth opinion: since the disagreement began it has stood by the motor's sensor, or against it. If
-    against, the motor's is the wrong one. If by it, one of the other two is: the one that motion betrays; or the
-    steering wheel's, where the motor departs from the variable ratio's target for the recorded angle. Otherwise
-    only that it is not the motor's is known: a control that reads the same wrong wheel follows it.
+    The observer is further evidence: since the mismatch began it has agreed with the motor's sensor, or not. If not,
+    the motor's angle is wrong. If so, one of the other two is: the one isolated by motion; or the steering wheel's,
+    where the motor deviates from the variable ratio's target for the recorded angle. Otherwise the wrong one of the two
+    is unknown: a control that reads the same wrong wheel angle follows it.
 
     Args:
-        sample_time: [s]
-        greatest: disagreement of the three from which it has begun, at the pinion: half of what alarms [rad]
-        agreement: of sensor and observer, electrical; ten times the deviation of a fault-free residual [rad]
-        needed: values by which more were by the sensor than against it, or fewer []
-        widest_detour: of the motor from its wanted course, at the pinion: following error of a fault-free drive [rad]
-        hold: for so long [s]
+        sample_time: sampling interval [s]
+        greatest: mismatch of the three from which it has begun, at the pinion [rad]; half of the alarm limit
+        agreement: largest electrical residual in agreement [rad]; ten standard deviations of a fault-free one
+        needed: excess of residuals in agreement over those not, or the reverse, for a decision []
+        widest_detour: largest deviation of the motor from its target, at the pinion [rad]; following error of a
+            fault-free drive
+        hold: time for which the deviation must be larger [s]
     """
 
     sample_time: Annotated[float, "s", POSITIVE] = 1e-4
@@ -60,7 +61,7 @@ class WhichAngle:
     Sample = Opinions
 
     class State(NamedTuple):
-        """Whether the angles disagree, the first angle by motion, the observer's score, hold of the detour."""
+        """Whether the angles disagree, the first angle by motion, score of the observer, hold of the deviation."""
 
         apart: Annotated[Scalar, ""]
         by_motion: Annotated[Scalar, ""]
@@ -68,7 +69,7 @@ class WhichAngle:
         held: Debounce.State
 
     class Output(NamedTuple):
-        """Code of the angle that is wrong, 0 where none is, or none stands out."""
+        """Code of the wrong angle, 0 where none is wrong or isolated."""
 
         suspect: Annotated[Scalar, ""]
 
@@ -81,14 +82,14 @@ class WhichAngle:
         return self.State(0.0, NONE, 0.0, self.holding.init())
 
     def step(self, state: State, sample: Opinions) -> tuple[State, Output]:
-        """One sample on."""
+        """Process one sample."""
         apart = where(absolute(sample.mismatch) > self.greatest, 1.0, 0.0)
         begins = all_of(apart > 0.5, state.apart < 0.5)
         opinion = where(absolute(sample.residual) < self.agreement, 1.0, -1.0)
         score = where(begins, 0.0, state.score) + where(sample.counts > 0.5, opinion, 0.0)
         score = limit(score, -2.0 * self.needed, 2.0 * self.needed)
         held, detour = self.holding.step(state.held, where(absolute(sample.detour) > self.widest_detour, 1.0, 0.0))
-        # What moved how is fresh when the alarm comes; later on motion itself depends on the fault.
+        # The evidence by motion is taken when the alarm comes; later the motion itself depends on the fault.
         unknown = any_of(begins, state.by_motion < 0.5)
         by_motion = where(unknown, where(sample.alarm > 0.5, sample.suspect, NONE), state.by_motion)
         elsewhere = any_of(absolute(by_motion - WHEEL) < 0.5, absolute(by_motion - PINION) < 0.5)

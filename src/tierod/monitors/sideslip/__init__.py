@@ -1,1 +1,1 @@
-"""Sideslip of the vehicle from its measurements: two observers after Yih, Ryu and Gerdes, and tierod's own."""
+"""Sideslip of the vehicle from its measurements: two observers after Yih, Ryu and Gerdes, and a combined filter."""

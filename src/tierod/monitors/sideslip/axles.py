@@ -1,4 +1,4 @@
-"""Unknowns of the axles, and their effect on an estimated sideslip angle to the first order."""
+"""Uncertain parameters of the axles, and their first-order effect on an estimated sideslip angle."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from tierod.vehicles.uncertain import held_deviation
 from tierod.vehicles.vehicle import Vehicle
 
 TORQUE_SHARE = 0.35
-"""Of a relative error of the trail that comes through to the sideslip angle, over the front slip angle: a trail that is
-half too long moves the observers with placed poles by that, those with Kalman gains less (virtual car, 25 m/s)."""
+"""Share of a relative trail error that reaches the sideslip angle, over the front slip angle [-]; measured for
+observers with placed poles and a trail that is half too long, those with Kalman gains are less affected (virtual car,
+25 m/s)."""
 
 
 class Slips(NamedTuple):
-    """Slip angles of both axles, and as tyres have them that need a rolled distance to follow."""
+    """Slip angles of both axles, without and with the lag of the tyres' relaxation length."""
 
     front: Annotated[Scalar, "rad"]
     rear: Annotated[Scalar, "rad"]
@@ -29,15 +30,14 @@ class Slips(NamedTuple):
 
 @dataclass(frozen=True)
 class Axles:
-    """Uncertainty of the axles, whose slip a wrong stiffness moves in proportion.
+    """Uncertainty of the axles: errors of the slip angles are in proportion to errors of stiffness and trail.
 
     Args:
-        front_distance, rear_distance: from the centre of gravity
-        sample_time: between two samples
-        front_stiffness_deviation, rear_stiffness_deviation: standard deviations of the cornering stiffness over it
-        trail_deviation: standard deviation of mechanical and pneumatic trail together over them
-        front_relaxation, rear_relaxation: rolled distances over which the force builds up, which the observers of the
-            paper leave out
+        front_distance, rear_distance: distances of the axles from the centre of gravity
+        sample_time: sampling interval
+        front_stiffness_deviation, rear_stiffness_deviation: relative standard deviations of the cornering stiffness
+        trail_deviation: relative standard deviation of mechanical and pneumatic trail together
+        front_relaxation, rear_relaxation: relaxation lengths of the tyres, which the observers of the paper neglect
     """
 
     front_distance: Annotated[float, "m", POSITIVE]
@@ -51,7 +51,7 @@ class Axles:
 
     @staticmethod
     def start() -> Slips:
-        """Straight ahead."""
+        """Slip angles straight ahead."""
         return Slips(0.0, 0.0, 0.0, 0.0)
 
     def follow(
@@ -63,14 +63,14 @@ class Axles:
         speed: Scalar,
         running: Scalar,
     ) -> Slips:
-        """One sample on; held where the observer does not run.
+        """Slip angles after one sample; held where the observer does not run.
 
         Args:
-            before: a sample ago
+            before: slip angles of the previous sample
             sideslip_angle: estimated [rad]
             yaw_rate: estimated [rad/s]
             road_wheel_angle: estimated [rad]
-            speed: above zero [m/s]
+            speed: vehicle speed, above zero [m/s]
             running: whether the observer runs
         """
         across = speed * sideslip_angle
@@ -86,7 +86,7 @@ class Axles:
         return Slips(*(where(running, new, old) for new, old in zip(after, before, strict=True)))
 
     def variance(self, slips: Slips) -> Scalar:
-        """Variance of the sideslip angle [rad2], from wrong stiffness and trail and from tyres that follow late."""
+        """Variance of the sideslip angle [rad2] from errors of stiffness and trail and from neglected tyre lag."""
         errors = (
             self.front_stiffness_deviation * slips.front,
             self.rear_stiffness_deviation * slips.rear,
@@ -97,7 +97,7 @@ class Axles:
         return sum((error * error for error in errors[1:]), errors[0] * errors[0])
 
     def of_vehicle(self, vehicle: Vehicle) -> Axles:
-        """Axles with standard deviations and relaxation lengths of a vehicle file, as far as it has them."""
+        """These axles with the standard deviations and relaxation lengths that a vehicle file gives."""
         found: dict[str, float] = {}
         for axle in ("front", "rear"):
             if spread := held_deviation(vehicle, f"{axle}_cornering_stiffness"):

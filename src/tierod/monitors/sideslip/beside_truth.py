@@ -1,4 +1,4 @@
-"""The combined estimator over a recording that holds the true sideslip: estimate, band and truth side by side."""
+"""The combined estimator over a recording that contains the true sideslip: estimate, band and truth."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class ErrorFigures:
     """Errors of an estimate against the truth.
 
     Args:
-        mean_absolute, rms: of the error [rad]
-        coverage: share of the samples whose truth lies in the 95 % band
+        mean_absolute, rms: mean absolute and root mean square error [rad]
+        coverage: share of the samples whose truth lies within the 95 % band
     """
 
     mean_absolute: float
@@ -37,13 +37,13 @@ class ErrorFigures:
 
 @dataclass(frozen=True)
 class BesideTruth:
-    """An estimate of the sideslip and the truth, (n,) each.
+    """An estimate of the sideslip with the truth, (n,) each.
 
     Args:
-        time: [s]
-        estimate, deviation: sideslip angle and one standard deviation of it [rad]
-        truth: [rad]; NaN where there is none
-        result: all that the estimator gave out; None for another estimate
+        time: time of each sample [s]
+        estimate, deviation: sideslip angle and its standard deviation [rad]
+        truth: true sideslip angle [rad]; NaN where there is none
+        result: all outputs of the estimator; None for an estimate from elsewhere
     """
 
     time: np.ndarray
@@ -59,7 +59,7 @@ class BesideTruth:
         return error
 
     def figures(self, start: float = -math.inf, stop: float = math.inf) -> ErrorFigures:
-        """The error from one time to another.
+        """The errors between two times.
 
         Raises:
             InputError: there is no truth between them
@@ -73,7 +73,7 @@ class BesideTruth:
 
 
 def truth_of(recording: Recording) -> str:
-    """The channel with the true sideslip.
+    """Name of the channel with the true sideslip.
 
     Raises:
         InputError: the recording has none
@@ -87,13 +87,13 @@ def truth_of(recording: Recording) -> str:
 def beside_truth(
     recording: Recording, vehicle: Vehicle, rate: float = 100.0, tuning: CombinedTuning | None = None
 ) -> BesideTruth:
-    """The combined estimator of a vehicle over a recording.
+    """Run the combined estimator of a vehicle over a recording.
 
     Args:
-        recording: with the signals of a car and its true sideslip
-        vehicle: whose parameters the estimator has
-        rate: of the samples [Hz]
-        tuning: of the estimator; the vehicle's own where None
+        recording: recording with the signals of a car and its true sideslip
+        vehicle: vehicle that gives the estimator's parameters
+        rate: sampling rate [Hz]
+        tuning: tuning of the estimator; the vehicle's own where None
 
     Raises:
         InputError: the recording has no true sideslip

@@ -1,4 +1,4 @@
-"""Parameters of the combined estimator, fitted to a true sideslip on the first part of a drive."""
+"""Fit of the combined estimator's parameters to a true sideslip on the first part of a drive."""
 
 from __future__ import annotations
 
@@ -14,38 +14,38 @@ from tierod.monitors.sideslip.beside_truth import beside_truth
 from tierod.vehicles import Vehicle
 
 TYRES = ("front_cornering_stiffness", "rear_cornering_stiffness", "tyre_friction", "rear_friction_ratio")
-"""What a car with other tyres needs anew."""
+"""Parameters to fit again after a change of tyres."""
 
 EXPECTED = math.radians(0.2)
-"""Error of a good fit [rad]: that of the best estimators on real cars."""
+"""Error of a good fit [rad]; that of the best estimators on real cars."""
 
 MEMORY = 0.4
-"""Time after which two errors are independent [s]: that of a steering movement."""
+"""Time after which two errors count as independent [s]; that of a steering movement."""
 
 SETTLING = 1.0
-"""At the start of the drive, not fitted [s]."""
+"""Start of the drive that is left out of the fit [s]."""
 
 FARTHEST = 3.0
-"""Standard deviations that a parameter may leave its value in the vehicle file."""
+"""Largest change of a parameter from its value in the vehicle file, in standard deviations."""
 
 EVERY = 10
-"""Only every so many samples count in the fit: errors change slowly."""
+"""Decimation of the samples in the fit: errors change slowly."""
 
 
 def calibrated(
     recording: Recording, vehicle: Vehicle, names: Iterable[str] = TYRES, until: float = math.inf, rate: float = 100.0
 ) -> Vehicle:
-    """The vehicle with parameters that bring the combined estimator closest to the truth of a drive.
+    """The vehicle with the parameters that bring the combined estimator closest to the truth of a drive.
 
-    The values and standard deviations of the vehicle file are the prior, so that what the drive does not show stays as
-    it is. Fit on one part of the drives and judge on another.
+    The values and standard deviations of the vehicle file are the prior, so that parameters that are not identifiable
+    from the drive keep their values. Fit on one part of the drives and judge on another.
 
     Args:
-        recording: with the signals of a car and its true sideslip
-        vehicle: to begin with
+        recording: recording with the signals of a car and its true sideslip
+        vehicle: vehicle whose parameters are the starting point
         names: parameters to fit; each needs a standard deviation
         until: end of the part that is fitted [s, as the recording counts]
-        rate: of the samples [Hz]
+        rate: sampling rate [Hz]
 
     Raises:
         InputError: the recording has no true sideslip
@@ -63,6 +63,7 @@ def calibrated(
         seen = beside_truth(recording, with_moved(moved), rate)
         judged = (seen.time > seen.time[0] + SETTLING) & (seen.time < until) & np.isfinite(seen.error)
         error = seen.error[judged][::EVERY]
+        # Weighted to one term per independent error; the clip bounds the cost of a filter that is lost.
         worth = math.sqrt(EVERY / rate / MEMORY)
         return np.concatenate([worth / EXPECTED * np.clip(error, -1.0, 1.0), moved])
 
@@ -73,7 +74,7 @@ def calibrated(
 
 
 def prior(vehicle: Vehicle, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Values and standard deviations of parameters that a fit may move, (n,) each.
+    """Values and standard deviations of the parameters that a fit may change, (n,) each.
 
     Raises:
         ParameterError: the vehicle lacks one, or its standard deviation
@@ -89,7 +90,7 @@ def prior(vehicle: Vehicle, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndar
 
 
 def with_parameters(vehicle: Vehicle, values: Mapping[str, float], source: str = "fitted to sideslip") -> Vehicle:
-    """The vehicle with other values of some of its parameters.
+    """The vehicle with new values of some of its parameters.
 
     Raises:
         ParameterError: the vehicle has no such parameter

@@ -1,7 +1,7 @@
-"""The combined sideslip estimator: one extended Kalman filter over all that a car measures.
+"""The combined sideslip estimator: one extended Kalman filter over all measurements of a car.
 
-It reads yaw rate, lateral acceleration and, in a car steered by wire, angle and torque of the road wheels, and follows
-unknown parameters of the car beside the motion.
+It uses yaw rate, lateral acceleration and, in a car steered by wire, angle and torque of the road wheels, and estimates
+unknown parameters of the car together with the motion.
 """
 
 from __future__ import annotations
@@ -30,56 +30,58 @@ from tierod.physics.gravity import GRAVITY
 from tierod.vehicles.vehicle import Vehicle
 
 STEERING_RATE = 0.3
-"""Standard deviation of the road wheels' rate [rad/s], against jumps of their angle: three of them are the 1 rad/s of a
-driver who turns the wheel by 800 degrees per second."""
+"""Standard deviation of the road wheels' rate in the gate against jumps of their angle [rad/s]; three of them are the
+1 rad/s of a driver who turns the wheel by 800 degrees per second."""
 
 SMOOTHING = 0.2
-"""Of the lateral acceleration that shows the least friction [s]: longer than vibration, shorter than a turn."""
+"""Time constant of the lateral acceleration that bounds friction from below [s]; longer than vibration, shorter than a
+turn."""
 
 PATIENCE = 1.0
-"""Over which the innovations have to be too large before the filter starts anew [s]."""
+"""Time constant over which the innovations must be too large before the filter restarts [s]."""
 
 SLOWEST_ANGLE = 0.05
-"""Time between two values of the slowest steering angle that the monitor accepts [s]: 20 Hz."""
+"""Sampling interval of the slowest steering angle that the monitor accepts [s]; 20 Hz."""
 
 MOST_SIDESLIP = 0.6
-"""Tangent of the sideslip angle (31 degrees) from which a filter with raised noises is lost: no car on the road slips
-so far, and one that follows a wrong yaw rate does at once."""
+"""Tangent of the sideslip angle (31 degrees) above which a filter with raised noises counts as lost: no car on the road
+slips so far, but a filter that follows a wrong yaw rate does at once."""
 
 SLOW = 3.0
-"""Speed below which that is judged by the lateral speed [m/s]: a short car on full lock turns about its rear axle."""
+"""Least speed to which the lateral speed is compared in that test [m/s]: a short car on full lock turns about its rear
+axle."""
 
 USUAL_SLIP = 0.1
-"""Standard deviation of the rear axle's slip angle over `SLIP_TIME` [rad], six degrees, counted while a noise is
-raised: innovations then contradict nothing, and tyres without grip would carry any lateral speed on to standstill."""
+"""Standard deviation of a pseudo measurement of zero rear slip angle over `SLIP_TIME` [rad]; six degrees. It is used
+while a noise is raised: innovations then contradict nothing, and tyres without grip would keep any lateral speed."""
 
 SLIP_TIME = 1.0
-"""For which a slip angle lasts [s]."""
+"""Time for which a slip angle lasts [s]."""
 
 WIND_SPEED = 25.0
-"""At which the tuning's wind acts [m/s]; the force of a gust is in proportion to the speed of the car."""
+"""Speed at which the tuning's wind applies [m/s]; the force of a gust grows with the speed of the car."""
 
 FARTHEST = 3.5
-"""Standard deviations of its prior that the logarithm of a factor may be away from its usual value: a guard against
-running away where the linearised filter is too sure. Never less than one, a factor of e."""
+"""Bound on the logarithm of a factor, in standard deviations of its prior about its usual value; it stops divergence
+where the linearised filter is overconfident. Never less than one, a factor of e."""
 
 FARTHEST_SHOWN = 10.0
-"""Distance from the limit beyond which more standard deviations mean nothing more."""
+"""Bound of the reported distance from the limit, in standard deviations; larger values carry no more information."""
 
 NARROWEST = 1.0
-"""How far a factor always may be [-, natural logarithm]: none of a tyre is known better than to a factor of e."""
+"""Smallest such bound [-, natural logarithm]; no factor of a tyre is known better than to a factor of e."""
 
 
 class CombinedState(NamedTuple):
-    """Estimate of the filter, its last inputs, and the state of the watch over both.
+    """State of the combined estimator: filter, last inputs, and monitoring of both.
 
     Args:
         belief: estimate of the filter with its covariance
-        vehicle_speed, road_wheel_angle: last ones [m/s], [rad]
-        angle_gate: of the road-wheel angle
+        vehicle_speed, road_wheel_angle: last valid values [m/s], [rad]
+        angle_gate: state of the gate on the road-wheel angle
         lateral_acceleration: low-passed [m/s**2]
         misfit: low-passed squared innovation over its variance, per reading
-        yaw_noise, acceleration_noise: scales of the noises of the yaw rate's equation and of the accelerometer
+        yaw_noise, acceleration_noise: noise scales of the yaw rate's equation and of the accelerometer
     """
 
     belief: Belief
@@ -93,32 +95,32 @@ class CombinedState(NamedTuple):
 
 
 class SteeringAngle(NamedTuple):
-    """Signal that the gate against jumps watches."""
+    """Signal that the gate against jumps checks."""
 
     road_wheel_angle: Annotated[float, "rad"]
 
 
 @dataclass(frozen=True)
 class CombinedSideslip:
-    """Sideslip from yaw rate, lateral acceleration and steering, with stiffness, friction, bank and wind followed.
+    """Sideslip from yaw rate, lateral acceleration and steering, with estimated stiffness, friction, bank and wind.
 
-    Extended Kalman filter in velocity form, valid from walking pace to the limit of grip; below `slowest`, in reverse
-    and without speed it holds its last estimate, whose variance grows up to that of the start. `of_vehicle` builds it.
+    Extended Kalman filter in velocity form, valid from walking pace to the limit of grip. Below `slowest`, in reverse
+    and without speed it holds its last estimate, whose variance grows up to the initial one. `of_vehicle` builds it.
 
     Args:
-        filter: over `tierod.models.lateral_motion`; its gate weakens readings that do not fit
-        angle_gate: against jumps of a steering angle that is taken as known
-        yaw_noise: scales the noise of the yaw rate's equation: of forces and moments that the model lacks
-        acceleration_noise: scales the noise of the accelerometer, with vibration, lean and bank that no state follows
+        filter: Kalman filter of `tierod.models.lateral_motion`; its gate reduces the weight of outlying readings
+        angle_gate: gate against jumps of a steering angle that is taken as known
+        yaw_noise: adapts the noise of the yaw rate's equation: unmodelled forces and moments
+        acceleration_noise: adapts the noise of the accelerometer: vibration, lean and bank that no state describes
         growth: variance per sample of every state while the estimate is held
         most: variance up to which it grows
-        angle_deviation: in the long run, of the offset of a steering angle, where one is followed
-        ratio_error, slip_error, constant_error: as of `CombinedTuning`
-        free_rate: variance per sample of the road wheels' rate while the actuator's torque is not known
+        angle_deviation: stationary standard deviation of the steering angle's offset, where it is estimated
+        ratio_error, slip_error, constant_error: see `CombinedTuning`
+        free_rate: variance per sample of the road wheels' rate while the actuator's torque is unknown
         slowest: speed below which the last estimate is held
-        limit_share: of the greatest front force, from which the peak is announced
-        limit_rule: by how many standard deviations the share has to be above it
-        most_misfit: mean squared innovation over its variance from which the filter is lost and starts anew
+        limit_share: share of the greatest front force from which the limit of grip is announced
+        limit_rule: standard deviations by which the share must exceed it
+        most_misfit: mean squared innovation over its variance above which the filter is lost and restarts
 
     Source: Yih, Ryu, Gerdes (2003), whose two observers it joins; tyres, unknowns and low speed are tierod's own.
     """
@@ -148,9 +150,10 @@ class CombinedSideslip:
         """The estimator for a vehicle file.
 
         Args:
-            vehicle: at least mass, yaw inertia, distances and cornering stiffnesses, see `LateralParameters`
-            sample_time: of the samples [s]
-            tuning: the default one where None, with the noises that the vehicle file names
+            vehicle: vehicle with mass, yaw inertia, distances and cornering stiffnesses at least, see
+                `LateralParameters`
+            sample_time: sampling interval [s]
+            tuning: tuning; the default with the noises of the vehicle file where None
             steering: whether the road wheels' motion is estimated from the actuator's torque; where None, if the
                 vehicle file gives `road_wheel_inertia`
 
@@ -165,7 +168,7 @@ class CombinedSideslip:
     def of_parameters(
         cls, car: LateralParameters, sample_time: float, tuning: CombinedTuning | None = None, steering: bool = False
     ) -> Self:
-        """The estimator for a car whose parameters are at hand; arguments as of `of_vehicle`.
+        """The estimator from given parameters; arguments as in `of_vehicle`.
 
         Raises:
             ParameterError: the sample time is not positive
@@ -195,19 +198,20 @@ class CombinedSideslip:
         )
 
     def init(self) -> CombinedState:
-        """Straight ahead, with everything as the vehicle file gives it."""
+        """State before the first sample: straight ahead, parameters as in the vehicle file."""
         return CombinedState(self.filter.init(), self.slowest, 0.0, self.angle_gate.init(), 0.0, 1.0, *self._usual())
 
     def _adapts(self, state: CombinedState) -> Scalar:
-        """Whether a noise is raised, which keeps the innovations small whatever the estimate does."""
+        """Whether a noise is raised, which keeps the innovations small even for a wrong estimate."""
         return state.yaw_noise.logarithm + state.acceleration_noise.logarithm > 0.0
 
     def _within_usual_slip(self, belief: Belief, speed: Scalar, counted: Scalar) -> Belief:
-        """The estimate with the constraints of a car on wheels, whatever its tyres do."""
+        """The estimate after a pseudo measurement of zero rear slip angle, which bounds sideslip without grip."""
         sampled, mean = self.filter.parameters, belief.mean
         slopes = {"lateral_speed": 1.0 / speed, "yaw_rate": -sampled.car.rear_distance / speed}
         slip = sum(slope * getattr(mean, name) for name, slope in slopes.items())
         row = [slopes.get(name, 0.0) for name in mean._fields]
+        # A white noise per sample that is worth one reading per SLIP_TIME.
         noise = USUAL_SLIP * USUAL_SLIP * SLIP_TIME / sampled.sample_time
         correction = correct(belief.covariance, [row], [where(counted, -slip, math.inf)], [noise], mean)
         return Belief(type(mean)(*correction.shift), correction.covariance)
@@ -219,7 +223,7 @@ class CombinedSideslip:
         return self.yaw_noise.init(), self.acceleration_noise.init()
 
     def step(self, state: CombinedState, sample: CombinedSample) -> tuple[CombinedState, CombinedEstimate]:
-        """One sample on."""
+        """Process one sample."""
         angle_gate, gated = self.angle_gate.step(state.angle_gate, SteeringAngle(sample.road_wheel_angle))
         moving = both(present(sample.vehicle_speed), sample.vehicle_speed > self.slowest)
         if self.filter.model.steering:
@@ -231,6 +235,7 @@ class CombinedSideslip:
         belief, estimate = self._filtered(state, sample, inputs, running, free)
         lateral = self._smoothed(state.lateral_acceleration, sample.lateral_acceleration, SMOOTHING)
         belief = self._within_usual_slip(belief, inputs.vehicle_speed, both(running, self._adapts(state)))
+        # With raised noises the innovations no longer reveal a lost filter; only an impossible sideslip does.
         per_reading = where(estimate.present > 0.5, estimate.nis / maximum(estimate.present, 1.0), math.inf)
         misfit = self._smoothed(state.misfit, per_reading, PATIENCE)
         skids = absolute(belief.mean.lateral_speed) > MOST_SIDESLIP * maximum(inputs.vehicle_speed, SLOW)
@@ -251,7 +256,8 @@ class CombinedSideslip:
     def _filtered(
         self, state: CombinedState, sample: CombinedSample, inputs: Tree, running: Scalar, free: Scalar
     ) -> tuple[Belief, Tree]:
-        """A step of the filter, held where nothing runs; a steering angle as input is its mean over the sample."""
+        """Filter step, held where nothing runs; a steering angle used as input is its mean over the sample."""
+        # Infinity marks a missing input, for which the filter holds its estimate.
         given = inputs._replace(vehicle_speed=where(running, inputs.vehicle_speed, math.inf))
         if not self.filter.model.steering:
             given = given._replace(road_wheel_angle=0.5 * (state.road_wheel_angle + inputs.road_wheel_angle))
@@ -265,7 +271,7 @@ class CombinedSideslip:
         return self.filter.step(state.belief, measured, process_noise=noise, measurement_noise=reading)
 
     def _scales(self, state: CombinedState, estimate: Tree, running: Scalar) -> tuple[ScaleState, ScaleState]:
-        """The scales of the noises, one sample on."""
+        """The noise scales after one sample."""
         seen, expected = estimate.innovation, estimate.innovation_variance
         return (
             self.yaw_noise.after(state.yaw_noise, seen.yaw_rate, expected.yaw_rate, running),
@@ -277,7 +283,7 @@ class CombinedSideslip:
     def _estimate(
         self, after: CombinedState, inputs: Tree, estimate: Tree, running: Scalar, lost: Scalar
     ) -> CombinedEstimate:
-        """The output, with the speed and the angle of the last sample that was used."""
+        """The output, computed with speed and angle of the last sample that was used."""
         seen = inputs._replace(vehicle_speed=after.vehicle_speed)
         if not self.filter.model.steering:
             seen = seen._replace(road_wheel_angle=after.road_wheel_angle)
@@ -301,7 +307,7 @@ class CombinedSideslip:
         )
 
     def _inputs(self, sample: CombinedSample) -> tuple[Tree, Scalar]:
-        """Inputs of the model, every value finite but the speed's, and whether the road wheels turn freely."""
+        """Inputs of the model, finite values throughout, and whether the road wheels turn without known torque."""
         along = where(present(sample.longitudinal_acceleration), sample.longitudinal_acceleration, 0.0)
         speed = where(present(sample.vehicle_speed), maximum(sample.vehicle_speed, self.slowest), self.slowest)
         if not self.filter.model.steering:
@@ -315,7 +321,7 @@ class CombinedSideslip:
         return self.filter.model.Output(*(getattr(sample, name) for name in self.filter.model.Output._fields))
 
     def _process_noise(self, state: CombinedState, inputs: Tree, running: Scalar, free: Scalar) -> tuple[Scalar, ...]:
-        """Variance that each state gains in this sample; while the estimate is held only the motion's grows."""
+        """Variance that each state gains in this sample; while the estimate is held only that of the motion grows."""
         factors = self._factors(state, inputs)
         noise = []
         for name, usual, growth, most, now in zip(
@@ -332,7 +338,7 @@ class CombinedSideslip:
         return tuple(noise)
 
     def _factors(self, state: CombinedState, inputs: Tree) -> dict[str, Scalar]:
-        """Factors of the variance that a state gains: innovations, the speed (wind), the angle (steering ratio)."""
+        """Factors of the process noise, from innovations, speed (wind) and steering angle (steering ratio)."""
         speed = inputs.vehicle_speed / WIND_SPEED
         factors: dict[str, Scalar] = {
             "yaw_rate": self.yaw_noise.scale(state.yaw_noise),
@@ -351,7 +357,7 @@ class CombinedSideslip:
         return where(present(value), before + share * (where(present(value), value, before) - before), before)
 
     def _restarted(self, belief: Belief, lost: Scalar) -> Belief:
-        """The belief, or the one of the start where it is lost."""
+        """The belief, or the initial one where the filter is lost."""
         start = self.filter.init()
         mean = [where(lost, first, now) for first, now in zip(start.mean, belief.mean, strict=True)]
         pairs = zip(start.covariance, belief.covariance, strict=True)
@@ -360,7 +366,7 @@ class CombinedSideslip:
     def _kept(self, mean: Tree, lateral: Scalar) -> Tree:
         """The mean with every factor held within the bounds of its prior.
 
-        Friction is at least what the lateral acceleration shows, as far as that is below the usual friction.
+        Friction is at least what the lateral acceleration proves, as far as that is below the usual friction.
         """
         car = self.filter.parameters.car
         shown = absolute(lateral) / ((1.0 + car.roll_share) * GRAVITY * car.tyre_friction)

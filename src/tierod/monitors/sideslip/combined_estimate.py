@@ -1,4 +1,4 @@
-"""Sample and estimate of the combined sideslip estimator, and how the estimate follows from the filter's belief."""
+"""Sample and estimate of the combined sideslip estimator, and the estimate's derivation from the filter's belief."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from tierod.methods.estimators.shapes import Belief
 from tierod.physics.magic_formula import scaled_slip_of
 
 UNSEEN = 5e-4
-"""Standard deviation of the sideslip angle [rad] that stays whatever the filter states: of what no state of the model
-stands for. As found on drives of the virtual car, where it makes 95 % bands hold about 95 %."""
+"""Floor of the sideslip angle's standard deviation [rad], for errors that no state of the model describes. Measured on
+drives of the virtual car, where with it 95 % bands contain about 95 %."""
 
 FIELDS = {
     "log_front_stiffness": "front_stiffness",
@@ -33,13 +33,13 @@ FIELDS = {
 
 
 class CombinedSample(NamedTuple):
-    """One sample, NaN where the car lacks a signal.
+    """Input sample, NaN where the car lacks a signal.
 
     Args:
-        vehicle_speed: forward; without it, and below walking pace, the last estimate is held
+        vehicle_speed: forward speed; without it, and below walking pace, the last estimate is held
         road_wheel_angle: mean of both front wheels
-        yaw_rate, lateral_acceleration, longitudinal_acceleration: of the inertial unit
-        road_wheel_torque: of the actuator about the kingpins, for a car steered by wire
+        yaw_rate, lateral_acceleration, longitudinal_acceleration: readings of the inertial unit
+        road_wheel_torque: torque of the actuator about the kingpins, for a car steered by wire
     """
 
     vehicle_speed: Annotated[Scalar, "m/s"]
@@ -51,27 +51,28 @@ class CombinedSample(NamedTuple):
 
 
 class CombinedEstimate(NamedTuple):
-    """Estimate after a sample; a `_deviation` is one standard deviation, `identified` the share of the prior
-    variance that the data took away.
+    """Estimate after a sample; a `_deviation` is one standard deviation, `identified` the share by which the data
+    reduced the prior variance.
 
     Args:
-        sideslip_angle: at the centre of gravity
-        lateral_speed, corrected_yaw_rate: of the centre of gravity, without the gyroscope's bias
-        front_slip_angle, rear_slip_angle: of the axles, positive where the force is to the left
-        front_lateral_force, rear_lateral_force: of the axles, across the wheels
-        self_aligning_torque: of the front axle, opposes positive steer
-        front_friction_used, rear_friction_used: lateral force over the greatest that the axle can make now
-        limit_ahead: 1 where `front_friction_used` is above the tuning's share by its standard deviations, and not held
-        limit_distance: by how many of them it is
+        sideslip_angle: sideslip angle at the centre of gravity
+        lateral_speed, corrected_yaw_rate: motion of the centre of gravity, without the gyroscope's bias
+        front_slip_angle, rear_slip_angle: slip angles of the axles, positive where the force is to the left
+        front_lateral_force, rear_lateral_force: forces of the axles, across the wheels
+        self_aligning_torque: torque of the front axle, opposing positive steer
+        front_friction_used, rear_friction_used: lateral force over the greatest that the axle can produce now
+        limit_ahead: 1 where front slip exceeds the slip at the tuning's share of the greatest force by the required
+            standard deviations, and the estimate is not held
+        limit_distance: that excess in standard deviations
         front_stiffness, rear_stiffness: true over given cornering stiffness
         friction: true over given friction coefficient
-        bank_angle: of the road
-        side_force, side_moment: of wind
+        bank_angle: bank of the road
+        side_force, side_moment: effects of wind
         steering_friction: dry friction of the steering, true over given
-        nis, readings: normalised innovation squared of the sample, and over how many readings
-        held: 1 where nothing could be estimated and the last estimate stands
-        restarted: 1 where the innovations had been too large for a second, and the filter started anew
-        yaw_noise_scale, acceleration_noise_scale: variance of the noise over the least one, see `NoiseScale`
+        nis, readings: normalised innovation squared of the sample, and its number of readings
+        held: 1 where nothing could be estimated and the last estimate is held
+        restarted: 1 where the filter was lost and restarted
+        yaw_noise_scale, acceleration_noise_scale: variance of the noise over its minimum, see `NoiseScale`
     """
 
     sideslip_angle: Annotated[Scalar, "rad"]
@@ -118,7 +119,7 @@ class CombinedEstimate(NamedTuple):
 
 
 class Derived(NamedTuple):
-    """Quantities derived from the states, each with a standard deviation of its own."""
+    """Quantities derived from the states, each with its own standard deviation."""
 
     sideslip_angle: Annotated[Scalar, "rad"]
     self_aligning_torque: Annotated[Scalar, "N*m"]
@@ -130,13 +131,13 @@ def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Tree, limit_sha
     """Fields of `CombinedEstimate` that follow from a belief.
 
     Args:
-        filter: whose belief it is
-        belief: after a sample
-        inputs: of the model, every one finite
-        limit_share: of the greatest front force, from which `limit_distance` counts
+        filter: filter of the belief
+        belief: belief after a sample
+        inputs: inputs of the model, all finite
+        limit_share: share of the greatest front force at which `limit_distance` is zero
 
-    The limit is looked for in the scaled slip, which grows on where the force no longer does: near the peak a slip that
-    is hardly known would give a force that seems known.
+    The limit is tested on the scaled slip, which keeps growing where the force no longer does: near the peak an
+    uncertain slip would give a force that appears certain.
     """
     parameters = filter.parameters
 
@@ -172,7 +173,7 @@ def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Tree, limit_sha
 
 
 def _unknowns(filter: KalmanFilter, belief: Belief) -> dict[str, Scalar]:
-    """The unknowns, their standard deviations and identified shares; as given where they are no states."""
+    """Unknowns with standard deviations and identified shares; the given value where one is not a state."""
     names = filter.model.State._fields
     variances = dict(zip(names, diagonal(belief.covariance), strict=True))
     priors = dict(zip(names, filter.initial_variance, strict=True))

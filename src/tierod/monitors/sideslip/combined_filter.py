@@ -1,4 +1,4 @@
-"""The extended Kalman filter of the combined sideslip estimator, from a car and a tuning."""
+"""The extended Kalman filter of the combined sideslip estimator, from vehicle parameters and a tuning."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ START = {
 """Standard deviation of the motion before the first sample, in the units of the states."""
 
 GATE = 10.83
-"""Bound of a reading's squared innovation over its variance, and of a jump of the steering angle: what 99.9 % of a
-chi-square with one degree of freedom stay within."""
+"""Bound on the squared normalised innovation of a reading, and of a jump of the steering angle; the 99.9 % quantile of
+the chi-square distribution with one degree of freedom."""
 
 DEFLECTED = 0.03
-"""Growth of the tyres' deflection over that of the lateral speed while nothing can be estimated [s]."""
+"""Growth of the tyres' deflection over that of the lateral speed while the estimate is held [s]."""
 
 
 def combined_filter(car: LateralParameters, sample_time: float, tuning: CombinedTuning, steering: bool) -> KalmanFilter:
-    """The filter over the wanted states.
+    """The Kalman filter over the states that the tuning selects.
 
     Args:
-        car: its parameters
-        sample_time: of the samples [s]
-        tuning: which unknowns are followed, and noises
+        car: parameters of the car
+        sample_time: sampling interval [s]
+        tuning: estimated unknowns, and noises
         steering: whether the road wheels' motion is among the states
     """
     followed = tuning.followed(steering)
@@ -63,12 +63,12 @@ def combined_filter(car: LateralParameters, sample_time: float, tuning: Combined
 
 
 def held_growth(model: Any, noises: Noises, sample_time: float) -> tuple[float, ...]:
-    """Variance that every state gains per sample while nothing can be estimated, in their order.
+    """Variance that every state gains per sample while the estimate is held, in the order of the states.
 
     Args:
-        model: of the filter
-        noises: of the tuning
-        sample_time: of the samples [s]
+        model: model of the filter
+        noises: noises of the tuning
+        sample_time: sampling interval [s]
     """
     moving = ("lateral_speed", "yaw_rate", "road_wheel_angle")
     held = {name: per_sample(getattr(noises, f"held_{name}"), sample_time) for name in moving}

@@ -1,4 +1,4 @@
-"""Unknowns of the combined estimator that the drive identifies, and the direction among them that it does not."""
+"""Unknowns of the combined estimator that a drive identifies, and the direction among them that it identifies least."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tierod.methods.estimators.linear_algebra import unpack
 from tierod.monitors.sideslip.combined import CombinedSideslip, CombinedState
 
 IDENTIFIED = 0.75
-"""Share of the prior variance that the data must have taken away for an unknown to count as identified: its standard
-deviation is half of what was assumed, or less."""
+"""Share by which the data must have reduced the prior variance of an unknown for it to count as identified [-]; its
+standard deviation is then half of the prior one, or less."""
 
 NAMED = 0.35
-"""Part of an unknown in a direction, of which the squares sum to one, from which the direction is named by it."""
+"""Component of an unknown in a unit direction from which the direction is named after it [-]."""
 
 WORDS = {
     "log_front_stiffness": "front stiffness",
@@ -32,17 +32,17 @@ WORDS = {
     "log_steering_friction": "friction of the steering",
     "log_trail": "pneumatic trail",
 }
-"""Unknowns of the model as findings name them."""
+"""Names of the unknowns in findings."""
 
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Identifiability of the unknowns from the data.
+    """Identifiability of the unknowns from the data of a drive.
 
     Args:
-        shares: of the prior variance that the data took away, by unknown, 0 to 1
-        direction: parts of the unknowns, scaled by their priors, in the direction that is known least
-        left: share of the prior variance that is left in that direction
+        shares: share by which the data reduced the prior variance, by unknown, 0 to 1
+        direction: components of the least identified direction, each unknown scaled by its prior
+        left: share of the prior variance that remains in that direction
     """
 
     shares: Mapping[str, float]
@@ -75,11 +75,11 @@ def identifiability(estimator: CombinedSideslip, state: CombinedState | Memory) 
     """Identifiability of the unknowns up to a state.
 
     Args:
-        estimator: whose state it is
-        state: after a sample, or the `state` of a result of `scan`
+        estimator: estimator of the state
+        state: state after a sample, or the `state` of a result of `scan`
 
-    An eigenvalue of the covariance, scaled by the priors, near one shows that the data do not identify its direction;
-    parameters may be identified one by one and yet not be separated, or separated and yet not one by one.
+    An eigenvalue near one of the covariance, scaled by the priors, belongs to a direction that the data do not
+    identify; parameters may each be identified and yet not be separable, or be separable and yet not identified.
     """
     reached: CombinedState = rebuild(estimator.init(), state.values.tolist()) if isinstance(state, Memory) else state
     count = len(estimator.filter.model.unknowns)

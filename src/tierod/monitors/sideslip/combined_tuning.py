@@ -1,4 +1,4 @@
-"""Tuning of the combined sideslip estimator: its unknowns, how far and fast they wander, noises; as a car has them."""
+"""Tuning of the combined sideslip estimator: its unknowns as Gauss-Markov processes, its noises, and both per car."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from tierod.vehicles.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class Wandering:
-    """An unknown that wanders about its usual value: first-order Gauss-Markov.
+    """An unknown as a first-order Gauss-Markov process about its usual value.
 
     Args:
-        deviation: standard deviation in the long run, which is also the prior, in the unit of the unknown
-        time: correlation time, in which it returns to its usual value where nothing is seen of it
-        usual: value about which it wanders, in the unit of the unknown
+        deviation: stationary standard deviation, which is also the prior, in the unit of the unknown
+        time: correlation time, in which it returns to its usual value without information from the data
+        usual: mean of the process, in the unit of the unknown
     """
 
     deviation: Annotated[float, "", POSITIVE]
@@ -29,25 +29,25 @@ class Wandering:
     usual: Annotated[float, ""] = 0.0
 
     def fading(self, sample_time: float) -> float:
-        """Share that is left after a sample."""
+        """Factor by which the deviation from the usual value decays in a sample."""
         return math.exp(-sample_time / self.time)
 
     def noise(self, sample_time: float) -> float:
-        """Variance that it gains in a sample, which keeps the long-run deviation."""
+        """Process noise variance per sample that keeps the stationary standard deviation."""
         return float(gauss_markov_noise(self.deviation, self.time, sample_time))
 
 
 @dataclass(frozen=True)
 class Noises:
-    """Noise of the equations (after one second) and of the sensors (of one reading).
+    """Process noise (standard deviation after one second) and sensor noise (of one reading).
 
     Args:
-        lateral_speed, yaw_rate: of the forces that the model lacks. Small, since inflated noise biases the stiffness
-        roll_rate: of the body's roll
-        road_wheel_rate: of the torques at the road wheels that the model lacks
-        free_road_wheel_rate: where the torque of the actuator is not known
-        yaw_rate_reading, lateral_acceleration_reading, road_wheel_angle_reading: standard deviations
-        held_lateral_speed, held_yaw_rate, held_road_wheel_angle: growth while nothing can be estimated
+        lateral_speed, yaw_rate: effect of unmodelled forces. Small, since inflated noise biases the stiffness
+        roll_rate: effect of unmodelled roll moments
+        road_wheel_rate: effect of unmodelled torques at the road wheels
+        free_road_wheel_rate: the same where the actuator's torque is unknown
+        yaw_rate_reading, lateral_acceleration_reading, road_wheel_angle_reading: standard deviations of the sensors
+        held_lateral_speed, held_yaw_rate, held_road_wheel_angle: growth while the estimate is held
     """
 
     lateral_speed: Annotated[float, "m/s**1.5", NOT_NEGATIVE] = 0.02
@@ -65,28 +65,30 @@ class Noises:
 
 @dataclass(frozen=True)
 class CombinedTuning:
-    """Quantities that the estimator follows beside the motion (None: not at all), and its noises.
+    """Unknowns that the estimator estimates together with the motion (None: not estimated), and its noises.
 
     Args:
-        log_front_stiffness, log_rear_stiffness: a fifth wrong at first, and changing over an hour
-        log_friction: of both axles. Returns to the usual value: as a random walk it runs away where tyres are not used,
-            and with a return within 30 s, which takes eight times the noise, gentle bends on a dry road look like ice
-        bank_angle: of the road
-        side_force, side_moment: of wind, at the centre of gravity and about it
-        lateral_acceleration_bias, yaw_rate_bias, road_wheel_angle_offset: of the sensors
-        log_steering_friction, log_trail: of the steering, where its torque is known
-        roll: whether the body rolls with a motion of its own
-        noises: of equations and sensors; those of yaw rate (equation) and lateral acceleration (sensor) are the least
-            ones, see `NoiseScale`
-        yaw_adaptation, acceleration_adaptation: greatest logarithm of those scales; zero takes the noises as given
-        ratio_error: of the steering's ratio, relative; the wander of the angle's offset grows by so much of the angle
-        slip_error: of the rear axle's slip angle, relative, that no state of the model stands for
-        constant_error: of the sideslip angle itself, likewise
+        log_front_stiffness, log_rear_stiffness: wrong by a fifth at first, and changing over an hour
+        log_friction: friction of both axles. It returns to the usual value: as a random walk it diverges where tyres
+            are not used, and with a return within 30 s, which takes eight times the noise, gentle bends on a dry road
+            look like ice
+        bank_angle: bank of the road
+        side_force, side_moment: force of wind at the centre of gravity, and moment about it
+        lateral_acceleration_bias, yaw_rate_bias, road_wheel_angle_offset: constant errors of the sensors
+        log_steering_friction, log_trail: friction and trail of the steering, where its torque is known
+        roll: whether the body's roll is a state
+        noises: process and sensor noise; those of yaw rate (process) and lateral acceleration (sensor) are minima, see
+            `NoiseScale`
+        yaw_adaptation, acceleration_adaptation: largest logarithm of those scales; zero keeps the noises as given
+        ratio_error: relative error of the steering ratio; the noise of the angle's offset grows with this share of the
+            angle
+        slip_error: relative error of the rear slip angle that no state of the model describes
+        constant_error: error of the sideslip angle itself that no state describes
         slowest: speed below which the last estimate is held
-        limit_share: of the greatest front force, from which the peak is announced
-        limit_certainty: standard deviations by which the share has to be above it
-        most_misfit: mean squared innovation over its variance, per reading, from which the filter starts anew; a right
-            model has 1, one as wrong as real cars' 2
+        limit_share: share of the greatest front force from which the limit of grip is announced
+        limit_certainty: standard deviations by which the share must exceed it
+        most_misfit: mean squared innovation over its variance, per reading, above which the filter restarts; a correct
+            model has 1, one as wrong as those of real cars 2
     """
 
     log_front_stiffness: Wandering | None = field(default_factory=lambda: Wandering(0.2, 3600.0))
@@ -120,73 +122,73 @@ class CombinedTuning:
 
 
 def per_sample(growth: float, sample_time: float) -> float:
-    """Variance per sample of a growth after one second."""
+    """Variance per sample of a random walk with this standard deviation after one second."""
     return growth * growth * sample_time
 
 
 USUAL = CombinedTuning()
 
 USUAL_TIME = 60.0
-"""Over which a wander changes where neither the file nor the usual tuning says [s]."""
+"""Correlation time of an unknown where neither the file nor the default tuning gives one [s]."""
 
 WIND_ARM = 0.5
-"""Distance of the wind's force from the centre of gravity [m], a typical one of passenger cars."""
+"""Distance of the wind's force from the centre of gravity [m]; typical of passenger cars."""
 
 UNKNOWN_TYRES = Wandering(0.3, 300.0)
-"""Logarithm of the cornering stiffness of tyres that were not measured: 30 % about a value typical of the load, and as
-tyres heat and cool within minutes. A file that gives a standard deviation has that in its place."""
+"""Logarithm of the cornering stiffness of tyres that were not measured: 30 % about a value typical of the load,
+changing within minutes as tyres heat and cool. A standard deviation in the vehicle file replaces the 30 %."""
 
 TYRES_KNOWN = (0.05, 0.5)
 """Least and greatest standard deviation of that logarithm that is taken from a file."""
 
 YAW_ADAPTATION = 8.0
-"""Of the logarithm of the scale of the yaw rate's noise: at 55 times the usual drift the filter takes the gyroscope at
-its word, and forces and moments that the model lacks no longer reach the stiffness."""
+"""Largest logarithm of the scale of the yaw rate's noise [-]; at 55 times the usual drift the filter follows the
+gyroscope, and unmodelled forces and moments no longer disturb the estimated stiffness."""
 
 ACCELERATION_ADAPTATION = 7.0
-"""Of the logarithm of the scale of the accelerometer's noise: 33 times the usual one, 5 m/s**2 of a reading."""
+"""Largest logarithm of the scale of the accelerometer's noise [-]; 33 times the usual noise, 5 m/s**2 per reading."""
 
 RATIO_ERROR = 0.03
-"""Relative error of a constant steering ratio: racks of variable ratio and Cardan joints change it by some per cent."""
+"""Relative error of a constant steering ratio [-]; variable-ratio racks and Cardan joints change it by some %."""
 
 SLIP_ERROR = 0.1
-"""Relative error of the slip angle of a tyre of known stiffness: camber, load transfer, force along the wheel, heat."""
+"""Relative error of the slip angle of a tyre of known stiffness [-]; camber, load transfer, drive force, heat."""
 
 CONSTANT_ERROR = 0.0025
-"""Of the sideslip angle of a car without calibration [rad]: axles not parallel, sensors not aligned
-with the body. What a race car and its inertial navigation system had between them."""
+"""Error of the sideslip angle of a car without calibration [rad]; axles not parallel, sensors not aligned with the
+body. Measured between a race car and its inertial navigation system."""
 
 THROUGH_A_COLUMN = Wandering(0.001, 3.0)
-"""Error of a road wheels' angle that comes from the steering wheel [rad]: the torsion bar twists, the steering yields,
-the ratio is not constant. Believed to the letter, an angle that is off by 0.04 degrees halves the stiffness that is
-found in bends of a country road. Chosen on three virtual drives; on three others the error is 0.2 to 0.4 of that."""
+"""Error of a road wheels' angle that is computed from the steering wheel [rad]: the torsion bar twists, the steering
+yields, the ratio is not constant. Taken as exact, an angle that is off by 0.04 degrees halves the stiffness that is
+estimated on a country road. Chosen on three virtual drives; on three others the error is 0.2 to 0.4 of that."""
 
 LATERAL_ACCELERATION = Wandering(0.1, 600.0)
-"""Offset and misalignment (half a degree) of a production car's accelerometer [m/s2], which change with temperature."""
+"""Offset and misalignment (half a degree) of a production car's accelerometer [m/s2], which vary with temperature."""
 
 YAW_RATE = Wandering(0.002, 600.0)
 """Offset of a production car's yaw rate [rad/s] after calibration at standstill, a tenth of a degree per second. Either
-of the two alone makes the estimate worse: what it leaves unexplained is then laid upon the other."""
+of the two unknowns alone makes the estimate worse: the error of the other sensor is then attributed to it."""
 
 
 @dataclass(frozen=True)
 class VehicleTuning:
-    """Noises and wanders as a vehicle file names them; where it does not, those of `CombinedTuning`.
+    """Noises and Gauss-Markov processes as a vehicle file names them; elsewhere those of `CombinedTuning` apply.
 
     Args:
-        yaw_rate_noise, lateral_acceleration_noise: of one reading, with the vibration that reaches the sensor
-        lateral_speed_drift, yaw_rate_drift: growth of what the tyre model lacks
-        stiffness_wander, stiffness_wander_time: of the cornering stiffness of both axles, relative
-        friction_wander: of the tyres' friction, relative
-        bank_wander, bank_wander_time: of the road
-        wind_wander: lateral force; its moment wanders by `WIND_ARM` times as much
-        lateral_acceleration_wander, lateral_acceleration_wander_time: bias of the sensor. Where the file names none, it
-            is `LATERAL_ACCELERATION` and the yaw rate has `YAW_RATE`; neither in a car steered by wire, whose sensors
-            are those of a test car
-        road_wheel_angle_wander, road_wheel_angle_wander_time: error of the angle; usually `THROUGH_A_COLUMN`, and none
-            in a car steered by wire
+        yaw_rate_noise, lateral_acceleration_noise: noise of one reading, including vibration at the sensor
+        lateral_speed_drift, yaw_rate_drift: growth of the error that the tyre model leaves
+        stiffness_wander, stiffness_wander_time: process of the cornering stiffness of both axles, relative
+        friction_wander: process of the tyres' friction, relative
+        bank_wander, bank_wander_time: process of the road's bank
+        wind_wander: process of the lateral force; that of its moment is `WIND_ARM` times as large
+        lateral_acceleration_wander, lateral_acceleration_wander_time: bias of the sensor. Without it in the file the
+            bias is `LATERAL_ACCELERATION` and that of the yaw rate `YAW_RATE`; neither in a car steered by wire, whose
+            sensors are those of a test car
+        road_wheel_angle_wander, road_wheel_angle_wander_time: error of the angle; by default `THROUGH_A_COLUMN`, and
+            none in a car steered by wire
 
-    A wander of zero is none: its unknown is left out.
+    A wander of zero leaves its unknown out.
     """
 
     yaw_rate_noise: Annotated[float, "rad/s"] = USUAL.noises.yaw_rate_reading
@@ -209,15 +211,15 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
     """The tuning of the combined estimator for a vehicle.
 
     Args:
-        vehicle: whose file may name parameters of `VehicleTuning`
-        usual: the tuning where it does not
+        vehicle: vehicle whose file may give parameters of `VehicleTuning`
+        usual: tuning where it gives none
     """
     given = vehicle.parameters_for(VehicleTuning)
     stiffness = given.stiffness_wander, given.stiffness_wander_time
     front, rear = usual.log_front_stiffness, usual.log_rear_stiffness
     angle, acceleration, yaw = usual.road_wheel_angle_offset, usual.lateral_acceleration_bias, usual.yaw_rate_bias
     if BY_WIRE not in vehicle:
-        if given.stiffness_wander != 0.0:  # else nothing follows it, and the spread has to move it
+        if given.stiffness_wander != 0.0:  # zero leaves the stiffness to the parameter spread
             front, rear = (_tyres(vehicle, axle) for axle in ("front", "rear"))
         angle = angle or THROUGH_A_COLUMN
         if given.lateral_acceleration_wander is None:
@@ -248,9 +250,9 @@ def tuning_of(vehicle: Vehicle, usual: CombinedTuning = USUAL) -> CombinedTuning
 
 
 def _guarded(vehicle: Vehicle, usual: CombinedTuning) -> CombinedTuning:
-    """The tuning with the guards for a car without noises of its own; none of them where the file names its own.
+    """The tuning with guards for a production car; each is off where the file gives the noise it stands for.
 
-    A car steered by wire is a test car, whose sensors and parameters are known.
+    A car steered by wire is a test car with known sensors and parameters, and has no guards.
     """
     if BY_WIRE in vehicle:
         return usual
@@ -265,7 +267,7 @@ def _guarded(vehicle: Vehicle, usual: CombinedTuning) -> CombinedTuning:
 
 
 def _tyres(vehicle: Vehicle, axle: str) -> Wandering:
-    """Deviation of an axle's stiffness from the file's value."""
+    """Gauss-Markov process of an axle's stiffness about the value of the file."""
     name = f"{axle}_cornering_stiffness"
     deviation = held_deviation(vehicle, name) if name in vehicle else 0.0
     if not deviation or not vehicle[name] > 0.0:
@@ -275,7 +277,7 @@ def _tyres(vehicle: Vehicle, axle: str) -> Wandering:
 
 
 def _wandering(usual: Wandering | None, deviation: float | None, time: float | None) -> Wandering | None:
-    """The wander with its given values; None where it is given as zero, or is neither usual nor given."""
+    """The process with its given values; None where given as zero, or without a default and a given value."""
     if deviation == 0.0 or (usual is None and deviation is None):
         return None
     start = usual or Wandering(1.0, USUAL_TIME)

@@ -1,7 +1,7 @@
-"""Whether signals and vehicle file describe one car, and which signal or parameter disagrees by how much.
+"""Test whether signals and vehicle file describe one car, and which signal or parameter disagrees by how much.
 
-Generalised likelihood ratio over what a drive shows (`observables`): the deviations from what the file gives are
-explained by one wrong scale of a signal, one wrong zero, or a file that is of another car.
+Generalised likelihood ratio test on the quantities that a drive determines (`observables`): their deviations from the
+vehicle file are explained by one wrong scale of a signal, one wrong zero, or a file of another car.
 Source: M. Basseville, I. Nikiforov, Detection of Abrupt Changes (1993), section 7.2.4, for a linear Gaussian model.
 """
 
@@ -20,10 +20,10 @@ from tierod.monitors.sideslip.observables import WHEELS, Observables, Observable
 from tierod.vehicles.vehicle import Vehicle
 
 SIGNALS_WEIGHT, FILE_WEIGHT = "contradicting_signals_chi_square", "contradicting_file_chi_square"
-"""Figures of the evidence."""
+"""Names of the test statistics in the evidence."""
 
 FILE = ("wheelbase", "understeer", "sensor_place", "track")
-"""Observables that rest on the vehicle file."""
+"""Observables that depend on the vehicle file."""
 
 REAR_WHEELS = "the rear wheel speeds"
 
@@ -39,30 +39,30 @@ RESTS_ON = {
     "sensor_place": ("lateral_acceleration", "yaw_rate"),
     "track": (REAR_WHEELS, "yaw_rate"),
 }
-"""Signals from which a drive shows an observable that rests on the file."""
+"""Signals from which each observable of the vehicle file is determined."""
 
 UNITS = {"wheelbase": "m", "understeer": "mrad·s²/m", "sensor_place": "m", "track": "m"}
 DECIMALS = {"wheelbase": 2, "understeer": 1, "sensor_place": 1, "track": 2}
 
 STEERED = "steering_wheel_angle or steering_ratio, or inversely wheelbase"
-"""Both signal and ratio make the file's wheelbase seem too short where they are too large."""
+"""Signal and ratio cannot be separated: both make the file's wheelbase seem too short where they are too large."""
 
 STATED, LARGEST = math.log(10.0), math.log(1e3)
-"""Logarithms of a scale. Beyond the first the linear model gives no figure: another unit, or a wrong sign.
+"""Bounds on the logarithm of a scale. Above the first the linear model gives no value: another unit, or a wrong sign.
 No mistaken unit exceeds the second, so that no scale explains the deviation."""
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """One thing that may be wrong.
+    """One hypothesis about what is wrong.
 
     Args:
-        name: of the signal or the parameters
-        weight: squared deviations that it takes away
-        size: natural logarithm of its scale; in rad for a zero; for the track, its deviation over the file's value
-        deviation: of that
-        zero: whether it is a zero
-        words: for messages, where it is neither scale nor zero
+        name: name of the signal or the parameters
+        weight: reduction of the squared normalised deviations by the hypothesis
+        size: natural logarithm of the scale; in rad for a zero; for the track, its deviation over the file's value
+        deviation: standard deviation of the size
+        zero: whether the hypothesis is a wrong zero
+        words: text for messages, where it is neither scale nor zero
     """
 
     name: str
@@ -85,14 +85,14 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Consistency:
-    """Deviations of a drive from its vehicle file, and what explains them.
+    """Deviations of a drive from its vehicle file, and the hypotheses that explain them.
 
     Args:
-        shown: by the drive
-        noise: covariance of that
-        expected: by the file
-        limits: from when on something is wrong
-        lever: zero of the steering angle that an offset of the yaw rate feigns, per offset [s]; NaN if not known
+        shown: observables of the drive
+        noise: covariance of these
+        expected: values expected by the file
+        limits: tolerances and thresholds
+        lever: zero of the steering angle that an offset of the yaw rate imitates, per offset [s]; NaN if unknown
     """
 
     shown: Observables
@@ -111,20 +111,20 @@ class Consistency:
 
     @cached_property
     def _weights(self) -> np.ndarray:
-        """Inverse of the covariance of the deviations."""
+        """Inverse covariance of the deviations."""
         at = np.flatnonzero(self._known)
         own = self.noise[np.ix_(at, at)] + np.diag(np.array(self.expected.deviations)[at] ** 2)
         return np.asarray(np.linalg.inv(own))
 
     def deviations(self) -> dict[str, float]:
-        """Of every quantity that the drive shows, in standard deviations."""
+        """Deviation of every observable that the drive determines, in standard deviations."""
         names = [name for name, known in zip(self.shown._fields, self._known, strict=True) if known]
         sizes = np.sqrt(np.diag(np.linalg.inv(self._weights))) if len(names) else []
         return {name: float(off / size) for name, off, size in zip(names, self._off, sizes, strict=True)}
 
     @cached_property
     def explanations(self) -> tuple[Explanation, ...]:
-        """Every single explanation, the most likely first."""
+        """Every single-fault hypothesis, the most likely first."""
         wheelbase, place, track = (self._scalable(name) for name in ("wheelbase", "sensor_place", "track"))
         understeer = self.shown.understeer if wheelbase else 0.0
         effects: dict[str, Mapping[str, float]] = {
@@ -146,6 +146,7 @@ class Consistency:
             "longitudinal_acceleration": {"gain": -1.0},
             STEERED: {"wheelbase": wheelbase, "understeer": understeer},
             REAR_WHEELS: {"wheel": -1.0, "track": track},
+            # A single wheel shifts the mean of both by half its error.
             f"one of {REAR_WHEELS}": {"wheel": -0.5},
         }
         scales = [self._explained(name, effect) for name, effect in effects.items()]
@@ -157,7 +158,7 @@ class Consistency:
         return tuple(sorted(found, key=lambda each: -each.weight))
 
     def _yaw_rate_offset(self) -> list[Explanation]:
-        """An offset of the yaw rate, which looks like a zero of the steering angle."""
+        """Hypothesis of an offset of the yaw rate, which imitates a zero of the steering angle."""
         if not self.lever > 0.0:
             return []
         found = self._explained("yaw_rate", {"steering_zero": -self.lever}, zero=True)
@@ -165,7 +166,7 @@ class Consistency:
         return [replace(found, words=f"offset of the yaw rate: {size:+.1f} ± {deviation:.1f} degrees per second")]
 
     def _scalable(self, name: str) -> float:
-        """The quantity that the drive shows, which a scale moves by its own size; 0 where the sign is another one."""
+        """Observed value, by which a scale error moves the observable; 0 where its sign differs from the file's."""
         shown, given = getattr(self.shown, name), getattr(self.expected.values, name)
         return float(shown) if shown * given > 0.0 else 0.0
 
@@ -178,7 +179,7 @@ class Consistency:
         return Explanation(name, size * size * information, size, information**-0.5, zero)
 
     def file_weight(self) -> float:
-        """Squared deviations that a vehicle file of another car takes away."""
+        """Reduction of the squared normalised deviations by a vehicle file of another car."""
         names = [name for name, known in zip(self.shown._fields, self._known, strict=True) if known]
         along = np.array([[float(name == each) for name in names] for each in FILE if each in names])
         if not len(along):
@@ -188,12 +189,12 @@ class Consistency:
         return float(right @ np.linalg.solve(information, right))
 
     def evidence(self) -> dict[str, float]:
-        """Squared deviations that the best single explanation and another vehicle file take away, and what was seen."""
+        """Test statistics of the best single-fault hypothesis and of another vehicle file, with the observables."""
         shown = {f"shown_{name}": value for name, value in self.shown._asdict().items() if math.isfinite(value)}
         return {SIGNALS_WEIGHT: self.explanations[0].weight, FILE_WEIGHT: self.file_weight(), **shown}
 
     def wrong(self) -> Wrong | None:
-        """What is wrong; None where all fits."""
+        """The accepted hypothesis; None where all agrees."""
         limits = self.limits
         best, *others = self.explanations
         of_file = self.file_weight()
@@ -210,7 +211,7 @@ class Consistency:
         return Wrong(names, f"signals and vehicle file contradict each other: {sentence}")
 
     def _of_file(self) -> str:
-        """The quantities that are most off."""
+        """Sentence on the quantities that deviate most from the file."""
         off = {name: each for name, each in self.deviations().items() if name in FILE}
         named = sorted(off, key=lambda name: -abs(off[name]))
         named = [name for name in named if abs(off[name]) > 1.5][:3] or named[:1]
@@ -239,22 +240,22 @@ class Consistency:
 
 
 class Wrong(NamedTuple):
-    """What disagrees: signals, empty where it is the vehicle file alone, and a sentence."""
+    """Result of the test: disagreeing signals, empty where it is the vehicle file alone, and a sentence."""
 
     names: tuple[str, ...]
     sentence: str
 
     @property
     def decisive(self) -> bool:
-        """Whether the sideslip rests on it."""
+        """Whether the sideslip depends on them."""
         return not self.names or any(name not in UNUSED for name in self.names)
 
 
 USUAL_SLOW_SPEED, LATE = 6.5, 0.1
-"""Speed at which the place of the accelerometer is seen [m/s], and a delay that may stand for it [s]."""
+"""Speed at which the accelerometer's place is observed [m/s], and a delay that imitates it [s]."""
 
 UNUSED = ("longitudinal_acceleration", "track_width", *WHEELS)
-"""What hardly moves the sideslip."""
+"""Signals and parameters that hardly affect the sideslip."""
 
 
 def _signals(name: str) -> tuple[str, ...]:
@@ -266,13 +267,13 @@ def _signals(name: str) -> tuple[str, ...]:
 def consistency_of(
     drive: ObservablesOverDrive, vehicle: Vehicle, limits: Tolerances, yaw_rate_offset: float = 0.0
 ) -> Consistency:
-    """Of a drive with a vehicle file.
+    """Consistency of a drive with a vehicle file.
 
     Args:
-        drive: what was collected
-        vehicle: as which it is judged
-        limits: from when on something is wrong
-        yaw_rate_offset: known from elsewhere [rad/s]: the zero of the steering angle that it feigns is taken away
+        drive: collected observables
+        vehicle: vehicle whose file is tested
+        limits: tolerances and thresholds
+        yaw_rate_offset: offset identified elsewhere [rad/s]; the zero of the steering angle that it imitates is removed
     """
     shown, noise = drive.found()
     lever = drive.lever(shown.wheelbase, shown.understeer)

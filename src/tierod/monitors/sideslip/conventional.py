@@ -1,4 +1,4 @@
-"""The conventional observer: sideslip, yaw rate, angle and rate of the steering at once, with one set of gains."""
+"""The conventional observer: sideslip, yaw rate, steering angle and rate in one state vector with one gain."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ from tierod.monitors.sideslip.observer import (
 from tierod.monitors.sideslip.schedule import Design, ScheduledObserver, Scheduling, faster_poles, scheduled
 
 START = (0.1**2, 0.3**2, 0.3**2, 0.5**2)
-"""Variance of the state before the first sample, in the units of the states."""
+"""Initial variance of the state, in the units of the states."""
 
 FACTOR = 10.0
-"""How much farther left than the system's the observer's poles lie, as printed."""
+"""Observer poles over those of the system, as printed."""
 
 
 def sampled_model(sample_time: float) -> Any:
-    """The vehicle with its steering, sampled."""
+    """Discrete model of the vehicle with its steering."""
     return discretise(SteeredVehicle, "midpoint", finer_steps(sample_time))
 
 
 def variances(noise: ObserverNoise, sample_time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Process and measurement noise of the four-state model, per sample."""
+    """Process and measurement noise variances of the four-state model, per sample."""
     process = (noise.sideslip_angle, noise.yaw_rate, 0.02 * noise.road_wheel_rate, noise.road_wheel_rate)
     reading = (noise.yaw_rate_reading, noise.road_wheel_angle_reading)
     return tuple(q * q * sample_time for q in process), tuple(r * r for r in reading)
@@ -50,10 +50,10 @@ def variances(noise: ObserverNoise, sample_time: float) -> tuple[tuple[float, ..
 
 @dataclass(frozen=True)
 class ConventionalKalman(SteeringTorqueObserver):
-    """The conventional observer with Kalman gains, which follow the speed by the covariance itself.
+    """The conventional observer with Kalman gains, which adapt to the speed through the covariance.
 
     Args:
-        filter: over `SteeredVehicle`, sampled
+        filter: Kalman filter of the discrete `SteeredVehicle`
 
     Source: Yih, Ryu, Gerdes, eqs (13) to (15).
     """
@@ -64,6 +64,7 @@ class ConventionalKalman(SteeringTorqueObserver):
         return self.filter.init()
 
     def _observe(self, own: Tree, seen: Seen) -> tuple[Tree, Found]:
+        # Infinity marks a missing input, for which the filter holds its estimate.
         model, speed = self.filter.model, where(seen.running, seen.vehicle_speed, float("inf"))
         inputs = model.Input(seen.road_wheel_torque, speed)
         measured = model.Output(seen.yaw_rate, seen.road_wheel_angle)
@@ -93,7 +94,7 @@ class ConventionalPoles(SteeringTorqueObserver):
     """The conventional observer with poles placed at every speed.
 
     Args:
-        observer: over `SteeredVehicle`, sampled
+        observer: observer of the discrete `SteeredVehicle`
 
     Source: Yih, Ryu, Gerdes, eqs (14) to (17).
     """
@@ -129,12 +130,12 @@ def conventional_kalman(
     """The conventional observer of a car with Kalman gains.
 
     Args:
-        p: of the car
-        sample_time: [s]
-        noise: of sensors and model
+        p: parameters of the car
+        sample_time: sampling interval [s]
+        noise: noise of sensors and model
 
     Raises:
-        ParameterError: a car that it cannot follow, see `require_observable`
+        ParameterError: a car that the observer cannot follow, see `require_observable`
     """
     require_observable(p, sample_time)
     model = sampled_model(sample_time)
@@ -150,14 +151,14 @@ def conventional_poles(
     """The conventional observer of a car with placed poles.
 
     Args:
-        p: of the car
-        sample_time: [s]
-        factor: how much farther left than the system's the poles lie; they are real
-        noise: of sensors and model, for the standard deviation of the estimate
+        p: parameters of the car
+        sample_time: sampling interval [s]
+        factor: observer poles over those of the system; they are real
+        noise: noise of sensors and model, for the standard deviation of the estimate
 
     Raises:
-        ParameterError: a car that it cannot follow, see `require_observable`, or an observer that is not stable at
-            every speed
+        ParameterError: a car that the observer cannot follow, see `require_observable`, or an observer that is not
+            stable at every speed
     """
     require_observable(p, sample_time)
     model = sampled_model(sample_time)
@@ -176,11 +177,11 @@ def conventional_poles(
 
 
 def placed(design: Design, factor: float, sample_time: float) -> np.ndarray:
-    """A gain with real poles, factor times the sizes of the system's eigenvalues.
+    """A gain with real poles, factor times the magnitudes of the system's eigenvalues.
 
-    With two outputs the gain is not unique. Here the error of the yaw rate has a pole of its own and moves no other
-    error; the other three are seen by the steering angle alone, for which the gain is unique. So the gain is smooth
-    over the speed, and holds in neutral steer, where the yaw rate shows no sideslip.
+    With two outputs the gain is not unique. Here the error of the yaw rate has its own pole and drives no other error;
+    the other three errors are observed through the steering angle alone, for which the gain is unique. The gain is thus
+    smooth over the speed and valid in neutral steer, where the sideslip is not observable from the yaw rate.
     """
     A = design.system.A
     poles = faster_poles(design, factor, sample_time)
@@ -192,6 +193,7 @@ def placed(design: Design, factor: float, sample_time: float) -> np.ndarray:
     predictor[yaw, 0] -= own
     predictor[rest, 1] = place(part, tuple(others))[:, 0]
     predictor[yaw, 1] = A[yaw, 2]
+    # The design is that of a predictor; the corrector's gain is A^-1 times it.
     return np.linalg.solve(A, predictor)
 
 

@@ -15,38 +15,39 @@ from tierod.monitors.sideslip.combined_tuning import CombinedTuning
 from tierod.monitors.sideslip.expected import Tolerances
 
 USUAL_OFFSET: Annotated[float, "rad/s"] = math.radians(0.12)
-"""Standard deviation of the offset that a production yaw rate sensor keeps after calibration."""
+"""Standard deviation of a production yaw rate sensor's offset after calibration [rad/s]; 0.12 degrees per second."""
 
 USUAL_MISFIT = 0.48
-"""Standard deviation of the logarithm of the mean NIS: a consistent filter has a NIS of 1, parameters that are wrong by
-a half give 0.4 to 2.7 (simulated), taken as two deviations either way."""
+"""Standard deviation of the logarithm of the mean NIS [-]; a consistent filter has a NIS of 1, parameters that are
+wrong by half give 0.4 to 2.7 (simulated), taken as two standard deviations either way."""
 
 OFFSET_DESIGN = RuleDesign(HoldRule(1), values=1e6, shift=8.0, spacing=math.inf)
 MISFIT_DESIGN = RuleDesign(HoldRule(1, sides="upper"), values=500.0, shift=4.0, spacing=math.inf)
-"""One look at the end of a recording; the second is laid out for cars whose parameters are wrong by a half."""
+"""One decision at the end of a recording; the second is designed for cars whose parameters are wrong by half."""
 
 MOST_RESTARTS: Annotated[float, "1/min"] = 2.0
-"""New starts of the filter per minute above which its parameters do not fit: a wild minute may cost one."""
+"""Restarts of the filter per minute above which its parameters do not fit; one difficult minute may cost one."""
 
 LEAST_COVERAGE = 0.8
-"""Share of the time for which the 95 % band must hold a truth; less is not luck but a band that knows too little."""
+"""Share of the time for which the 95 % band must contain a recorded truth [-]; less cannot be chance, and shows a band
+that is too narrow."""
 
 
 def offset_rule() -> Detector:
-    """For the yaw rate's offset over the usual one."""
+    """Decision on the yaw rate's offset over the usual one."""
     return OFFSET_DESIGN.block()
 
 
 def misfit_rule() -> Detector:
-    """For the logarithm of the mean NIS over its usual deviation."""
+    """Decision on the logarithm of the mean NIS over its usual standard deviation."""
     return MISFIT_DESIGN.block()
 
 
 def limit_rule(certainty: float) -> HeldThreshold:
-    """For how far the share of the front force is above the limit, in standard deviations.
+    """Decision on the excess over the limit of the front force, in standard deviations.
 
     Args:
-        certainty: standard deviations []
+        certainty: threshold in standard deviations []
     """
     return HeldThreshold(certainty, 1, "upper")
 
@@ -116,7 +117,7 @@ FILE_DECISION = replace(
 )
 
 DECISIONS = (OFFSET_DECISION, MISFIT_DECISION, BAND_DECISION, SIGNALS_DECISION, FILE_DECISION)
-"""Of every variant."""
+"""Decisions of every variant."""
 
 COMBINED_DECISIONS = (
     *DECISIONS,
@@ -147,4 +148,4 @@ COMBINED_DECISIONS = (
         unit="recording",
     ),
 )
-"""Of the combined estimator."""
+"""Decisions of the combined estimator."""

@@ -1,4 +1,4 @@
-"""The sideslip monitor and its variants, as users see them."""
+"""The sideslip monitor and its variants."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ Opener = Callable[[Vehicle, float, Baseline | None], Session]
 
 
 SLOWEST = {"two-stage-kalman": 50.0, "conventional-poles": 50.0}
-"""Slowest rate of speed and yaw rate [Hz] at which a variant keeps its accuracy, where that is more than the monitor's:
-the disturbance observer of the first is 40 % worse at 20 Hz, poles as fast as the second's cannot be placed."""
+"""Lowest rate of speed and yaw rate [Hz] at which a variant keeps its accuracy, where it is above the monitor's: at 20
+Hz the disturbance observer of the first is 40 % worse, and poles as fast as those of the second cannot be placed."""
 
 SLOWEST_BY_WIRE = 33.0
-"""The same of the combined estimator where the torque of the steering is known [Hz]: with longer samples it takes its
-friction for something else and is lost. Without the torque it is as good at 20 Hz as at 100."""
+"""Lowest rate of the combined estimator where the torque of the steering is known [Hz]; with longer samples it
+attributes steering friction to other causes and diverges. Without the torque it is as good at 20 Hz as at 100."""
 
 
 def _refuse_slow(rate: float, slowest: float) -> None:
@@ -69,7 +69,7 @@ COMBINED_TRACES = {
     "limit_ahead": ("limit_ahead", ""),
     "limit_distance": ("limit_distance", ""),
 }
-"""What the combined estimator shows beside the sideslip: stiffness as a share of the vehicle file's, grip, bank."""
+"""Outputs of the combined estimator shown beside the sideslip: stiffness over that of the file, grip used, bank."""
 
 _VARIANTS = (
     Variant(

@@ -1,4 +1,4 @@
-"""Results over a drive of the car: the estimate beside a truth, signs of signals, sensors and motion."""
+"""Statistics of the sideslip monitor over a drive: estimate against truth, signs of signals, sensors, motion."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ from tierod.monitors.sideslip.own_motion import OwnMotionOverDrive
 from tierod.monitors.sideslip.sensors_over_drive import SensorsOverDrive
 
 TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
-"""Channels that a recording may have to hold the estimate against: of an optical sensor, or of a simulation."""
+"""Channels with a reference for the estimate: from an optical sensor, or from a simulation."""
 
 BAND = 1.96
-"""Standard deviations within which 95 % of a Gaussian error lie."""
+"""Standard deviations that contain 95 % of a Gaussian error."""
 
 KNOWN = 0.05
-"""Standard deviation [rad] up to which an angle may be the largest one: more is had before the estimate has settled."""
+"""Largest standard deviation of an angle that may become the peak [rad]; before it settles the estimate has more."""
 
 TOGETHER = ("steering angle", "yaw rate", "lateral acceleration", "steering torque")
-"""What has the same sign in a steady turn."""
+"""Signals with the same sign in a steady turn."""
 
 CLEAR = 0.5
-"""Correlation from which two signals are taken to go together or against each other. Slow turns give above 0.9."""
+"""Magnitude of the correlation from which two signals agree or disagree in sign [-]; slow turns give above 0.9."""
 
 FASTEST_STANDING = 3.0
-"""Speed [m/s] up to which the car is taken to manoeuvre, where torque and lateral acceleration show little."""
+"""Speed [m/s] up to which the car counts as manoeuvring, where torque and lateral acceleration are uninformative."""
 
 FEWEST = 300
-"""Samples from which on a correlation counts."""
+"""Least number of samples of a correlation."""
 
 
 class SideslipDrive:
-    """All that is collected over a drive: the estimate, signs, sensors and the motion that the signals give.
+    """Collector of all statistics over a drive: estimate, signs, sensors, and the motion given by the signals.
 
     Args:
-        parameters: of the vehicle
-        ratio: road wheels over steering wheel
-        rate: of the samples [Hz]
+        parameters: parameters of the vehicle
+        ratio: road wheel angle over steering wheel angle
+        rate: sampling rate [Hz]
     """
 
     def __init__(self, parameters: SingleTrack.Parameters, ratio: float, rate: float):
@@ -55,19 +55,19 @@ class SideslipDrive:
 
     @property
     def seconds(self) -> float:
-        """For which the sideslip was estimated [s]."""
+        """Time for which the sideslip was estimated [s]."""
         return self.figures.samples / self.rate
 
     def add(
         self, running: np.ndarray, signals: Mapping[str, np.ndarray], result: Result, contradictions: bool = True
     ) -> None:
-        """The next piece, (n,) each.
+        """Add the next piece, (n,) each.
 
         Args:
             running: where the estimator ran
-            signals: by name; without speed and yaw rate an estimator predicts alone, which counts as no estimate
+            signals: signals by name; samples without speed and yaw rate are pure predictions and do not count
             result: outputs of the estimator
-            contradictions: whether to follow what shows that signals contradict each other or the vehicle's parameters
+            contradictions: whether to test signals against each other and against the vehicle's parameters
         """
         speed, yaw_rate = signals["vehicle_speed"], signals["yaw_rate"]
         lateral, along = signals["lateral_acceleration"], signals["longitudinal_acceleration"]
@@ -84,7 +84,7 @@ class SideslipDrive:
             self.own_motion.add(speed, yaw_rate, lateral, np.where(running, result["statement.magnitude"], np.nan))
 
     def evidence(self) -> dict[str, float]:
-        """Time of estimating, and how signals agree where a sign is wrong."""
+        """Estimated time, and the correlations between signals where a sign is wrong."""
         found = {"enabled_s": self.seconds, "enabled_share": self.figures.samples / max(self.figures.seen, 1)}
         if self.signs.turned():
             agreements = self.signs.agreements().items()
@@ -93,7 +93,7 @@ class SideslipDrive:
 
 
 class EstimateFigures:
-    """Figures of an estimate over the pieces of a recording, beside the truth where there is one."""
+    """Statistics of an estimate over a recording, against the truth where there is one."""
 
     def __init__(self) -> None:
         self.seen = self.samples = self.compared = self.covered = self.angles = self.torques = 0
@@ -111,15 +111,15 @@ class EstimateFigures:
         angle: np.ndarray,
         torque: np.ndarray,
     ) -> None:
-        """The next piece, (n,) each; NaN where missing.
+        """Add the next piece, (n,) each; NaN where missing.
 
         Args:
-            running: whether the estimator ran
-            result: of the estimator
-            truth: sideslip angle [rad]
-            speed: [m/s]
-            angle: of the road wheels [rad]
-            torque: of the steering's motor, or its current
+            running: where the estimator ran
+            result: outputs of the estimator
+            truth: true sideslip angle [rad]
+            speed: vehicle speed [m/s]
+            angle: road wheel angle [rad]
+            torque: torque of the steering's motor, or its current
         """
         sideslip, deviation = result["statement.magnitude"], result["statement.deviation"]
         self.seen += len(running)
@@ -128,7 +128,7 @@ class EstimateFigures:
         self.torques += int(np.isfinite(torque).sum())
         self.fastest = max(self.fastest, float(np.nanmax(speed, initial=0.0)))
         self.deviation += float(np.sum(deviation[running]))
-        # A truth that comes more slowly than the grid is held, and stale until it changes.
+        # A truth that is slower than the grid is held: repeated values are stale and must not count again.
         fresh = np.diff(truth, prepend=self._last_truth) != 0.0
         self._last_truth = float(truth[-1]) if len(truth) else self._last_truth
         judged = running & np.isfinite(truth) & fresh
@@ -139,7 +139,7 @@ class EstimateFigures:
         self.absolute_error += float(np.abs(error).sum())
         known = running & (deviation < KNOWN)
         if known.any():
-            # The largest by its lower bound: the largest value is often the one that is known least.
+            # The peak is the largest lower bound: the largest value itself is often the least certain one.
             certain = np.where(known, np.abs(sideslip) - BAND * deviation, -math.inf)
             at = int(np.argmax(certain))
             if certain[at] > self._certain:
@@ -160,13 +160,13 @@ class EstimateFigures:
 
 
 def truth_in(signals: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Reference that the estimate is compared with [rad]; NaN where the recording has none."""
+    """Reference for the estimate [rad]; NaN where the recording has none."""
     measured, simulated = (signals[name] for name in TRUTHS)
     return np.where(np.isfinite(simulated), simulated, measured)
 
 
 class SignsOverDrive:
-    """Products of the signals of `TOGETHER` over the pieces of a recording, where the car rolls."""
+    """Sums of products of the signals of `TOGETHER` over a recording, where the car rolls."""
 
     def __init__(self) -> None:
         size = len(TOGETHER)
@@ -174,7 +174,7 @@ class SignsOverDrive:
         self._counts = np.zeros((size, size))
 
     def add(self, speed: np.ndarray, signals: Mapping[str, np.ndarray]) -> None:
-        """The next piece: speed [m/s] and the signals by their name in `TOGETHER`, (n,) each; NaN where missing."""
+        """Add the next piece: speed [m/s] and the signals by their name in `TOGETHER`, (n,) each; NaN where missing."""
         rolling = np.isfinite(speed) & (speed > FASTEST_STANDING)
         for (i, one), (j, other) in combinations(enumerate(TOGETHER), 2):
             a, b = signals[one], signals[other]
@@ -186,7 +186,7 @@ class SignsOverDrive:
             self._counts[i, j] += len(x)
 
     def agreements(self) -> dict[tuple[str, str], float]:
-        """Correlation about zero of every pair with enough samples, -1 to 1."""
+        """Correlation about zero, -1 to 1, of every pair with enough samples."""
         found = {}
         for (i, one), (j, other) in combinations(enumerate(TOGETHER), 2):
             size = np.sqrt(self._squares[i, j] * self._squares[j, i])

@@ -1,4 +1,4 @@
-"""What a drive must show of the car of a vehicle file, and how far fault-free cars are from that."""
+"""Observables that the car of a vehicle file must show in a drive, and their tolerances for fault-free cars."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ from tierod.vehicles.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class Tolerances:
-    """How far fault-free cars are from what their files give: standard deviations beside those of the parameters.
+    """Deviations of fault-free cars from their files: standard deviations added to those of the parameters.
 
     Args:
-        turn_usual, turn: of lateral acceleration over speed times yaw rate: bank makes it smaller, lean larger
-        wheelbase: relative, of wheelbase and steering ratio: the ratio varies with the angle, columns twist
-        understeer: of tyres that are not linear
-        tyres: least relative one of a cornering stiffness, which means little on another surface
-        steering_zero: of the road wheels [rad], 3 degrees at the steering wheel
-        sensor_usual, sensor: place of the accelerometer: a sensor that is late by some hundredths of a second seems to
-            be farther back
-        sensor_forward: of its place about the centre of gravity, where the file gives none
-        track: relative, of the rear track: wheel speeds of a turn follow the tyres' centres
+        turn_usual, turn: mean and standard deviation of the logarithm of lateral acceleration over speed times yaw
+            rate; bank makes it smaller, lean larger
+        wheelbase: relative, of wheelbase and steering ratio; the ratio varies with the angle, columns twist
+        understeer: error of the understeer gradient from nonlinear tyres
+        tyres: least relative standard deviation of a cornering stiffness, which is uncertain on another surface
+        steering_zero: zero of the road wheels [rad]; 3 degrees at the steering wheel
+        sensor_usual, sensor: mean and standard deviation of the accelerometer's place; a delay of some hundredths of a
+            second moves it backwards
+        sensor_forward: standard deviation of the place about the centre of gravity, where the file gives none
+        track: relative, of the rear track; wheel speeds in a turn follow the tyres' centres
         wheel: relative, of the radius of the wheels
-        gain: relative, of slopes and slip
-        decides: squared deviations that one explanation must take away, 3.2 standard deviations
-        file_decides: the same for the vehicle file with its four quantities
-        alike: difference of that up to which two explanations are not separated
-        least: relative error of a scale from which it is named
+        gain: relative, from slopes and slip
+        decides: threshold on the squared normalised deviations explained by one hypothesis, 3.2 standard deviations
+        file_decides: the same threshold for the vehicle file with its four quantities
+        alike: difference of these up to which two hypotheses cannot be separated
+        least: relative error of a scale from which it is reported
     """
 
     turn_usual: Annotated[float, ""] = -0.03
@@ -54,18 +55,18 @@ class Tolerances:
 
 
 class Expected(NamedTuple):
-    """What a vehicle file gives: values, and standard deviations with the tolerances."""
+    """Expected observables of a vehicle file: values, and standard deviations including the tolerances."""
 
     values: Observables
     deviations: Observables
 
 
 def expected(vehicle: Vehicle, tolerances: Tolerances | None = None) -> Expected:
-    """What a drive of the car of a file must show.
+    """Expected observables of a vehicle file.
 
     Args:
-        vehicle: whose parameters without a standard deviation take that of its class
-        tolerances: of fault-free cars
+        vehicle: vehicle; parameters without a standard deviation take that of its class
+        tolerances: tolerances of fault-free cars
     """
     limits = tolerances or Tolerances()
     car, _ = with_spread(vehicle)
@@ -115,7 +116,7 @@ def _understeer(car: Vehicle) -> float:
 
 
 def _understeer_moves(car: Vehicle, limits: Tolerances) -> list[float]:
-    """What one standard deviation of each parameter does to the understeer gradient [rad*s**2/m]."""
+    """Change of the understeer gradient for one standard deviation of each parameter [rad*s**2/m]."""
     least = {name: limits.tyres * car[name] for name in STEERING[-2:]}
     wider = {
         name: replace(

@@ -1,4 +1,4 @@
-"""The finding over a drive: the car's sideslip, its uncertainty, and the obstacles to a statement."""
+"""The finding over a drive: sideslip with its uncertainty, or the obstacle to a statement."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from tierod.monitors.sideslip.decisions import (
 from tierod.monitors.sideslip.drive import SideslipDrive
 
 LEAST_ENABLED = 5.0
-"""Seconds of estimating below which nothing is stated: a few time constants of the slowest observer."""
+"""Least estimated time for a statement [s]; a few time constants of the slowest observer."""
 
 OFFSET = "yaw_rate_offset_rad_per_s"
-"""Figure of the evidence that is there where the yaw rate has an offset."""
+"""Name of the yaw rate offset in the evidence, present only where there is one."""
 
 LEAST_COMPARED = 5.0
-"""Seconds beside a truth from which on that share is judged."""
+"""Least time with a recorded truth for a judgement of the band [s]."""
 
 Obstacle = tuple[Status, str, str]
-"""Why nothing can be stated: status, cause, what to do."""
+"""Why no statement is possible: status, cause, action."""
 
 
 def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool) -> Obstacle | None:
-    """Why nothing can be stated; None where something can.
+    """Why no statement is possible; None where one is.
 
     Args:
-        drive: its results
+        drive: statistics of the drive
         needs_torque: whether the estimator cannot run without the torque of the steering
         torque_known: whether the vehicle file converts the motor's torque into it
     """
@@ -67,12 +67,12 @@ def obstacle(drive: SideslipDrive, needs_torque: bool, torque_known: bool) -> Ob
 
 
 def withheld(drive: SideslipDrive, name: str, reason: Obstacle) -> Finding:
-    """The finding where nothing can be stated.
+    """The finding where no statement is possible.
 
     Args:
-        drive: its results
-        name: of monitor and variant
-        reason: as `obstacle` gives it
+        drive: statistics of the drive
+        name: name of monitor and variant
+        reason: result of `obstacle`
     """
     status, cause, action = reason
     headline = f"Sideslip angle: {status.value}; {cause}."
@@ -83,10 +83,10 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
     """The finding where the sideslip was estimated.
 
     Args:
-        drive: its results
-        name: of monitor and variant
-        misfit_rule: decides whether the parameters fit
-        nis: mean per reading
+        drive: statistics of the drive
+        name: name of monitor and variant
+        misfit_rule: rule that decides whether the parameters fit
+        nis: mean NIS per reading
     """
     figures = drive.figures
     evidence = {**drive.evidence(), **figures.beside_truth(), "nis_mean": nis}
@@ -106,18 +106,18 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float) ->
 
 
 def confirmed(finding: Finding, drive: SideslipDrive) -> bool:
-    """Whether the band holds a recorded truth.
+    """Whether the band contains a recorded truth for enough of the time.
 
     Args:
-        finding: as `judge` gives it
-        drive: what was collected
+        finding: result of `judge`
+        drive: statistics of the drive
     """
     share = finding.evidence.get("truth_within_band_share", 0.0)
     return share >= LEAST_COVERAGE and drive.figures.compared >= LEAST_COMPARED * drive.rate
 
 
 def _beside_truth(finding: Finding, seconds: float) -> Finding:
-    """The finding, suspect where the band does not hold a recorded truth."""
+    """The finding, suspect where the band does not contain a recorded truth."""
     share = finding.evidence.get("truth_within_band_share", 1.0)
     if not (share < LEAST_COVERAGE and seconds >= LEAST_COMPARED):
         return finding
@@ -135,7 +135,7 @@ def _beside_truth(finding: Finding, seconds: float) -> Finding:
 
 
 def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
-    """The finding, not healthy and with the cause named where the yaw rate has an offset."""
+    """The finding with the offset of the yaw rate as its cause, where there is one; then it is not healthy."""
     if (offset := drive.sensors.offset(drive.motion.yaw_rate_offset())) is None:
         return finding
     cause = (
@@ -157,7 +157,7 @@ def _with_offset(finding: Finding, drive: SideslipDrive) -> Finding:
 
 
 def _contradicted(finding: Finding, drive: SideslipDrive) -> Finding:
-    """The finding with the signals that contradict the motion; suspect where the estimate rests on one of them."""
+    """The finding with the signals that contradict the motion; suspect where the estimate depends on one of them."""
     wrong = drive.motion.wrong()
     finding = replace(finding, warnings=(*finding.warnings, *(each.sentence for each in wrong)))
     decisive = [each.sentence for each in wrong if each.names != ("longitudinal_acceleration",)]
@@ -173,7 +173,7 @@ def _contradicted(finding: Finding, drive: SideslipDrive) -> Finding:
 
 
 def distances(finding: Finding) -> dict[str, float]:
-    """Statistics of the decisions that look once at the recording, by name."""
+    """Statistics of the decisions that are taken once per recording, by name of the decision."""
     evidence = finding.evidence
     found = {MISFIT_DECISION.name: math.log(max(evidence["nis_mean"], 1e-12)) / USUAL_MISFIT}
     if OFFSET in evidence:

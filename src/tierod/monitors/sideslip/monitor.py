@@ -1,11 +1,11 @@
-"""The block of the monitor: a sideslip estimator that reads the signals of a car and states the sideslip.
+"""The block of the monitor: a sideslip estimator with the signals of a car as input and a statement as output.
 
-What an estimator must bring to be a variant of the monitor:
+Requirements on an estimator to be a variant of the monitor:
 
-- `Sample`: a flat NamedTuple of canonical signals. `road_wheel_angle` is made from the steering wheel's where it is not
-  measured, `road_wheel_torque` from the motor's torque or current; all others are taken as they are, NaN where the car
-  lacks them.
-- an output with the fields of `SideslipEstimate`; it may have more, which `SideslipSession` can show over time.
+- `Sample`: a flat NamedTuple of canonical signals. `road_wheel_angle` is computed from the steering wheel angle where
+  it is not measured, `road_wheel_torque` from the motor's torque or current; all others are passed on, NaN where the
+  car lacks them.
+- an output with the fields of `SideslipEstimate`; further fields can be shown over time by `SideslipSession`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MADE = {
     "road_wheel_angle": ("road_wheel_angle", "steering_wheel_angle"),
     "road_wheel_torque": ("motor_torque", "motor_current"),
 }
-"""What an estimator reads -> signals of the car that it is made of."""
+"""Input of an estimator -> signals of the car that it is computed from."""
 
 BY_WIRE = "gearhead_ratio"
 """A vehicle file that gives this parameter describes a car steered by wire."""
@@ -38,10 +38,10 @@ class SideslipEstimate(NamedTuple):
     """Output of every sideslip block after a sample.
 
     Args:
-        sideslip_angle, sideslip_angle_deviation: at the centre of gravity, and one standard deviation of it
-        self_aligning_torque, self_aligning_torque_deviation: of the front tyres, opposing positive steer
-        nis, readings: normalised innovation squared of the sample, and over how many readings
-        held: 1 where nothing could be estimated and the last estimate stands
+        sideslip_angle, sideslip_angle_deviation: sideslip at the centre of gravity, and its standard deviation
+        self_aligning_torque, self_aligning_torque_deviation: torque of the front tyres, opposing positive steer
+        nis, readings: normalised innovation squared of the sample, and its number of readings
+        held: 1 where nothing could be estimated and the last estimate is held
     """
 
     sideslip_angle: Annotated[float, "rad"]
@@ -66,15 +66,15 @@ class Ratio:
 
 @dataclass(frozen=True)
 class SideslipMonitor:
-    """A sideslip estimator that reads the signals of a car, and the statement on its estimate.
+    """A sideslip estimator with the signals of a car as input, and the statement on its estimate.
 
     The angle of the road wheels is the measured one, or else the steering wheel's times the ratio; their torque comes
-    from the motor's torque, or else from its current. A signal that the car lacks is NaN, and so is what is made of it.
+    from the motor's torque, or else from its current. A missing signal is NaN; inputs computed from it are missing too.
 
     Args:
-        estimator: any, see above
-        ratio: of the steering
-        actuator: of a car steered by wire; None where the torque at the road wheels is not known
+        estimator: the estimator, see the module
+        ratio: steering ratio
+        actuator: actuator of a car steered by wire; None where the torque at the road wheels is unknown
     """
 
     estimator: Block
@@ -92,10 +92,10 @@ class SideslipMonitor:
         return cls(estimator, vehicle.parameters_for(Ratio), actuator)
 
     class Output(NamedTuple):
-        """Sideslip angle at the centre of gravity [rad] as a statement, and all that the estimator puts out.
+        """Sideslip angle at the centre of gravity [rad] as a statement, and the output of the estimator.
 
-        The statement is healthy where the sideslip was estimated, not enabled where the last estimate stands; its kind
-        is 1 where the front axle comes near its limit, its evidence the distance from that.
+        The statement is healthy where the sideslip was estimated, not enabled where the last estimate is held; its kind
+        is 1 where the front axle nears its limit, its evidence the distance from that limit.
         """
 
         statement: Statement
@@ -107,11 +107,11 @@ class SideslipMonitor:
         return _sample_class(_fields(self.estimator.Sample))
 
     def init(self) -> Tree:
-        """First state of the estimator."""
+        """State of the estimator before the first sample."""
         return self.estimator.init()
 
     def step(self, state: Tree, sample: Tree) -> tuple[Tree, Output]:
-        """One sample on."""
+        """Process one sample."""
         kind = self.estimator.Sample
         after, estimate = self.estimator.step(state, kind(*(self._read(name, sample) for name in _fields(kind))))
         statement = Statement(

@@ -1,4 +1,4 @@
-"""Whether speed, accelerations, yaw rate and steering are those of one motion, and which of them is not."""
+"""Test whether speed, accelerations, yaw rate and steering describe one motion, and which of them does not."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from tierod.models.single_track import SingleTrack
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 
 BLOCK: Annotated[float, "s"] = 1.0
-"""Time that is averaged: below 1 Hz a car follows its wheel without delay."""
+"""Averaging time; below 1 Hz a car follows its steering wheel without delay."""
 
 STEPS = 5
-"""Steps of the speed in a block."""
+"""Steps per block at which changes of the speed are tested."""
 
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """Limits beyond which two quantities that are one motion contradict each other.
+    """Limits beyond which two measurements of the same motion contradict each other.
 
     Args:
-        contradicts: share of the larger one that the other leaves unexplained, its mean aside; virtual and real cars
-            stay below 0.45, swapped signals above 0.95
+        contradicts: share of the larger quantity that the other leaves unexplained, mean removed; virtual and real
+            cars stay below 0.45, swapped signals above 0.95
         agrees: share up to which the two confirm each other
         lateral: root mean square of the larger one from which turns are compared [m/s^2]
         longitudinal: the same for speed gained in a second [m/s]; hills alone make less
-        gentle: speed gained or lost in a second up to which that is compared: beyond, wheels slip [m/s]
+        gentle: largest compared change of speed in a second [m/s]; beyond, wheels slip
         leap: change of the speed within a fifth of a second that no car makes [m/s]
-        leaping: share of such changes; wheels that lock make 0.02 of them
-        seconds: of driving that is needed
-        gaining: the same for speed gained: a stop with wheels that lock must not decide
-        rolling: speed from which turns show an offset of the yaw rate [m/s]
-        rolling_time: ... for so long [s]: four terms are estimated, and one turn after the other errs alike
-        condition: greatest condition number of that regression; at one speed alone it shows nothing
+        leaping: share of such changes from which the speed is wrong; locking wheels make 0.02
+        seconds: least driving time of the comparisons
+        gaining: the same for speed gained; a stop with locking wheels must not decide
+        rolling: speed from which turns are used for the offset of the yaw rate [m/s]
+        rolling_time: least time of such driving [s]; four terms are estimated, and successive turns err alike
+        condition: largest condition number of that regression; at a single speed it is singular
     """
 
     contradicts: Annotated[float, ""] = 0.75
@@ -66,7 +66,7 @@ class _Pair:
         self._sums += (len(x), x.sum(), y.sum(), x @ x, y @ y, x @ y)
 
     def unexplained(self, seconds: float, least: float) -> float:
-        """Share of the larger one that the other does not explain; NaN with too little driving."""
+        """Share of the larger quantity that the other does not explain; NaN with too little driving."""
         count, x, y, xx, yy, xy = self._sums
         if count * BLOCK < seconds:
             return math.nan
@@ -76,12 +76,12 @@ class _Pair:
 
 
 class MotionOverDrive:
-    """Sums over a drive, block by block, so that the result does not depend on how the recording is cut.
+    """Sums over a drive in fixed blocks, so that the result does not depend on how the recording is cut.
 
     Args:
-        p: of the vehicle
-        rate: of the samples [Hz]
-        limits: when signals contradict each other
+        p: parameters of the vehicle
+        rate: sampling rate [Hz]
+        limits: limits of a contradiction
     """
 
     def __init__(self, p: SingleTrack.Parameters, rate: float, limits: MotionLimits | None = None):
@@ -104,13 +104,13 @@ class MotionOverDrive:
         longitudinal: np.ndarray,
         angle: np.ndarray,
     ) -> None:
-        """The next piece, (n,) each; NaN where missing.
+        """Add the next piece, (n,) each; NaN where missing.
 
         Args:
-            speed: [m/s]
-            yaw_rate: [rad/s]
+            speed: vehicle speed [m/s]
+            yaw_rate: yaw rate [rad/s]
             lateral, longitudinal: accelerations [m/s**2]
-            angle: of the road wheels [rad]
+            angle: road wheel angle [rad]
         """
         rows = np.vstack([self._rest, np.column_stack([speed, yaw_rate, lateral, longitudinal, angle])])
         count = max(len(rows) - 1, 0) // self._size
@@ -133,16 +133,16 @@ class MotionOverDrive:
         self._leaps += int((steps > self.limits.leap).sum())
 
     def _roll(self, v: np.ndarray, r: np.ndarray, a: np.ndarray) -> None:
-        """Terms of the regression of the lateral acceleration, where the car rolls."""
+        """Add to the regression of the lateral acceleration, where the car rolls."""
         rows = np.column_stack([(v * r).mean(axis=1), r.mean(axis=1), v.mean(axis=1), np.ones(len(v)), a.mean(axis=1)])
         rows = rows[np.isfinite(rows).all(axis=1) & (rows[:, 2] > self.limits.rolling)]
         self._rolling += rows.T @ rows
 
     def yaw_rate_offset(self) -> float:
-        """Offset of the yaw rate, two standard deviations nearer to zero than estimated [rad/s]; 0 without an estimate.
+        """Offset of the yaw rate, reduced by two standard deviations towards zero [rad/s]; 0 without an estimate.
 
-        Of a = g v r + c r + o v + k the term in v is that of an offset -o of the yaw rate; an offset of the
-        acceleration or the bank of the road goes into k, one of the speed into c, roll and gains into g.
+        In a = g v r + c r + o v + k the coefficient o is that of a yaw rate offset -o; an offset of the acceleration or
+        bank of the road enters k, an offset of the speed c, roll and gain errors g.
         """
         limits, count = self.limits, self._rolling[3, 3]
         matrix, right, power = self._rolling[:4, :4], self._rolling[:4, 4], self._rolling[4, 4]
@@ -155,7 +155,7 @@ class MotionOverDrive:
         return -math.copysign(max(abs(term) - 2.0 * deviation, 0.0), term)
 
     def wrong(self) -> tuple[Defect, ...]:
-        """Defects by contradiction to the motion that the other signals give."""
+        """Defects of signals that contradict the motion given by the others."""
         limits = self.limits
         leaps = self._leaps / max(self._steps, 1)
         if self._steps * BLOCK / STEPS >= limits.seconds and leaps > limits.leaping:
@@ -177,7 +177,7 @@ class MotionOverDrive:
         )
 
     def _of_a_turn(self, gain: float) -> Defect:
-        """The one of speed, yaw rate and lateral acceleration that the steering and the other two contradict."""
+        """The one of speed, yaw rate and lateral acceleration that contradicts the steering and the other two."""
         limits = self.limits
         yaw = self._yaw.unexplained(limits.seconds, limits.lateral)
         side = self._side.unexplained(limits.seconds, limits.lateral)

@@ -1,4 +1,4 @@
-"""Noises of the combined estimator, fitted together with the parameters of a car to a true sideslip."""
+"""Fit of the combined estimator's noises, together with the parameters of a car, to a true sideslip."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ START: dict[str, float] = {
     "bank_wander": 0.03,
     "bank_wander_time": 6.0,
 }
-"""Where the fit of the noises begins, assumed: between a virtual car's and what the adaptation finds on a race car."""
+"""Initial noises of the fit [assumed]: between those of a virtual car and those that adaptation finds on a race car."""
 
 HELD: dict[str, float] = {
     "yaw_rate_noise": 0.004,
@@ -36,42 +36,42 @@ HELD: dict[str, float] = {
     "friction_wander": 0.0,
     "wind_wander": 0.0,
 }
-"""Noises that are not fitted: stiffness, bank and offset stand for friction and wind."""
+"""Noises that are not fitted: stiffness, bank and offset absorb the effects of friction and wind."""
 
 SPREAD = 0.7
-"""Standard deviation of the natural logarithm of a noise about its start: a factor of two."""
+"""Standard deviation of the natural logarithm of a noise about its initial value; a factor of two."""
 
 STEP = 1e-2
-"""Of the finite differences, in standard deviations."""
+"""Step of the finite differences, in standard deviations."""
 
 MEMORY = 4.0
-"""Time after which two errors are independent [s]: the integral of their autocorrelation on the first 55 s of the race
-laps, with typical and with fitted tyres. With less a fit of so many parameters follows what happened once."""
+"""Time after which two errors count as independent [s]; the integral of their autocorrelation on the first 55 s of the
+race laps, with typical and with fitted tyres. With less, a fit of so many parameters follows single events."""
 
 EVALUATIONS = 8
-"""Most steps of the fit."""
+"""Largest number of function evaluations of the fit."""
 
 COVERED = 0.95
-"""Share of the truth that the band holds after the noises are scaled."""
+"""Share of the truth that the band contains after the noises are scaled [-]."""
 
 FARTHEST_FACTOR = 5.0
-"""By which the noises are scaled up or down at the most; more says that the drive is no measure of them."""
+"""Largest factor by which the noises are scaled up or down; a larger one shows that the drive cannot determine them."""
 
 
 def calibrated_with_noises(
     recording: Recording, vehicle: Vehicle, names: Iterable[str] = TYRES, until: float = math.inf, rate: float = 100.0
 ) -> Vehicle:
-    """The vehicle with parameters and noises that bring the combined estimator closest to the truth of a drive.
+    """The vehicle with the parameters and noises that bring the combined estimator closest to the truth of a drive.
 
-    The noises are then scaled together, which hardly changes an estimate, until the 95 % band holds 95 % of the truth.
-    A drive of a minute is little: two minutes and more keep the band true on later driving.
+    The noises are then scaled by a common factor, which hardly changes an estimate, until the 95 % band contains 95 %
+    of the truth. A drive of one minute is short: two minutes and more keep the band valid on later driving.
 
     Args:
-        recording: with the signals of a car and its true sideslip
-        vehicle: to begin with; the noises that it names are replaced
-        names: parameters to fit beside the noises; each needs a standard deviation
+        recording: recording with the signals of a car and its true sideslip
+        vehicle: vehicle as starting point; the noises that it gives are replaced
+        names: parameters to fit together with the noises; each needs a standard deviation
         until: end of the part that is fitted [s, as the recording counts]
-        rate: of the samples [Hz]
+        rate: sampling rate [Hz]
 
     Raises:
         InputError: the recording has no true sideslip
@@ -104,7 +104,7 @@ def calibrated_with_noises(
 
 
 def with_noises(vehicle: Vehicle, values: Mapping[str, float], source: str = "fitted to sideslip") -> Vehicle:
-    """The vehicle with parameters that it may lack so far; a standard deviation that it gives is kept."""
+    """The vehicle with these parameters, added or replaced; a standard deviation that it gives is kept."""
     changed = {}
     for name, value in values.items():
         given = vehicle.parameters.get(name)
@@ -119,6 +119,6 @@ def _judged(seen: BesideTruth, until: float) -> np.ndarray:
 
 
 def _scaled(vehicle: Vehicle, factor: float) -> Vehicle:
-    """All noises times a factor; the times of their wander stay."""
+    """The vehicle with all noises times a factor; their correlation times stay."""
     scaled = [name for name in (*START, *HELD) if not name.endswith("_time")]
     return with_noises(vehicle, {name: factor * vehicle[name] for name in scaled})

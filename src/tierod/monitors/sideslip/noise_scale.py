@@ -1,4 +1,4 @@
-"""Noises adapted to a drive: innovations that stay on one side show that a model errs for longer than a sample."""
+"""Adaptation of noises to a drive: innovations that keep their sign show a model error longer than a sample."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import both, exp, limit, maximum, present, where
 
 LEAST_VARIANCE = 1e-18
-"""Keeps the ratio finite where a filter has no noise at all, in the squared unit of the reading."""
+"""Floor of the expected variance, which keeps the ratio finite for a filter without noise, in the squared unit of the
+reading."""
 
 
 class ScaleState(NamedTuple):
@@ -22,22 +23,22 @@ class ScaleState(NamedTuple):
 
 @dataclass(frozen=True)
 class NoiseScale:
-    """Factor of a noise's variance, from the innovations of one reading.
+    """Adaptive factor of a noise variance, from the innovations of one reading.
 
-    Innovations of a consistent filter are white: their low-pass has the variance that the filter expects times
-    share / (2 - share). Errors of the model last longer than a sample, so the low-pass has more. The scale rises while
-    it has more and falls while it has less, until the larger noise makes the innovations white. It rises faster than it
-    falls, so that it settles on the side of caution: with the usual times where the filter expects 2.6 times the
-    variance that is seen. It never falls below one: the noise that it scales is the least one.
+    Innovations of a consistent filter are white: their low-pass has the expected variance times share / (2 - share).
+    Model errors last longer than a sample, so that the low-pass has more. The scale rises while it has more and falls
+    while it has less, until the larger noise makes the innovations white. It rises faster than it falls, so that it
+    settles on the cautious side: with the default times where the filter expects 2.6 times the observed variance. It
+    never falls below one: the given noise is the minimum.
 
     Args:
-        sample_time: between two samples
-        memory: time of the low-pass; errors that last shorter are taken for noise
+        sample_time: sampling interval
+        memory: time constant of the low-pass; shorter errors count as noise
         rise, fall: times in which the logarithm rises and falls by one
-        most: of the relative excess that counts in one sample
-        greatest: of the logarithm
+        most: largest relative excess that counts in one sample
+        greatest: upper bound of the logarithm
 
-    Valid for a reading whose noise is white; errors slower than the filter's own unknowns are left to those.
+    Valid for a reading with white noise; errors slower than the filter's own unknowns are left to those.
     Source: whiteness of innovations, R. K. Mehra, IEEE Trans. Automatic Control 15 (1970) 175, as a stochastic
     approximation instead of from autocorrelations over a record.
     """
@@ -50,7 +51,7 @@ class NoiseScale:
     greatest: Annotated[float, "", NOT_NEGATIVE] = 9.0
 
     def init(self) -> ScaleState:
-        """The noise as it is given."""
+        """State before the first sample: the noise as given."""
         return ScaleState(0.0, 0.0)
 
     def scale(self, state: ScaleState) -> Scalar:
@@ -58,12 +59,12 @@ class NoiseScale:
         return exp(state.logarithm)
 
     def after(self, state: ScaleState, innovation: Scalar, variance: Scalar, running: Scalar) -> ScaleState:
-        """One sample on; held where the reading is missing or the filter does not run.
+        """State after one sample; held where the reading is missing or the filter does not run.
 
         Args:
-            state: a sample ago
-            innovation: measured less expected [unit of the reading]
-            variance: that the filter expects of it [its square]
+            state: state of the previous sample
+            innovation: measured less predicted [unit of the reading]
+            variance: its variance as predicted by the filter [its square]
             running: whether the filter ran
         """
         share = self.sample_time / (self.memory + self.sample_time)

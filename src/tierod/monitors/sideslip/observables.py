@@ -1,4 +1,4 @@
-"""What a drive shows of its signals and of the car without a model of the tyres: scales, distances, zeros."""
+"""Observables of a drive that need no tyre model: scales of signals, distances of the car, zeros."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ import numpy as np
 from tierod.monitors.sideslip.relations import BlocksOverDrive, Relation, RelationOverDrive
 
 WHEELS = tuple(f"wheel_speed_{end}_{side}" for end in ("rear", "front") for side in ("left", "right"))
-"""Rear wheels first: they roll along the car."""
+"""Wheel speed signals, rear wheels first, since they roll along the car."""
 
 
 class Observables(NamedTuple):
-    """Quantities that a drive shows, each NaN where it does not.
+    """Quantities that a drive determines, each NaN where it does not.
 
     Args:
         turn: logarithm of lateral acceleration over speed times yaw rate []
-        wheelbase: of steering angle, speed and yaw rate [m]
-        understeer: further steering angle per lateral acceleration [rad*s**2/m]
+        wheelbase: wheelbase from steering angle, speed and yaw rate [m]
+        understeer: additional steering angle per lateral acceleration [rad*s**2/m]
         steering_zero: steering angle of the road wheels straight ahead [rad]
-        sensor_place: of the accelerometer ahead of the point of the car that does not slip at low speed, the rear axle
+        sensor_place: distance of the accelerometer ahead of the rear axle, the point that does not slip at low speed
             [m]
-        track: of the difference of the rear wheel speeds over the yaw rate [m]
+        track: difference of the rear wheel speeds over the yaw rate [m]
         wheel: logarithm of the speed over the mean of the wheel speeds []
-        gain: logarithm of the speed gained over what the longitudinal acceleration gives []
+        gain: logarithm of the speed gained over the integral of the longitudinal acceleration []
     """
 
     turn: float = math.nan
@@ -42,16 +42,16 @@ class Observables(NamedTuple):
 
 @dataclass(frozen=True)
 class ObservableLimits:
-    """Where the relations hold.
+    """Validity limits of the relations.
 
     Args:
-        slowest: speed below which the motion says little
+        slowest: speed below which the motion is uninformative
         slow: speed up to which the tyres of a turning car hardly slip, so that the rear axle follows its wheels
         linear: speed times yaw rate up to which tyres are linear
         gentle: change of the speed up to which wheels hardly slip
-        turning: standard deviation of speed times yaw rate from which its ratio to the lateral acceleration is taken: a
-            noise of 0.02, of a yaw rate in steps of 0.1 degrees per second on the motorway, makes that 2 % too small
-        together: correlation of longitudinal acceleration and change of speed from which their ratio is taken
+        turning: least standard deviation of speed times yaw rate for its ratio to the lateral acceleration; a noise of
+            0.02, from a yaw rate in steps of 0.1 degrees per second on the motorway, makes the ratio 2 % too small
+        together: least correlation of longitudinal acceleration and change of speed for their ratio
     """
 
     slowest: Annotated[float, "m/s"] = 3.0
@@ -63,11 +63,11 @@ class ObservableLimits:
 
 
 class ObservablesOverDrive:
-    """Regressions over half seconds of a drive, whatever pieces it comes in.
+    """Regressions over half-second blocks of a drive, independent of how the recording is cut.
 
     Args:
-        rate: of the samples [Hz]
-        limits: where the relations hold
+        rate: sampling rate [Hz]
+        limits: validity limits of the relations
     """
 
     def __init__(self, rate: float, limits: ObservableLimits | None = None):
@@ -79,11 +79,11 @@ class ObservablesOverDrive:
         self._speeds = np.zeros(3)
 
     def add(self, signals: Mapping[str, np.ndarray], angle: np.ndarray) -> None:
-        """The next piece, (n,) each; NaN where missing.
+        """Add the next piece, (n,) each; NaN where missing.
 
         Args:
-            signals: by name
-            angle: of the road wheels [rad]
+            signals: signals by name
+            angle: road wheel angle [rad]
         """
         names = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "longitudinal_acceleration")
         missing = np.full(len(angle), np.nan)
@@ -115,7 +115,7 @@ class ObservablesOverDrive:
         self._gained.add((gained, one), along, gentle)
 
     def lever(self, wheelbase: float, understeer: float) -> float:
-        """Zero of the steering angle that an offset of the yaw rate feigns, with the opposite sign, per offset [s].
+        """Zero of the steering angle that a yaw rate offset imitates, with opposite sign, per offset [s].
 
         Args:
             wheelbase, understeer: as in `Observables`
@@ -124,7 +124,7 @@ class ObservablesOverDrive:
         return float(wheelbase * slowness + understeer * speed)
 
     def found(self) -> tuple[Observables, np.ndarray]:
-        """The quantities, and the covariance that the noise of the drive gives them."""
+        """The observables, and their covariance from the noise of the drive."""
         names = Observables._fields
         values, covariance = dict.fromkeys(names, math.nan), np.zeros((len(names),) * 2)
 
@@ -146,7 +146,7 @@ class ObservablesOverDrive:
         keep(self._wheel.found(), {"wheel": 0}, logarithm=True)
         gain, gained = self._gain.found(), self._gained.found()
         if gain is not None and gained is not None:
-            # Noise of either signal makes the ratio to the other too small: the mean of both is free of it.
+            # Noise in the regressor makes a ratio too small: the mean of both logarithms is free of that bias.
             one, other = float(gain.values[0]), float(gained.values[0])
             if one > 0.0 and one * other > self._limits.together**2:
                 values["gain"] = 0.5 * math.log(one / other)

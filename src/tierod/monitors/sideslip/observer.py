@@ -1,4 +1,4 @@
-"""Common part of the paper's observers: their sample, when they run, low speed, which cars they follow."""
+"""Common base of the paper's observers: sample, operation at low speed, and the cars they can follow."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from tierod.models.steered_vehicle import SteeredVehicle
 from tierod.monitors.sideslip.axles import Axles, Slips
 
 MOST = 1.8
-"""Size of an eigenvalue times the step up to which the method of integration decays (it would grow from two on)."""
+"""Largest eigenvalue magnitude times step for which the integration method decays; it diverges from two on."""
 
 
 class ObserverSample(NamedTuple):
     """Input of an observer of the paper, NaN where missing.
 
     Args:
-        vehicle_speed: forward; with it the observer changes
-        yaw_rate: measured
+        vehicle_speed: forward speed, which schedules the observer
+        yaw_rate: measured yaw rate
         road_wheel_angle: mean of both front wheels
-        road_wheel_torque: of the actuator at the road wheels
+        road_wheel_torque: torque of the actuator at the road wheels
     """
 
     vehicle_speed: Annotated[Scalar, "m/s"]
@@ -38,11 +38,11 @@ class ObserverSample(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """A sample made safe.
+    """A sample with finite inputs.
 
     Args:
         running: whether the observer runs
-        vehicle_speed: finite and not below the slowest
+        vehicle_speed: finite, and not below the slowest
         yaw_rate, road_wheel_angle: as measured
         road_wheel_torque: finite
     """
@@ -72,10 +72,10 @@ class ObserverEstimate(NamedTuple):
     """Output of an observer of the paper: a `SideslipEstimate`, and its other states.
 
     Args:
-        sideslip_angle, sideslip_angle_deviation: at the centre of gravity, and one standard deviation of it
-        self_aligning_torque, self_aligning_torque_deviation: of the front tyres, opposing positive steer
-        nis, readings: normalised innovation squared of the sample, and over how many readings
-        held: 1 where nothing could be estimated and the last estimate stands
+        sideslip_angle, sideslip_angle_deviation: sideslip at the centre of gravity, and its standard deviation
+        self_aligning_torque, self_aligning_torque_deviation: torque of the front tyres, opposing positive steer
+        nis, readings: normalised innovation squared of the sample, and its number of readings
+        held: 1 where nothing could be estimated and the last estimate is held
         estimated_yaw_rate, estimated_road_wheel_angle, estimated_road_wheel_rate: the other states
     """
 
@@ -92,7 +92,7 @@ class ObserverEstimate(NamedTuple):
 
 
 class ObserverState(NamedTuple):
-    """State of the observer, the last sideslip angle, and the slip angles of the axles then."""
+    """State of the observer, last sideslip angle, and slip angles of the axles."""
 
     own: Tree
     sideslip_angle: Annotated[Scalar, "rad"]
@@ -101,12 +101,12 @@ class ObserverState(NamedTuple):
 
 @dataclass(frozen=True)
 class LowSpeed:
-    """Speeds at which the observer runs, and its output where the car crawls.
+    """Speed range of the observer, and its output where the car crawls.
 
     Args:
-        slowest: below it nothing is estimated: wheel speed sensors see nothing slower
-        settled: above it the observer alone counts. Between the two the sideslip of a car without slip at its
-            tyres takes over, rear_share times the steer, to which the model tends as the speed falls
+        slowest: speed below which nothing is estimated; wheel speed sensors resolve nothing slower
+        settled: speed above which the observer alone counts. Between the two the output blends into the sideslip of
+            tyres without slip, rear_share times the steer, to which the model tends at low speed
         rear_share: distance of the rear axle from the centre of gravity over the wheelbase
     """
 
@@ -115,7 +115,7 @@ class LowSpeed:
     settled: Annotated[float, "m/s", POSITIVE] = 1.0
 
     def seen(self, sample: ObserverSample) -> Seen:
-        """A sample made safe."""
+        """The sample with finite inputs."""
         torque, speed = sample.road_wheel_torque, sample.vehicle_speed
         running = all_of(present(speed), speed > self.slowest, present(torque))
         return Seen(
@@ -127,7 +127,7 @@ class LowSpeed:
         )
 
     def blended(self, sideslip_angle: Scalar, road_wheel_angle: Scalar, speed: Scalar) -> Scalar:
-        """Sideslip angle [rad] of the observer, or of rolling without slip where the car crawls."""
+        """Sideslip angle [rad] of the observer, blended into that of rolling without slip where the car crawls."""
         share = limit((speed - self.slowest) / (self.settled - self.slowest), 0.0, 1.0)
         rolling = self.rear_share * road_wheel_angle
         return rolling + share * (sideslip_angle - rolling)
@@ -135,19 +135,19 @@ class LowSpeed:
 
 @dataclass(frozen=True)
 class ObserverNoise:
-    """Noise of sensors (of one reading) and of the model's error (after one second).
+    """Sensor noise (of one reading) and model noise (standard deviation after one second).
 
-    Chosen on drives of two virtual cars at 6.7 and 25 m/s: less noise of the yaw rate's model serves crosswind and bank
-    better and curved tyres worse, more the other way round.
+    Chosen on drives of two virtual cars at 6.7 and 25 m/s: less noise of the yaw rate's model suits crosswind and bank
+    better and nonlinear tyres worse, more the reverse.
 
     Args:
-        yaw_rate_reading, road_wheel_angle_reading: of the sensors, standard deviations
-        sideslip_angle: of lateral forces that the model lacks, over mass and speed
-        yaw_rate: of yaw moments that it lacks
-        road_wheel_rate: of torques of the steering that it lacks: friction, power assist
-        self_aligning_torque: by which the aligning torque moves, for the disturbance observer
-        torque_reading: error of the aligning torque that the disturbance observer hands on
-        torque_time: over which that error lasts
+        yaw_rate_reading, road_wheel_angle_reading: standard deviations of the sensors
+        sideslip_angle: unmodelled lateral forces, over mass and speed
+        yaw_rate: unmodelled yaw moments
+        road_wheel_rate: unmodelled torques of the steering: friction, power assist
+        self_aligning_torque: random walk of the aligning torque in the disturbance observer
+        torque_reading: error of the aligning torque that the disturbance observer passes to the second stage
+        torque_time: correlation time of that error
     """
 
     yaw_rate_reading: Annotated[float, "rad/s", POSITIVE] = 0.003
@@ -160,20 +160,20 @@ class ObserverNoise:
     torque_time: Annotated[float, "s", NOT_NEGATIVE] = 0.03
 
     def torque_variance(self, sample_time: float) -> float:
-        """Variance [N2 m2] of a white reading that is worth as much as one whose error lasts."""
+        """Variance [N2 m2] of a white reading with the same information as one with a correlated error."""
         return self.torque_reading**2 * max(1.0, 2.0 * self.torque_time / sample_time)
 
 
 @dataclass(frozen=True)
 class SteeringTorqueObserver(ABC):
-    """Base of the observers of the paper: one sample on, held where nothing can be estimated.
+    """Base of the observers of the paper; the estimate is held where nothing can be estimated.
 
-    The standard deviation of the sideslip angle holds what noise and forces that the model lacks make of it, and what
-    stiffness, trail and late tyres may make wrong.
+    The standard deviation of the sideslip angle covers noise and unmodelled forces, and errors of stiffness, trail and
+    neglected tyre lag.
 
     Args:
-        low_speed: when it runs
-        axles: their uncertainty
+        low_speed: speed range in which it runs
+        axles: uncertainty of the axles
     """
 
     low_speed: LowSpeed
@@ -182,11 +182,11 @@ class SteeringTorqueObserver(ABC):
     Sample = ObserverSample
 
     def init(self) -> ObserverState:
-        """Straight ahead."""
+        """State before the first sample: straight ahead."""
         return ObserverState(self._start(), 0.0, self.axles.start())
 
     def step(self, state: ObserverState, sample: ObserverSample) -> tuple[ObserverState, ObserverEstimate]:
-        """One sample on."""
+        """Process one sample."""
         seen = self.low_speed.seen(sample)
         own, found = self._observe(state.own, seen)
         blended = self.low_speed.blended(found.sideslip_angle, found.road_wheel_angle, seen.vehicle_speed)
@@ -209,15 +209,15 @@ class SteeringTorqueObserver(ABC):
 
     @abstractmethod
     def _start(self) -> Tree:
-        """State of the observer itself."""
+        """Initial state of the particular observer."""
 
     @abstractmethod
     def _observe(self, own: Tree, seen: Seen) -> tuple[Tree, Found]:
-        """One sample on: the own state is held where the observer does not run."""
+        """Process one sample; the own state is held where the observer does not run."""
 
 
 def low_speed(p: SteeredVehicle.Parameters) -> LowSpeed:
-    """Output where a car of these parameters crawls."""
+    """Speed range and low-speed output for a car with these parameters."""
     return LowSpeed(p.rear_distance / (p.front_distance + p.rear_distance))
 
 
@@ -225,12 +225,12 @@ def require_observable(p: SteeredVehicle.Parameters, sample_time: float) -> None
     """Refuse a car that the observers cannot follow.
 
     Args:
-        p: of the car
-        sample_time: [s]
+        p: parameters of the car
+        sample_time: sampling interval [s]
 
     Raises:
-        ParameterError: no trail, so that no torque shows the tyres; or a motion too fast for the step, with its
-            eigenvalue
+        ParameterError: no trail, so that the torque holds no information on the tyres; or a motion too fast for the
+            step, with its eigenvalue
     """
     trail = p.mechanical_trail + p.pneumatic_trail
     if not trail * p.front_cornering_stiffness > 0.0:
@@ -252,5 +252,5 @@ def require_observable(p: SteeredVehicle.Parameters, sample_time: float) -> None
 
 
 def finer_steps(sample_time: float) -> int:
-    """Steps of the integration within a sample: a millisecond each, at which the models are far from their limit."""
+    """Integration steps within a sample: a millisecond each, far from the stability limit of the models."""
     return max(1, math.ceil(sample_time / 1e-3 - 1e-6))

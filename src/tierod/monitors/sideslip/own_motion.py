@@ -1,4 +1,4 @@
-"""Whether the estimated sideslip changes as lateral acceleration, yaw rate and speed say: a check without a truth."""
+"""Test of the estimated sideslip's changes against lateral acceleration, yaw rate and speed, without a truth."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from tierod.monitors.sideslip.relations import BlocksOverDrive, RelationOverDriv
 
 @dataclass(frozen=True)
 class OwnMotionLimits:
-    """When the estimate contradicts the motion.
+    """Limits from which the estimate contradicts the motion.
 
     Args:
-        slowest: speed below which lateral acceleration says little
-        share: by which the share may be off 1: roll, place and delay of the accelerometer make 0.37
+        slowest: speed below which lateral acceleration is uninformative
+        share: tolerated difference of the share from 1; roll, place and delay of the accelerometer make 0.37
         certain: standard deviations of the share beyond that
-        bands: the error that follows over the standard deviation of the estimate: a 95 % band must hold it
-        least: that error below which nothing is said
-        separable: share of the estimated changes, squared, that turning does not explain: an estimate that is right to
-            5 % of them makes a quarter of it, below which the share would be that of the errors
+        bands: standard deviations of the estimate that the resulting error must exceed: a 95 % band must contain it
+        least: resulting error below which nothing is reported
+        separable: least share of the squared estimated changes that turning does not explain; errors of 5 % of the
+            estimated changes make a quarter of it, and below it the share would be that of the errors
     """
 
     slowest: Annotated[float, "m/s"] = 3.0
@@ -34,12 +34,12 @@ class OwnMotionLimits:
 
 
 class Share(NamedTuple):
-    """Share of the estimated changes that the car makes.
+    """Share of the estimated changes that the car really makes.
 
     Args:
         value: 1 where the estimate is right []
-        deviation: standard deviation of that []
-        tolerance: share of the estimated changes, squared, that turning does not explain []
+        deviation: standard deviation of the value []
+        tolerance: share of the squared estimated changes that turning does not explain []
     """
 
     value: float
@@ -48,15 +48,15 @@ class Share(NamedTuple):
 
 
 class OwnMotionOverDrive:
-    """Share of the estimated changes of the lateral speed in a - v r, whatever pieces the drive comes in.
+    """Share of the estimated changes of the lateral speed in a - v r, independent of how the drive is cut.
 
-    In a = v r + vy' the measured a, v and r leave vy', which a wrong stiffness, mass or distance does not move. A
-    place of the accelerometer ahead of the centre of gravity goes into the change of the yaw rate, bank and zeros into
-    the constant. A share of one half says that the estimate changes twice as much as the car does.
+    In a = v r + vy' the measured a, v and r give vy', which does not depend on stiffness, mass or distances. A place of
+    the accelerometer ahead of the centre of gravity enters the term of the yaw acceleration, bank and zeros the
+    constant. A share of one half means that the estimate changes twice as much as the car does.
 
     Args:
-        rate: of the samples [Hz]
-        limits: when the estimate contradicts the motion
+        rate: sampling rate [Hz]
+        limits: limits of a contradiction
     """
 
     def __init__(self, rate: float, limits: OwnMotionLimits | None = None):
@@ -66,13 +66,13 @@ class OwnMotionOverDrive:
         self._angles, self._variance = np.zeros(3), np.zeros(2)
 
     def add(self, speed: np.ndarray, yaw_rate: np.ndarray, lateral: np.ndarray, sideslip: np.ndarray) -> None:
-        """The next piece, (n,) each; NaN where missing.
+        """Add the next piece, (n,) each; NaN where missing.
 
         Args:
-            speed: [m/s]
-            yaw_rate: [rad/s]
-            lateral: acceleration [m/s**2]
-            sideslip: estimated [rad]
+            speed: vehicle speed [m/s]
+            yaw_rate: yaw rate [rad/s]
+            lateral: lateral acceleration [m/s**2]
+            sideslip: estimated sideslip angle [rad]
         """
         known = np.isfinite(sideslip) & (speed > self.limits.slowest)
         self._angles += (known.sum(), sideslip[known].sum(), sideslip[known] @ sideslip[known])
@@ -85,19 +85,19 @@ class OwnMotionOverDrive:
         self._relation.add((across, turn, turning, np.ones(len(blocks))), mean[:, 2], mean[:, 0] > self.limits.slowest)
 
     def deviations(self, deviation: np.ndarray) -> None:
-        """Standard deviations of the estimate [rad], (n,), with the spread of the parameters; NaN where it is held."""
+        """Add standard deviations of the estimate [rad], (n,), with the spread of the parameters; NaN where held."""
         known = deviation[np.isfinite(deviation)]
         self._variance += (len(known), known @ known)
 
     def share(self) -> Share | None:
-        """The share; None where the drive does not show it."""
+        """The share; None where the drive does not determine it."""
         relation = self._relation.found()
         if relation is None:
             return None
         return Share(float(relation.values[0]), math.sqrt(relation.covariance[0, 0]), float(relation.tolerance[0]))
 
     def wrong(self) -> str | None:
-        """What is wrong with the estimate; None where it changes as the car does, or within its band."""
+        """Sentence on a wrong estimate; None where it changes as the car does, or within its band."""
         limits, found = self.limits, self.share()
         count, total, squares = self._angles
         if found is None or not (count and self._variance[0]):

@@ -1,4 +1,4 @@
-"""Regressions between the signals of a drive, with covariances that hold for residuals that last."""
+"""Regressions between the signals of a drive, with covariances valid for autocorrelated residuals."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 BLOCK: Annotated[float, "s"] = 0.5
-"""Time that is averaged: long against the delays of sensors, short against a turn."""
+"""Averaging time of a block; long against the delays of sensors, short against a turn."""
 
 STRETCH = 4
-"""Blocks of a stretch at first, 2 s; twice as many whenever `MOST` stretches are full."""
+"""Blocks per stretch at the start, 2 s; doubled whenever `MOST` stretches are full."""
 
 MOST = 64
-"""Stretches that are kept: a covariance needs some twenty, and a long drive must not fill the memory."""
+"""Largest number of stretches; a covariance needs some twenty, and memory must stay bounded on a long drive."""
 
 FEWEST_BLOCKS, FEWEST_STRETCHES = 15, 6
-"""From which a regression is tried: 7.5 s, in six parts that are taken for independent."""
+"""Least numbers for a regression: 7.5 s, in six stretches that count as independent."""
 
 CONDITION = 1e4
-"""Greatest condition number of the equations: beyond it the drive does not separate the coefficients."""
+"""Largest condition number of the normal equations; beyond it the coefficients are not separable."""
 
 
 class Relation(NamedTuple):
-    """Coefficients of a regression.
+    """Result of a regression.
 
     Args:
-        values: (coefficients,)
-        covariance: of these
-        tolerance: share of each regressor's mean square that the other ones do not explain, 1/VIF, (coefficients,)
+        values: coefficients, (coefficients,)
+        covariance: covariance of the coefficients
+        tolerance: share of each regressor's mean square that the others do not explain, 1/VIF, (coefficients,)
     """
 
     values: np.ndarray
@@ -38,11 +38,11 @@ class Relation(NamedTuple):
 
 
 class BlocksOverDrive:
-    """Blocks of a drive, whatever pieces it comes in.
+    """Fixed blocks of a drive, independent of how it is cut.
 
     Args:
-        rate: of the samples [Hz]
-        signals: how many there are
+        rate: sampling rate [Hz]
+        signals: number of signals
     """
 
     def __init__(self, rate: float, signals: int):
@@ -56,7 +56,7 @@ class BlocksOverDrive:
             rows: the next samples (n, signals)
         """
         rows, size = np.vstack([self._rest, rows]), self._size
-        # A slope takes the sample behind its block; that waits for the next piece.
+        # The slope of a block needs the sample after it, so a block waits for the next piece.
         count = max(len(rows) - 1, 0) // size
         self._rest = rows[count * size :]
         slopes = (rows[size::size][:count] - rows[: count * size : size]) / (size / self._rate)
@@ -64,12 +64,12 @@ class BlocksOverDrive:
 
 
 class RelationOverDrive:
-    """One regression over a drive: products of regressors and target, stretch by stretch.
+    """One regression over a drive: products of regressors and target, accumulated stretch by stretch.
 
     The result does not depend on how the recording is cut.
 
     Args:
-        coefficients: how many there are
+        coefficients: number of coefficients
     """
 
     def __init__(self, coefficients: int):
@@ -78,7 +78,7 @@ class RelationOverDrive:
         self._blocks, self._length = 0, STRETCH
 
     def add(self, regressors: Sequence[np.ndarray], target: np.ndarray, counted: np.ndarray) -> None:
-        """The next blocks, (n,) each.
+        """Add the next blocks, (n,) each.
 
         Args:
             regressors: one array per coefficient; NaN where missing
@@ -88,6 +88,7 @@ class RelationOverDrive:
         rows = np.column_stack([*regressors, target])
         used = counted & np.isfinite(rows).all(axis=1)
         rows = np.where(used[:, None], rows, 0.0)
+        # Excluded rows stay as zeros, so that stretches keep their length in time.
         while len(rows):
             room = MOST * self._length - self._blocks
             at = (self._blocks + np.arange(min(len(rows), room))) // self._length
@@ -100,7 +101,7 @@ class RelationOverDrive:
                 self._join()
 
     def _join(self) -> None:
-        """Two stretches become one."""
+        """Merge pairs of stretches, which frees half of them and doubles their length."""
         for kept in (self._sums, self._counts):
             half = kept[0::2] + kept[1::2]
             kept[:] = 0.0
@@ -108,11 +109,11 @@ class RelationOverDrive:
         self._length *= 2
 
     def found(self, least: float = 0.0) -> Relation | None:
-        """What the drive says; None with too little of it, or with too little motion to separate the coefficients.
+        """The regression; None with too little driving, or with too little motion to separate the coefficients.
 
         Args:
-            least: standard deviation of the first regressor that is needed beside a last one of ones [its unit]: the
-                noise in a smaller one makes its coefficient too small (W. A. Fuller, Measurement Error Models (1987),
+            least: least standard deviation of the first regressor beside a last one of ones [its unit]; noise in a
+                smaller regressor makes its coefficient too small (W. A. Fuller, Measurement Error Models (1987),
                 section 1.1)
 
         Covariance of a sum of scores that are independent from stretch to stretch only: P. J. Huber, Fifth Berkeley
@@ -132,6 +133,7 @@ class RelationOverDrive:
         inverse = np.linalg.inv(normal)
         values = inverse @ right
         scores = self._sums[used][:, :-1, -1] - self._sums[used][:, :-1, :-1] @ values
+        # Clustered (sandwich) covariance, with the usual correction for few clusters.
         few = stretches / max(stretches - len(values), 1)
         tolerance = 1.0 / (np.diag(inverse) * np.diag(normal))
         return Relation(values, few * inverse @ (scores.T @ scores) @ inverse, tolerance)

@@ -1,4 +1,4 @@
-"""An observer whose gain follows the speed: gains by design at some speeds, straight lines between them."""
+"""Gain-scheduled observer: gains designed at a table of speeds, interpolated linearly between them."""
 
 from __future__ import annotations
 
@@ -19,30 +19,31 @@ from tierod.methods.estimators.shapes import leaf_names
 from tierod.models.linear import LinearSystem, sampled
 
 LOWEST, HIGHEST, COUNT = 0.5, 70.0, 16
-"""Speeds [m/s] between which gains are designed, and at how many."""
+"""Range of the speeds [m/s] for which gains are designed, and their number."""
 
 HALF = 2.0
-"""Speed [m/s] at which half of the table is over: gains go with 1/V, and over V / (V + HALF) they are nearly lines."""
+"""Speed [m/s] in the middle of the table's scale; gains go with 1/V, and over V / (V + HALF) they are nearly linear."""
 
 
 HELD = (0.02**2, 20.0**2)
-"""Growth in a second of the variances of sideslip angle [rad2] and aligning torque [N2 m2] while they are held."""
+"""Growth per second of the variances of sideslip angle [rad2] and aligning torque [N2 m2] while they are held."""
 
 FADING_TIME = 0.5
-"""In which that growth fades once the observer runs again [s]: the time of its slowest pole."""
+"""Time constant with which that growth decays once the observer runs again [s]; that of its slowest pole."""
 
 SLOWEST = 2.0
-"""Eigenvalue [1/s] taken for slower ones: of the steering near standstill, and of the vehicle at the highest speeds."""
+"""Floor of the eigenvalue magnitudes [1/s], for slow ones of the steering near standstill and of the vehicle at high
+speed."""
 
 
 def _place(speed: Scalar) -> Scalar:
-    """Place of a speed [m/s] in the table, in rows; the rows are evenly spaced over V / (V + HALF)."""
+    """Row index of a speed [m/s] in the table; the rows are evenly spaced over V / (V + HALF)."""
     low, high = LOWEST / (LOWEST + HALF), HIGHEST / (HIGHEST + HALF)
     return (speed / (speed + HALF) - low) * ((COUNT - 1) / (high - low))
 
 
 def _speed(share: float) -> float:
-    """The speed [m/s] at a share of the table, the inverse of `_place`."""
+    """Speed [m/s] at a share of the table, the inverse of `_place`."""
     low, high = LOWEST / (LOWEST + HALF), HIGHEST / (HIGHEST + HALF)
     at = low + share * (high - low)
     return HALF * at / (1.0 - at)
@@ -54,11 +55,11 @@ SPEEDS = tuple(_speed(row / (COUNT - 1)) for row in range(COUNT))
 
 @dataclass(frozen=True)
 class Schedule:
-    """Numbers that follow the speed from row to row of a table; constant before the first and after the last.
+    """Numbers interpolated over the speed between the rows of a table; constant before the first and after the last.
 
     Args:
         first: values at the first of `SPEEDS`
-        rises: of the values from each row to the next
+        rises: differences of the values from each row to the next
     """
 
     first: tuple[float, ...]
@@ -74,6 +75,7 @@ class Schedule:
     def at(self, speed: Scalar) -> tuple[Scalar, ...]:
         """The values at a speed [m/s]."""
         place = _place(maximum(speed, 0.0))
+        # A sum of ramps: a value of a graph cannot index a table.
         shares = [limit(place - float(row), 0.0, 1.0) for row in range(len(self.rises))]
         return tuple(
             _sum([value, *(share * rises[k] for share, rises in zip(shares, self.rises, strict=True))])
@@ -82,7 +84,7 @@ class Schedule:
 
 
 def _sum(terms: list[Scalar]) -> Scalar:
-    """Sum by halves, so that no long chain of additions delays the step."""
+    """Sum by halves: a tree of additions is shorter than a chain, and does not delay the step."""
     if len(terms) == 1:
         return terms[0]
     middle = len(terms) // 2
@@ -90,7 +92,7 @@ def _sum(terms: list[Scalar]) -> Scalar:
 
 
 class ScheduledState(NamedTuple):
-    """Mean of the observer, and by how much the variances have grown while it was held."""
+    """Mean of the observer, and growth of the variances while it was held."""
 
     mean: Tree
     growth: tuple[Scalar, ...]
@@ -107,15 +109,15 @@ class Scheduled(NamedTuple):
 
 @dataclass(frozen=True)
 class ScheduledObserver:
-    """An observer of two outputs with gains by speed; variances and innovations come from the same table.
+    """Observer of two outputs with gains scheduled by speed; variances and innovation weights are in the same table.
 
     Args:
-        model: discrete, linear in its state apart from friction
-        parameters: of the model
+        model: discrete model, linear in its state apart from friction
+        parameters: parameters of the model
         schedule: gain row by row, variances, and the inverse of the innovations' covariance (packed), by speed
         asked: number of requested variances
-        growth: of each variance per sample, while the observer is held
-        fading: share of that growth which is left after a sample of observing
+        growth: growth of each variance per sample while the observer is held
+        fading: decay factor of that growth per sample while the observer runs
     """
 
     model: Any
@@ -127,29 +129,29 @@ class ScheduledObserver:
 
     @classmethod
     def of(cls, model: Any, parameters: Any, schedule: Schedule) -> Self:
-        """The observer of sideslip angle and aligning torque, with the growth and fading of its held variance.
+        """The observer of sideslip angle and aligning torque, with growth and fading of their held variances.
 
         Args:
-            model: discrete
-            parameters: of the model
-            schedule: for both variances
+            model: discrete model
+            parameters: parameters of the model
+            schedule: schedule with both variances
         """
         step = parameters.sample_time
         return cls(model, parameters, schedule, 2, tuple(rate * step for rate in HELD), math.exp(-step / FADING_TIME))
 
     def start(self) -> ScheduledState:
-        """At rest, straight ahead."""
+        """State before the first sample: at rest, straight ahead."""
         return ScheduledState(skeleton(self.model.State), (0.0,) * self.asked)
 
     def observe(
         self, state: ScheduledState, inputs: Tree, measured: Tree, speed: Scalar, running: Scalar
     ) -> tuple[ScheduledState, Scheduled]:
-        """One sample on; the state is held where the observer does not run.
+        """Process one sample; the state is held where the observer does not run.
 
         Args:
-            state: after the sample before
-            inputs, measured: of the model; a measurement may be missing, an input may not
-            speed: for which the gain is taken [m/s]
+            state: state after the previous sample
+            inputs, measured: inputs and outputs of the model; a measurement may be missing, an input may not
+            speed: speed at which the gain is taken [m/s]
             running: whether the observer runs
         """
         values = self.schedule.at(speed)
@@ -177,11 +179,11 @@ class _Sample(NamedTuple):
 
 
 class Design(NamedTuple):
-    """Model that the gain of one speed is designed for.
+    """Model for the design of the gain at one speed.
 
     Args:
-        system: the sampled model at that speed, without friction
-        continuous: the same before sampling, for its eigenvalues
+        system: discrete model at that speed, without friction
+        continuous: continuous model, for its eigenvalues
     """
 
     system: LinearSystem
@@ -189,26 +191,26 @@ class Design(NamedTuple):
 
 
 def faster_poles(design: Design, factor: float, sample_time: float) -> np.ndarray:
-    """Real poles in the plane of samples, some factor times the sizes of the system's eigenvalues."""
+    """Real discrete poles, from a factor times the magnitudes of the system's eigenvalues."""
     size = np.maximum(np.sort(np.abs(np.linalg.eigvals(design.continuous.A))), SLOWEST)
     return np.real(discrete_poles(-factor * size, sample_time))
 
 
 Gain = Callable[[Design], np.ndarray]
-"""Gain of the full-order observer, (n, 2), for one speed."""
+"""Design of the full-order observer's gain, (n, 2), at one speed."""
 Functionals = Callable[[float], np.ndarray]
-"""Rows over the state whose variances are wanted, at a speed [m/s]."""
+"""Function from speed [m/s] to rows over the state whose variances are requested."""
 
 
 @dataclass(frozen=True)
 class Scheduling:
-    """A model whose speed is held, at any speed; sampled exactly.
+    """A model at any constant speed, discretised exactly.
 
     Args:
-        model: continuous, linear in its state once it is without friction
-        parameters: of the model, without friction
-        inputs: of the model at a speed, zero but for it
-        sample_time: [s]
+        model: continuous model, linear in its state without friction
+        parameters: parameters of the model, without friction
+        inputs: inputs of the model at a speed, zero except for the speed
+        sample_time: sampling interval [s]
     """
 
     model: Any
@@ -220,6 +222,7 @@ class Scheduling:
         """The model at a speed [m/s]."""
         model, p = self.model, self.parameters
         inputs = model.Input(*self.inputs(speed))
+        # The model is linear and homogeneous at this speed, so unit states give the columns of A and C.
         units = [model.State(*row) for row in np.eye(len(model.State._fields)).tolist()]
         continuous = LinearSystem.of(
             np.array([model.derivative(unit, inputs, p) for unit in units]).T,
@@ -232,17 +235,17 @@ class Scheduling:
 def scheduled(
     model: Scheduling, gain: Gain, functionals: Functionals, process: Sequence[float], reading: Sequence[float]
 ) -> Schedule:
-    """Gains, variances and weights at all speeds.
+    """Schedule of gains, variances and innovation weights over all speeds.
 
     Args:
-        model: at any speed
+        model: model at any speed
         gain: design of a gain
         functionals: quantities with requested variances
         process: variance that each state gains per sample
         reading: variance of each measurement
 
     Raises:
-        ParameterError: at a speed between two of the table the observer is not stable
+        ParameterError: the observer is not stable at a speed between two of the table
     """
     rows, gains = [], []
     for speed in SPEEDS:

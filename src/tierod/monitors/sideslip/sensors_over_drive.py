@@ -1,4 +1,4 @@
-"""Whether speed, yaw rate and lateral acceleration can be right: their units, and an offset of the yaw rate."""
+"""Plausibility of speed, yaw rate and lateral acceleration: their units, and an offset of the yaw rate."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ class SensorLimits:
 
     Args:
         standing: speed below which the car stands
-        still: spread of the yaw rate up to which it does so indeed
-        standing_time: needed for the offset of a car that stands
-        rolling: speed above which the car shows offset and units
-        rolling_time: needed for that
-        alike: factor within which lateral acceleration and steering must show the same offset; a bank, or an angle that
-            is off, moves one of them only; where steering shows less than its inverse, none is named
-        scale: share of the mean yaw rate by which roll, tyres near their limit and a wrong steering ratio may move
-            both; in turns to one side it cannot be separated from an offset
+        still: spread of the yaw rate up to which it really stands
+        standing_time: least time at standstill for the offset
+        rolling: speed above which offset and units are tested while rolling
+        rolling_time: least time of such driving
+        alike: factor within which lateral acceleration and steering must give the same offset; a bank, or an offset of
+            the angle, changes only one of them; where the steering gives less than its inverse, none is reported
+        scale: share of the mean yaw rate by which roll, tyres near their limit and a wrong steering ratio may change
+            both; in turns to one side this cannot be separated from an offset
         largest: yaw rate that no car reaches
-        largest_share: of the samples beyond it from which the unit is wrong, and not a few readings
+        largest_share: share of the samples above it from which the unit is wrong, rather than a few readings
     """
 
     standing: Annotated[float, "m/s"] = 0.1
@@ -45,19 +45,19 @@ class SensorLimits:
 
 
 class Offset(NamedTuple):
-    """Offset of the yaw rate, and its evidence."""
+    """Offset of the yaw rate, and the evidence for it in words."""
 
     value: Annotated[float, "rad/s"]
     shown_by: str
 
 
 class SensorsOverDrive:
-    """Sums over the pieces of a recording that show whether its sensors can be right.
+    """Sums over a recording that test the plausibility of its sensors.
 
     Args:
-        p: of the vehicle, whose yaw rate in a steady turn follows from the steering
-        rate: of the samples [Hz]
-        limits: when a signal counts as wrong
+        p: parameters of the vehicle, for its yaw rate in a steady turn
+        rate: sampling rate [Hz]
+        limits: limits beyond which a signal counts as wrong
     """
 
     def __init__(self, p: SingleTrack.Parameters, rate: float, limits: SensorLimits | None = None):
@@ -70,13 +70,13 @@ class SensorsOverDrive:
         self._readings = self._beyond = 0
 
     def add(self, speed: np.ndarray, yaw_rate: np.ndarray, acceleration: np.ndarray, angle: np.ndarray) -> None:
-        """The next piece, (n,) each; NaN where missing.
+        """Add the next piece, (n,) each; NaN where missing.
 
         Args:
-            speed: [m/s]
-            yaw_rate: [rad/s]
-            acceleration: lateral [m/s**2]
-            angle: of the road wheels [rad]
+            speed: vehicle speed [m/s]
+            yaw_rate: yaw rate [rad/s]
+            acceleration: lateral acceleration [m/s**2]
+            angle: road wheel angle [rad]
         """
         known = np.isfinite(speed) & np.isfinite(yaw_rate)
         self._readings += int(np.sum(known))
@@ -93,10 +93,10 @@ class SensorsOverDrive:
         self._rolling += (len(v), np.sum(r - a / v), np.sum(r - gain * d), np.sum(r))
 
     def offset(self, beside_turns: float = 0.0) -> Offset | None:
-        """Offset of the yaw rate, where the data show one that is worth naming.
+        """Offset of the yaw rate; None where the data give none of reportable size.
 
         Args:
-            beside_turns: that of lateral acceleration over speed, see `MotionOverDrive.yaw_rate_offset` [rad/s]
+            beside_turns: offset from lateral acceleration over speed, see `MotionOverDrive.yaw_rate_offset` [rad/s]
         """
         count, total, squares = self._standing
         if count >= self.limits.standing_time * self._rate:
@@ -107,7 +107,7 @@ class SensorsOverDrive:
         rolls = count >= self.limits.rolling_time * self._rate
         one, other = (beside_acceleration / count, beside_steering / count) if rolls else (math.nan, math.nan)
         found = self._worth_naming(beside_turns, "beside the lateral acceleration at different speeds")
-        # A lateral acceleration whose offset grows with the drive looks alike; the steering then fits the yaw rate.
+        # A drifting offset of the lateral acceleration looks the same, but then the steering agrees with the yaw rate.
         if found and not abs(other) < abs(found.value) / self.limits.alike:
             return found
         if not rolls:
@@ -123,7 +123,7 @@ class SensorsOverDrive:
         return Offset(float(value), shown_by) if named else None
 
     def wrong_unit(self) -> str | None:
-        """Signals whose units cannot be right, as half a sentence; None where they can."""
+        """Sentence on a signal whose unit cannot be right; None where all can."""
         if self._beyond > self.limits.largest_share * max(self._readings, 1):
             return f"the yaw rate is beyond {self.limits.largest:g} rad/s, as if it were in degrees per second"
         count, x, a, xx, aa, xa = self._turning

@@ -1,4 +1,4 @@
-"""Session of a sideslip estimator over one recording: its results on the way, and the conclusion at the end."""
+"""Session of a sideslip estimator over one recording: collection piece by piece, and the conclusion at the end."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ JUDGED = (
     "motor_current",
     *WHEELS,
 )
-"""Signals that the session looks at beside the estimator."""
+"""Signals that the session evaluates beside the estimator."""
 
 TRACES = {
     "sideslip_angle": ("sideslip_angle", "rad"),
@@ -49,15 +49,15 @@ TRACES = {
 
 
 class SideslipSession(BlockSession):
-    """Runs a sideslip estimator, and collects how far the car slipped and whether signals and parameters fit.
+    """Run a sideslip estimator over a recording, and test whether signals and parameters fit.
 
     Args:
         estimator: a block, see `tierod.monitors.sideslip.monitor`
-        vehicle: whose parameters it has
-        rate: of the samples [Hz]
-        name: of monitor and variant
+        vehicle: vehicle with the estimator's parameters
+        rate: sampling rate [Hz]
+        name: name of monitor and variant
         more: further outputs shown over time: output -> (name in the report, unit)
-        needs_torque: whether it cannot run without the torque of the steering
+        needs_torque: whether the estimator cannot run without the torque of the steering
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class SideslipSession(BlockSession):
         self.misfit_rule, self.least_coverage, self.tolerances = misfit_rule(), LEAST_COVERAGE, Tolerances()
 
     def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
-        """Keep what the estimator gave over a piece, and give the traces over it, (n,) each."""
+        """Collect the estimator's outputs of a piece, and return the traces over it, (n,) each."""
         shown = dict(super().taken(aligned, result))
         shown["true_sideslip_angle"] = truth_in(aligned.columns)
         held = shown["held"] > 0.5
@@ -87,13 +87,13 @@ class SideslipSession(BlockSession):
         return shown | {name: np.where(held, np.nan, shown[name]) for name in spreads}
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Estimates, innovations and signals of one piece."""
+        """Collect estimates, innovations and signals of one piece."""
         running = result["statement.status"] == code_of(Status.HEALTHY)
         self._consistency.add(result["estimate.nis"][running], result["estimate.readings"][running])
         self.drive.add(running, signals, result, contradictions=not self.moved)
 
     def conclude(self) -> Conclusion:
-        """The finding, and how consistent the estimate was."""
+        """The finding, with the consistency of the innovations."""
         if reason := obstacle(self.drive, self._needs_torque, self._torque_known):
             return Conclusion(withheld(self.drive, self.name, reason), withheld=tuple(self.traces))
         found = self._consistency.result()
@@ -120,7 +120,7 @@ class SideslipSession(BlockSession):
         )
 
     def _contradicting(self, consistency: Consistency, finding: Finding) -> tuple[tuple[Defect, ...], tuple[str, ...]]:
-        """What contradicts what, and the traces that are withheld for it; a recorded truth in the band excuses it."""
+        """The contradiction, and the traces withheld because of it; a recorded truth within the band lifts that."""
         wrong, motion = consistency.wrong(), self.drive.own_motion.wrong()
         if motion is not None and wrong is None:
             wrong = Wrong((), motion)
@@ -136,7 +136,7 @@ class SideslipSession(BlockSession):
         return {"estimated_motion_share": found.value, "estimated_motion_share_deviation": found.deviation}
 
     def observe(self, traces: Mapping[str, np.ndarray]) -> None:
-        """The traces of the last piece with the spread of the parameters."""
+        """Collect the standard deviations of the last piece, which include the spread of the parameters."""
         self.drive.own_motion.deviations(traces["sideslip_angle_standard_deviation"])
 
 
@@ -144,10 +144,10 @@ class CombinedSession(SideslipSession):
     """A `SideslipSession` that also collects stiffness, bank, wind and the limit of grip over the drive.
 
     Args:
-        estimator: the combined one
-        vehicle: whose parameters it has
-        rate: of the samples [Hz]
-        name: of monitor and variant
+        estimator: the combined estimator
+        vehicle: vehicle with the estimator's parameters
+        rate: sampling rate [Hz]
+        name: name of monitor and variant
         more: further outputs shown over time: output -> (name in the report, unit)
     """
 
@@ -165,7 +165,7 @@ class CombinedSession(SideslipSession):
         self._first_ahead: float | None = None
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Results beside those of every sideslip session: new starts, and when the limit was announced."""
+        """Collect also restarts of the filter, and the time at which the limit of grip was announced."""
         super().collect(time, signals, result)
         ahead = result["estimate.limit_ahead"] > 0.5
         self._restarts += int(np.sum(result["estimate.restarted"] > 0.5))
@@ -175,7 +175,7 @@ class CombinedSession(SideslipSession):
             self._first_ahead = float(time[np.argmax(ahead)])
 
     def conclude(self) -> Conclusion:
-        """The finding, with shares of identified unknowns, the limit, and new starts."""
+        """The finding, with shares of identified unknowns, the limit of grip, and restarts."""
         conclusion = super().conclude()
         finding = conclusion.finding
         if finding.status not in (Status.HEALTHY, Status.SUSPECT, Status.NOT_IDENTIFIABLE) or self.memory is None:
@@ -195,7 +195,7 @@ class CombinedSession(SideslipSession):
         return replace(conclusion, finding=finding, remarks={"estimate": str(shown)})
 
     def _judged(self, finding: Finding) -> Finding:
-        """The finding with the limit in its headline; not identifiable where the filter had to start anew too often."""
+        """The finding with the limit in its headline; not identifiable where the filter restarted too often."""
         minutes = finding.evidence["enabled_s"] / 60.0
         if finding.status is not Status.NOT_IDENTIFIABLE and self._restarts > max(self.most_restarts * minutes, 1.0):
             cause = f"the filter was lost and started anew {self._restarts} times"

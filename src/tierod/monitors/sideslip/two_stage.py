@@ -1,4 +1,4 @@
-"""The two-stage observer: the steering gives the aligning torque, and that and the yaw rate give the sideslip."""
+"""The two-stage observer: the steering gives the aligning torque, and this and the yaw rate give the sideslip."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ from tierod.monitors.sideslip.schedule import (
 )
 
 DISTURBANCE_POLES = (-60.0, -65.0, -70.0)
-"""Of the disturbance observer [1/s]: three times as fast as the vehicle at the speed of the test, a little apart."""
+"""Poles of the disturbance observer [1/s]; three times as fast as the vehicle at the test speed, slightly apart."""
 
 FACTOR = 2.0
-"""How much faster than the vehicle its observer is; more passes more of the disturbance observer's error."""
+"""Poles of the vehicle's observer over those of the vehicle; more passes more of the disturbance observer's error."""
 
 STEERING_START = (0.3**2, 0.5**2, 100.0**2)
 VEHICLE_START = (0.1**2, 0.3**2)
-"""Variances before the first sample, in the units of the states."""
+"""Initial variances of both stages, in the units of the states."""
 
 
 class Stages(NamedTuple):
@@ -56,22 +56,22 @@ class Stages(NamedTuple):
 
 
 def sampled_steering(sample_time: float) -> Any:
-    """The steering with its disturbance, sampled."""
+    """Discrete model of the steering with its disturbance."""
     return discretise(DisturbedSteering, "midpoint", finer_steps(sample_time))
 
 
 def sampled_vehicle(sample_time: float) -> Any:
-    """The vehicle as yaw rate and aligning torque show it, sampled."""
+    """Discrete model of the vehicle observed through yaw rate and aligning torque."""
     return discretise(TorqueShownVehicle, "midpoint", finer_steps(sample_time))
 
 
 @dataclass(frozen=True)
 class TwoStageKalman(SteeringTorqueObserver):
-    """Both stages with Kalman gains; those of the second follow the speed by the covariance itself.
+    """Both stages with Kalman gains; those of the second adapt to the speed through the covariance.
 
     Args:
-        steering: over `DisturbedSteering`, sampled
-        vehicle: over `TorqueShownVehicle`, sampled
+        steering: Kalman filter of the discrete `DisturbedSteering`
+        vehicle: Kalman filter of the discrete `TorqueShownVehicle`
 
     Source: Yih, Ryu, Gerdes, eqs (18) to (20) and (22) to (24).
     """
@@ -107,12 +107,12 @@ class TwoStageKalman(SteeringTorqueObserver):
 
 @dataclass(frozen=True)
 class TwoStagePoles(SteeringTorqueObserver):
-    """Both stages with placed poles; those of the second at every speed.
+    """Both stages with placed poles; those of the second are placed at every speed.
 
     Args:
-        steering: over `DisturbedSteering`, sampled
-        vehicle: over `TorqueShownVehicle`, sampled
-        torque_variance: of the aligning torque [N2 m2]
+        steering: observer of the discrete `DisturbedSteering`
+        vehicle: observer of the discrete `TorqueShownVehicle`
+        torque_variance: variance of the aligning torque [N2 m2]
 
     Source: Yih, Ryu, Gerdes, eqs (18) to (25).
     """
@@ -153,7 +153,7 @@ def steered(seen: Seen, steering: DisturbedSteering.State) -> Scalar:
 
 
 def measured_torque(seen: Seen, torque: Scalar) -> Scalar:
-    """The aligning torque [N m] as a measurement of the second stage: missing where no angle has shown it anew."""
+    """The aligning torque [N m] as a measurement of the second stage; missing where no angle has updated it."""
     return where(present(seen.road_wheel_angle), torque, float("inf"))
 
 
@@ -163,12 +163,12 @@ def two_stage_kalman(
     """The two-stage observer of a car with Kalman gains.
 
     Args:
-        p: of the car
-        sample_time: [s]
-        noise: of sensors and model
+        p: parameters of the car
+        sample_time: sampling interval [s]
+        noise: noise of sensors and model
 
     Raises:
-        ParameterError: a car that it cannot follow, see `require_observable`
+        ParameterError: a car that the observer cannot follow, see `require_observable`
     """
     require_observable(p, sample_time)
     noise = noise or ObserverNoise()
@@ -193,19 +193,20 @@ def two_stage_poles(
     """The two-stage observer of a car with placed poles.
 
     Args:
-        p: of the car
-        sample_time: [s]
-        factor: how much faster than the vehicle its observer is
-        disturbance_poles: of the first stage [1/s]
-        noise: of sensors and model, for the standard deviations
+        p: parameters of the car
+        sample_time: sampling interval [s]
+        factor: poles of the vehicle's observer over those of the vehicle
+        disturbance_poles: poles of the first stage [1/s]
+        noise: noise of sensors and model, for the standard deviations
 
     Raises:
-        ParameterError: a car that it cannot follow, see `require_observable`, or an observer that is not stable at
-            every speed
+        ParameterError: a car that the observer cannot follow, see `require_observable`, or an observer that is not
+            stable at every speed
     """
     require_observable(p, sample_time)
     noise = noise or ObserverNoise()
     model, process, reading = _steering(noise, sample_time)
+    # Dry friction is not linear, so the gain is designed without it; the observer itself includes it.
     free = dataclasses.replace(_part(p, DisturbedSteering), road_wheel_friction=0.0)
     system = linearise(model, model.Parameters(free, sample_time), (0.0,) * 3, (0.0,))
     gain = observer_gain(system, discrete_poles(disturbance_poles, sample_time))
@@ -236,28 +237,28 @@ def _second(p: SteeredVehicle.Parameters, sample_time: float, factor: float, noi
 
 
 def decoupled(design: Design, factor: float, sample_time: float) -> np.ndarray:
-    """A gain with real poles, factor times the sizes of the vehicle's eigenvalues.
+    """A gain with real poles, factor times the magnitudes of the vehicle's eigenvalues.
 
-    Two outputs show both states at once, so every error can be given a pole of its own and no error moves another:
-    of all gains with these poles this one is taken. Sideslip is then corrected by the aligning torque alone.
+    Two outputs determine both states, so that every error can have its own pole without coupling to the other: of all
+    gains with these poles this one is used. Sideslip is then corrected by the aligning torque alone.
     """
     A, C = design.system.A, design.system.C
     return (A - np.diag(faster_poles(design, factor, sample_time))) @ np.linalg.inv(C @ A)
 
 
 def _steering(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float, ...], tuple[float, ...]]:
-    """Model of the first stage; its process and measurement noise per sample."""
+    """Model of the first stage, with its process and measurement noise per sample."""
     process = (0.02 * noise.road_wheel_rate, noise.road_wheel_rate, noise.self_aligning_torque)
     variances = tuple(q * q * sample_time for q in process)
     return sampled_steering(sample_time), variances, (noise.road_wheel_angle_reading**2,)
 
 
 def _vehicle(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float, ...], tuple[float, ...]]:
-    """Model of the second stage; its process and measurement noise per sample."""
+    """Model of the second stage, with its process and measurement noise per sample."""
     process = (noise.sideslip_angle**2 * sample_time, noise.yaw_rate**2 * sample_time)
     return sampled_vehicle(sample_time), process, (noise.yaw_rate_reading**2, noise.torque_variance(sample_time))
 
 
 def _part(p: SteeredVehicle.Parameters, model: Any) -> Any:
-    """The parameters of a part of the vehicle."""
+    """The parameters of one part of the vehicle."""
     return model.Parameters(*(getattr(p, each.name) for each in dataclasses.fields(model.Parameters)))
